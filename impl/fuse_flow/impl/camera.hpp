@@ -1,0 +1,78 @@
+#pragma once
+
+#include <fuse_flow/camera.h>
+
+#include <pcl/exceptions.h>
+
+#include <cmath>
+#include <sstream>
+
+namespace fuse_flow {
+namespace detail {
+
+template <typename... Parts>
+[[noreturn]] void throwBadArgument(const Parts&... parts) {
+  std::ostringstream message;
+  (message << ... << parts);
+  throw pcl::BadArgumentException(message.str());
+}
+
+inline void checkIntrinsics(const std::string& owner, const Intrinsics& K) {
+  if (K.width <= 0 || K.height <= 0)
+    throwBadArgument(owner, ": image size is ", K.width, "x", K.height, ", must be positive");
+  if (!(std::isfinite(K.fx) && K.fx > 0)) throwBadArgument(owner, ": fx is ", K.fx, ", must be positive");
+  if (!(std::isfinite(K.fy) && K.fy > 0)) throwBadArgument(owner, ": fy is ", K.fy, ", must be positive");
+  if (!std::isfinite(K.cx)) throwBadArgument(owner, ": cx is ", K.cx, ", must be finite");
+  if (!std::isfinite(K.cy)) throwBadArgument(owner, ": cy is ", K.cy, ", must be finite");
+  const Distortion& d = K.distortion;
+  for (const float k : {d.k1, d.k2, d.p1, d.p2, d.k3, d.k4, d.k5, d.k6})
+    if (!std::isfinite(k)) throwBadArgument(owner, ": a distortion coefficient is ", k, ", must be finite");
+}
+
+inline void checkPose(const std::string& owner, const char* pose, const Eigen::Isometry3d& T) {
+  if (!T.matrix().allFinite()) throwBadArgument(owner, ": ", pose, " holds a number that is not finite");
+  const Eigen::Matrix3d R = T.linear();
+  const double error = (R.transpose() * R - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
+  if (error > 1e-3 || R.determinant() < 0)
+    throwBadArgument(owner, ": ", pose, " is not rigid: R'R differs from the identity by ", error, ", det R is ",
+                     R.determinant());
+}
+
+inline bool sameIntrinsics(const Intrinsics& a, const Intrinsics& b) {
+  const Distortion& d = a.distortion;
+  const Distortion& e = b.distortion;
+  return a.width == b.width && a.height == b.height && a.fx == b.fx && a.fy == b.fy && a.cx == b.cx && a.cy == b.cy &&
+         d.k1 == e.k1 && d.k2 == e.k2 && d.p1 == e.p1 && d.p2 == e.p2 && d.k3 == e.k3 && d.k4 == e.k4 && d.k5 == e.k5 &&
+         d.k6 == e.k6;
+}
+
+}  // namespace detail
+
+inline void checkCamera(const Camera& camera) {
+  const std::string owner = "fuse_flow::Camera '" + camera.name + "'";
+  detail::checkIntrinsics(owner, camera.intrinsics);
+  detail::checkPose(owner, "T_world_camera", camera.T_world_camera);
+  if (camera.color) {
+    detail::checkIntrinsics(owner + " color", camera.color->intrinsics);
+    detail::checkPose(owner + " color", "T_depth_color", camera.color->T_depth_color);
+  }
+}
+
+inline RigidTransform toRigidTransform(const Eigen::Isometry3d& T) {
+  RigidTransform result;
+  for (int row = 0; row < 3; ++row)
+    for (int col = 0; col < 3; ++col) result.r[3 * row + col] = static_cast<float>(T.linear()(row, col));
+  const Eigen::Vector3f t = T.translation().cast<float>();
+  result.t = {t.x(), t.y(), t.z()};
+  return result;
+}
+
+inline bool sameCalibration(const Camera& a, const Camera& b) {
+  if (!detail::sameIntrinsics(a.intrinsics, b.intrinsics)) return false;
+  if (a.T_world_camera.matrix() != b.T_world_camera.matrix()) return false;
+  if (a.color.has_value() != b.color.has_value()) return false;
+  return !a.color || (detail::sameIntrinsics(a.color->intrinsics, b.color->intrinsics) &&
+                      a.color->T_depth_color.matrix() == b.color->T_depth_color.matrix());
+}
+
+}  // namespace fuse_flow

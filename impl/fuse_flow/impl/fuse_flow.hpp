@@ -1,0 +1,115 @@
+#pragma once
+
+#include <fuse_flow/fuse_flow.h>
+#include <fuse_flow/impl/host/frame_pipeline.hpp>
+#include <fuse_flow/point_traits.h>
+
+namespace fuse_flow {
+
+inline FuseFlowParameters FuseFlowParameters::published() {
+  FuseFlowParameters p;
+  p.confidence.form = ConfidenceForm::Published;
+  p.consistency.occlusion = OcclusionForm::Published;
+  p.consistency.distance = DistanceForm::Euclidean;
+  p.consistency.sigma_quadratic = 0;
+  p.aggregation.representatives = Representatives::HighestConfidence;
+  p.aggregation.min_weight = 0;
+  p.aggregation.weak_weight = 0;
+  return p;
+}
+
+inline void checkParameters(const FuseFlowParameters& p) {
+  checkParameters(p.preprocessing);
+  checkParameters(p.confidence);
+  checkParameters(p.consistency);
+  checkParameters(p.aggregation);
+  if (p.crop_box && (p.crop_box->isEmpty() || !p.crop_box->min().allFinite() || !p.crop_box->max().allFinite()))
+    detail::throwBadArgument("fuse_flow::FuseFlow: crop_box is empty or not finite");
+}
+
+template <typename PointT>
+FuseFlow<PointT, device::Host>::FuseFlow() : pipeline_(std::make_unique<host::FramePipeline>()) {}
+
+template <typename PointT>
+FuseFlow<PointT, device::Host>::~FuseFlow() = default;
+
+template <typename PointT>
+void FuseFlow<PointT, device::Host>::setParameters(const FuseFlowParameters& parameters) {
+  checkParameters(parameters);
+  pipeline_->parameters = parameters;
+}
+
+template <typename PointT>
+const FuseFlowParameters& FuseFlow<PointT, device::Host>::getParameters() const {
+  return pipeline_->parameters;
+}
+
+template <typename PointT>
+void FuseFlow<PointT, device::Host>::setNumberOfThreads(unsigned int threads) {
+  pipeline_->threads = static_cast<int>(threads);
+}
+
+template <typename PointT>
+void FuseFlow<PointT, device::Host>::setComputeNormals(bool compute) {
+  compute_normals_ = compute;
+}
+
+template <typename PointT>
+const FrameStatistics& FuseFlow<PointT, device::Host>::getStatistics() const {
+  return pipeline_->statistics;
+}
+
+template <typename PointT>
+void FuseFlow<PointT, device::Host>::fuse(const RigFrame& frame, PointCloud& output) {
+  using host::FramePipeline;
+  const FramePipeline::Clock::time_point start = FramePipeline::Clock::now();
+  FramePipeline& pipeline = *pipeline_;
+  pipeline.generate(frame);
+
+  const auto write = [&](const host::FusedPoint& fused, PointT& point) {
+    point = PointT();
+    point::setPosition(point, fused.p);
+    point::setWeight(point, fused.weight);
+    point::setViewCount(point, fused.views);
+    Vec3 color, normal;
+    for (std::size_t k = 0; k < fused.count; ++k) {
+      if constexpr (point::has_color<PointT>) color = color + fused.share[k] * pipeline.color(fused.source[k]);
+      if constexpr (point::has_normal<PointT>)
+        if (compute_normals_) normal = normal + fused.share[k] * pipeline.normal(fused.source[k]);
+    }
+    point::setColor(point, color);
+    const float norm = std::sqrt(squaredNorm(normal));
+    point::setNormal(point, norm > 0 ? (1.0f / norm) * normal : Vec3{});
+  };
+
+  FramePipeline::Clock::time_point fused_at;
+  if (pipeline.parameters.use_spatial_hash) {
+    pipeline.aggregate();
+    fused_at = FramePipeline::Clock::now();
+    output.resize(pipeline.aggregation().size());
+    pipeline.aggregation().forEach(pipeline.resolvedThreads(), [&](std::size_t position, const host::FusedPoint& fused) {
+      write(fused, output[position]);
+    });
+  } else {
+    fused_at = FramePipeline::Clock::now();
+    output.clear();
+    pipeline.fusePointWise([&](const host::FusedPoint& fused) {
+      if (!(fused.weight > 0) || fused.weight < pipeline.parameters.aggregation.min_weight) return;
+      output.emplace_back();
+      write(fused, output.back());
+    });
+    pipeline.statistics.fuse_ms = FramePipeline::since(fused_at);
+  }
+  output.header = {};
+  output.header.stamp = frame.stamp;
+  output.width = static_cast<std::uint32_t>(output.size());
+  output.height = 1;
+  output.is_dense = true;
+  output.sensor_origin_.setZero();
+  output.sensor_orientation_.setIdentity();
+  pipeline.statistics.fused_points = output.size();
+  if (pipeline.parameters.use_spatial_hash) pipeline.statistics.output_ms = FramePipeline::since(fused_at);
+  pipeline.statistics.total_ms = FramePipeline::since(start);
+}
+
+}  // namespace fuse_flow

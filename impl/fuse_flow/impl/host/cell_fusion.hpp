@@ -1,0 +1,264 @@
+#pragma once
+
+#include <fuse_flow/impl/host/coarse_grid.hpp>
+#include <fuse_flow/math/adaptive_hash.h>
+
+#include <algorithm>
+#include <array>
+#include <limits>
+
+namespace fuse_flow {
+namespace host {
+
+constexpr int kRepresentatives = 3;  // "the top three points"
+
+/** \brief One fused point and the measurements it came from. */
+struct FusedPoint {
+  Vec3 p;
+  /** \brief The mean ω of the representatives, weighted with ω itself. */
+  float weight{0};
+  /** \brief The representatives' points, and their shares of eq. 11, which add up to 1; count of them. */
+  std::array<std::uint32_t, kRepresentatives> source{};
+  std::array<float, kRepresentatives> share{};
+  std::uint16_t count{0};
+  /** \brief Different cameras among the representatives. */
+  std::uint16_t views{0};
+};
+
+/** \brief A measurement, or one camera's measurements, that may stand for a cell. */
+struct Candidate {
+  /** \brief Σ C p and Σ C relative to the coarse cell's corner; of one point unless CameraMeans. */
+  Vec3 sum;
+  float sum_C{0};
+  float n{0};
+  /** \brief The most confident point. */
+  float best_C{0};
+  std::uint32_t best{0};
+  std::uint32_t camera{0};
+};
+
+/** \brief Highest C first; ties by camera and pixel, which is the order of the indices. */
+inline bool outranks(const Candidate& a, const Candidate& b) {
+  return a.sum_C != b.sum_C ? a.sum_C > b.sum_C : a.best < b.best;
+}
+
+/** \brief A child of a coarse cell while its points are collected. */
+struct Child {
+  /** \brief One more than are kept: a camera's sum is only known when its last point is in. */
+  std::array<Candidate, kRepresentatives + 1> candidates;
+  int count{0};
+  std::uint32_t position{0};
+
+  void dropLast() {
+    if (count <= kRepresentatives) return;
+    const auto worst = std::max_element(candidates.begin(), candidates.begin() + count, outranks);
+    *worst = candidates[static_cast<std::size_t>(--count)];
+  }
+
+  /** \brief Points come in the order of their indices, camera after camera. */
+  void add(Representatives mode, const Vec3& relative, float C, std::uint32_t index, std::uint32_t camera) {
+    const Candidate point{C * relative, C, 1.0f, C, index, camera};
+    if (mode != Representatives::HighestConfidence) {
+      for (int k = 0; k < count; ++k) {
+        Candidate& c = candidates[static_cast<std::size_t>(k)];
+        if (c.camera != camera) continue;
+        if (mode == Representatives::CameraMeans) {
+          c.sum = c.sum + point.sum;
+          c.sum_C += C;
+          c.n += 1.0f;
+          if (C > c.best_C) {
+            c.best_C = C;
+            c.best = index;
+          }
+        } else if (outranks(point, c)) {
+          c = point;
+        }
+        return;
+      }
+    }
+    dropLast();
+    candidates[static_cast<std::size_t>(count++)] = point;
+  }
+};
+
+/** \brief Per-thread memory of fuseCell(); kept from frame to frame. */
+struct CellScratch {
+  std::vector<std::uint32_t> slot;  // child position → 1 + number of the child
+  std::vector<Child> children;
+  std::vector<FusedPoint> fused;
+  std::vector<std::uint8_t> kept;
+  std::vector<std::uint32_t> weak;
+  std::vector<FusedPoint> output;
+};
+
+/** \brief Section 5 (2) and (3) for one child. \param evaluate consistency V of (point in the world, camera) */
+template <typename Evaluate>
+FusedPoint fuseChild(Child& child, const Vec3& corner, const Evaluate& evaluate) {
+  child.dropLast();
+  std::sort(child.candidates.begin(), child.candidates.begin() + child.count, outranks);
+  FusedPoint fused;
+  Vec3 sum;
+  float total = 0, sum_weights = 0;
+  for (int k = 0; k < child.count; ++k) {
+    const Candidate& c = child.candidates[static_cast<std::size_t>(k)];
+    const Vec3 mean = (1.0f / c.sum_C) * c.sum;
+    const float V = evaluate(corner + mean, c.camera);
+    const float share = c.sum_C * V;                // eq. 10; n measurements weigh n times one
+    sum = sum + share * mean;                       // eq. 11
+    total += share;
+    sum_weights += share * (share / c.n);
+    fused.source[static_cast<std::size_t>(k)] = c.best;
+    fused.share[static_cast<std::size_t>(k)] = share;
+    bool seen = false;
+    for (int m = 0; m < k; ++m) seen |= child.candidates[static_cast<std::size_t>(m)].camera == c.camera;
+    fused.views = static_cast<std::uint16_t>(fused.views + (seen ? 0 : 1));
+  }
+  fused.count = static_cast<std::uint16_t>(child.count);
+  if (!(total > std::numeric_limits<float>::min())) return fused;  // every view contradicts: weight stays 0
+  fused.p = corner + (1.0f / total) * sum;
+  fused.weight = sum_weights / total;
+  for (float& share : fused.share) share /= total;
+  return fused;
+}
+
+/** \brief Whether a kept point lies in one of the 26 children around position. */
+inline bool hasKeptNeighbour(const CellScratch& scratch, std::uint32_t position, int level) {
+  const int side = 1 << level;
+  const int x = static_cast<int>(position) & (side - 1);
+  const int y = static_cast<int>(position) >> level & (side - 1);
+  const int z = static_cast<int>(position) >> 2 * level;
+  for (int c = std::max(z - 1, 0); c <= std::min(z + 1, side - 1); ++c)
+    for (int b = std::max(y - 1, 0); b <= std::min(y + 1, side - 1); ++b)
+      for (int a = std::max(x - 1, 0); a <= std::min(x + 1, side - 1); ++a) {
+        const std::uint32_t slot = scratch.slot[static_cast<std::size_t>(a | b << level | c << 2 * level)];
+        if (slot != 0 && scratch.kept[slot - 1]) return true;
+      }
+  return false;
+}
+
+/** \brief Marks what stays of a coarse cell's fused points: all that are strong, and of the weak ones, best first, those
+ *  beside which nothing stays. So doubtful measurements never crowd out or double good ones, and a surface that only doubtful
+ *  ones show thins out instead of vanishing. */
+inline void selectPoints(const AggregationParameters& p, int level, CellScratch& scratch) {
+  const std::vector<FusedPoint>& fused = scratch.fused;
+  scratch.kept.assign(fused.size(), 0);
+  scratch.weak.clear();
+  for (std::uint32_t k = 0; k < fused.size(); ++k) {
+    if (!(fused[k].weight > 0) || fused[k].weight < p.min_weight) continue;
+    if (fused[k].weight < p.weak_weight) {
+      scratch.weak.push_back(k);
+    } else {
+      scratch.kept[k] = 1;
+    }
+  }
+  std::sort(scratch.weak.begin(), scratch.weak.end(), [&](std::uint32_t a, std::uint32_t b) {
+    if (fused[a].weight != fused[b].weight) return fused[a].weight > fused[b].weight;
+    return scratch.children[a].position < scratch.children[b].position;
+  });
+  for (const std::uint32_t k : scratch.weak)
+    scratch.kept[k] = hasKeptNeighbour(scratch, scratch.children[k].position, level) ? 0 : 1;
+}
+
+/** \brief All of section 5 for one coarse cell; appends to scratch.output. Nothing here depends on the rest of the frame.
+ *  \param camera_of index of a point → its camera */
+template <typename CameraOf, typename Evaluate>
+void fuseCell(const AggregationParameters& p, int max_level, const CoarseGrid& grid, const CoarseGrid::Cell& cell,
+              const WeightedPoint* points, const CameraOf& camera_of, const Evaluate& evaluate, CellScratch& scratch) {
+  const int level = refinementLevel(cell.points, p.points_per_cell, max_level);
+  const int side = 1 << level;
+  const CellIndex c = cellOfKey(cell.key);
+  const Vec3 corner{static_cast<float>(c.x) * p.cell_size, static_cast<float>(c.y) * p.cell_size,
+                    static_cast<float>(c.z) * p.cell_size};
+  const float to_child = static_cast<float>(side) / p.cell_size;
+  const auto coordinate = [side](float v) { return std::clamp(static_cast<int>(v), 0, side - 1); };
+
+  if (scratch.slot.size() < (std::size_t{1} << 3 * level)) scratch.slot.resize(std::size_t{1} << 3 * level, 0);
+  scratch.children.clear();
+  for (std::uint32_t r = cell.begin_run; r < cell.end_run; ++r) {
+    const CoarseGrid::Stretch run = grid.runs()[r];
+    const std::uint32_t camera = camera_of(run.begin);
+    for (std::uint32_t index = run.begin; index < run.begin + run.count; ++index) {
+      const Vec3 relative = points[index].p - corner;
+      const std::uint32_t position = static_cast<std::uint32_t>(
+          coordinate(to_child * relative.x) | coordinate(to_child * relative.y) << level |
+          coordinate(to_child * relative.z) << 2 * level);
+      std::uint32_t& slot = scratch.slot[position];
+      if (slot == 0) {
+        scratch.children.emplace_back().position = position;
+        slot = static_cast<std::uint32_t>(scratch.children.size());
+      }
+      scratch.children[slot - 1].add(p.representatives, relative, points[index].C, index, camera);
+    }
+  }
+  scratch.fused.clear();
+  for (Child& child : scratch.children) scratch.fused.push_back(fuseChild(child, corner, evaluate));
+  selectPoints(p, level, scratch);
+  for (std::size_t k = 0; k < scratch.fused.size(); ++k)
+    if (scratch.kept[k]) scratch.output.push_back(scratch.fused[k]);
+  for (const Child& child : scratch.children) scratch.slot[child.position] = 0;
+}
+
+/** \brief Section 5 over a whole frame, on many threads, with the memory it keeps. */
+class HashAggregation {
+ public:
+  CoarseGrid grid;
+
+  /** \brief Largest L whose children are no smaller than min_cell_size. */
+  static int maxLevel(const AggregationParameters& p) {
+    int level = 0;
+    while (level < 5 && p.cell_size / static_cast<float>(2 << level) >= 0.999f * p.min_cell_size) ++level;
+    return level;
+  }
+
+  /** \brief Fuses the merged grid's cells. The result's order is that of the cells, whoever fused them. */
+  template <typename CameraOf, typename Evaluate>
+  void fuse(const AggregationParameters& p, int threads, const WeightedPoint* points, const CameraOf& camera_of,
+            const Evaluate& evaluate) {
+    constexpr std::size_t cells_per_block = 32;
+    const int max_level = maxLevel(p);
+    const std::vector<CoarseGrid::Cell>& cells = grid.cells();
+    const std::size_t blocks = (cells.size() + cells_per_block - 1) / cells_per_block;
+    if (scratch_.size() < static_cast<std::size_t>(threads)) scratch_.resize(static_cast<std::size_t>(threads));
+    for (CellScratch& s : scratch_) s.output.clear();
+    blocks_.resize(blocks);
+    parallelFor(threads, blocks, [&](std::size_t block, int thread) {
+      CellScratch& s = scratch_[static_cast<std::size_t>(thread)];
+      blocks_[block] = {thread, s.output.size(), 0, 0};
+      const std::size_t end = std::min(cells.size(), (block + 1) * cells_per_block);
+      for (std::size_t c = block * cells_per_block; c < end; ++c)
+        fuseCell(p, max_level, grid, cells[c], points, camera_of, evaluate, s);
+      blocks_[block].count = s.output.size() - blocks_[block].begin;
+    });
+    total_ = 0;
+    for (Block& block : blocks_) {
+      block.offset = total_;
+      total_ += block.count;
+    }
+  }
+
+  std::size_t size() const { return total_; }
+
+  /** \brief Calls visit(position in the output, fused point) for all of them, in parallel. */
+  template <typename Visit>
+  void forEach(int threads, const Visit& visit) const {
+    parallelFor(threads, blocks_.size(), [&](std::size_t b, int) {
+      const Block& block = blocks_[b];
+      const FusedPoint* fused = scratch_[static_cast<std::size_t>(block.thread)].output.data() + block.begin;
+      for (std::size_t k = 0; k < block.count; ++k) visit(block.offset + k, fused[k]);
+    });
+  }
+
+ private:
+  struct Block {
+    int thread{0};
+    std::size_t begin{0};
+    std::size_t count{0};
+    std::size_t offset{0};
+  };
+  std::vector<CellScratch> scratch_;
+  std::vector<Block> blocks_;
+  std::size_t total_{0};
+};
+
+}  // namespace host
+}  // namespace fuse_flow

@@ -1,0 +1,276 @@
+#pragma once
+
+#include <fuse_flow/fuse_flow.h>
+#include <fuse_flow/impl/host/cell_fusion.hpp>
+#include <fuse_flow/impl/host/consistency_evaluator.hpp>
+#include <fuse_flow/impl/host/preprocessing.hpp>
+#include <fuse_flow/impl/parameters.hpp>
+
+#include <chrono>
+
+namespace fuse_flow {
+namespace host {
+
+/** \brief All of a frame but the point type. Points are numbered camera by camera, pixel by pixel. */
+class FramePipeline {
+ public:
+  FuseFlowParameters parameters;
+  int threads{0};
+  FrameStatistics statistics;
+
+  /** \brief Preprocessing, eq. 3, 8, 9. The frame must stay alive until its output has been read. */
+  void generate(const RigFrame& frame) {
+    checkRigFrame(frame);
+    frame_ = &frame;
+    threads_ = resolveThreads(threads);
+    rig_.update(frame.cameras);
+    layOut();
+    const Clock::time_point start = Clock::now();
+    preprocess();
+    statistics.preprocess_ms = since(start);
+    const Clock::time_point generated = Clock::now();
+    generatePoints();
+    statistics.generate_ms = since(generated);
+  }
+
+  /** \brief Section 5; the fused points are then read with aggregation().forEach(). */
+  void aggregate() {
+    const Clock::time_point start = Clock::now();
+    aggregation_.grid.merge();
+    statistics.merge_ms = since(start);
+    statistics.coarse_cells = aggregation_.grid.cells().size();
+    const Clock::time_point merged = Clock::now();
+    const auto camera_of = [this](std::uint32_t index) { return viewOf(index); };
+    if (parameters.use_distance_consistency) {
+      const ConsistencyEvaluator evaluator(parameters.consistency, rig_, depths_);
+      aggregation_.fuse(parameters.aggregation, threads_, points_.data(), camera_of,
+                        [&](const Vec3& p, std::uint32_t camera) { return evaluator.V(p, camera); });
+    } else {
+      aggregation_.fuse(parameters.aggregation, threads_, points_.data(), camera_of,
+                        [](const Vec3&, std::uint32_t) { return 1.0f; });
+    }
+    statistics.fuse_ms = since(merged);
+  }
+
+  /** \brief The ablation's point-wise fusion: every gated point with the points that other views have in its place, each
+   *  with its own ω. Calls emit(index, fused point) in the order of the pixels. */
+  template <typename Emit>
+  void fusePointWise(const Emit& emit) const {
+    const ConsistencyEvaluator evaluator(parameters.consistency, rig_, depths_);
+    for (std::uint32_t index = 0; index < points_.size(); ++index)
+      if (points_[index].C > 0) emit(fusePoint(index, evaluator));
+  }
+
+  const HashAggregation& aggregation() const { return aggregation_; }
+  int resolvedThreads() const { return threads_; }
+  const std::vector<WeightedPoint>& points() const { return points_; }
+
+  /** \brief Colour of a point, channels 0 … 255, from its view's image; black where there is none. */
+  Vec3 color(std::uint32_t index) const {
+    const std::uint32_t i = viewOf(index);
+    const ImageView<Rgb8>& image = frame_->views[i].color;
+    if (!image) return {};
+    int u = 0, v = 0;
+    locate(index, i, u, v);
+    if (frame_->cameras[i].color) {
+      const Vec3 p_C = rig_[i].T_color_depth * pointOnRay(rig_[i].ray(u, v), depths_[i].row(v)[u]);
+      if (!(p_C.z > 0)) return {};
+      const Pixel pixel = project(frame_->cameras[i].color->intrinsics, p_C);
+      // The nearest pixel of the border for what the colour camera just misses.
+      u = static_cast<int>(std::clamp(pixel.u + 0.5f, 0.0f, static_cast<float>(image.width - 1)));
+      v = static_cast<int>(std::clamp(pixel.v + 0.5f, 0.0f, static_cast<float>(image.height - 1)));
+    }
+    const Rgb8 c = image.row(v)[u];
+    return {static_cast<float>(c.r), static_cast<float>(c.g), static_cast<float>(c.b)};
+  }
+
+  /** \brief Unit normal of the depth surface at a point, world frame, facing its camera; zero where neighbours are missing. */
+  Vec3 normal(std::uint32_t index) const {
+    const std::uint32_t i = viewOf(index);
+    int u = 0, v = 0;
+    locate(index, i, u, v);
+    const auto tangent = [&](int du, int dv) {
+      const auto at = [&](int sign) {
+        const int a = u + sign * du, b = v + sign * dv;
+        const float z = depths_[i].row(b)[a];
+        const bool there = z > 0 && std::fabs(z - depths_[i].row(v)[u]) < 0.05f * z;
+        return there ? pointOnRay(rig_[i].ray(a, b), z) : pointOnRay(rig_[i].ray(u, v), depths_[i].row(v)[u]);
+      };
+      return at(1) - at(-1);
+    };
+    const Vec3 n = cross(tangent(0, 1), tangent(1, 0));  // v × u points back at the camera: x right, y down, z forward
+    const float norm = std::sqrt(squaredNorm(n));
+    return norm > 0 ? rotate(rig_[i].T_world_camera, (1.0f / norm) * n) : Vec3{};
+  }
+
+  using Clock = std::chrono::steady_clock;
+  static double since(Clock::time_point start) {
+    return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+  }
+
+ private:
+  /** \brief Rows that one task works on: some 32,000 pixels, whatever the number of threads. */
+  struct Stretch {
+    std::uint32_t view{0};
+    int begin_row{0};
+    int end_row{0};
+  };
+
+  void layOut() {
+    statistics = {};
+    const std::size_t n = frame_->cameras.size();
+    depths_.resize(n);
+    offsets_.assign(n + 1, 0);
+    stretches_.clear();
+    std::size_t total = 0;
+    for (std::size_t i = 0; i < n; ++i) {
+      offsets_[i] = static_cast<std::uint32_t>(total);
+      const Intrinsics& K = frame_->cameras[i].intrinsics;
+      if (frame_->views[i].missing()) {
+        statistics.missing_cameras.push_back(i);
+        depths_[i].clear();
+        continue;
+      }
+      depths_[i].resize(K.width, K.height);
+      total += static_cast<std::size_t>(K.width) * static_cast<std::size_t>(K.height);
+      const int rows = std::max(1, 32768 / K.width);
+      for (int row = 0; row < K.height; row += rows)
+        stretches_.push_back({static_cast<std::uint32_t>(i), row, std::min(row + rows, K.height)});
+    }
+    if (total > std::numeric_limits<std::uint32_t>::max() - 1u)
+      throw pcl::PCLException("fuse_flow::FuseFlow: a frame has more than 2^32 pixels");
+    offsets_[n] = static_cast<std::uint32_t>(total);
+    points_.resize(total);
+    measured_.resize(stretches_.size());
+    gated_.resize(stretches_.size());
+  }
+
+  void preprocess() {
+    const PreprocessingParameters& p = parameters.preprocessing;
+    parallelFor(threads_, stretches_.size(), [&](std::size_t s, int) {
+      const Stretch& stretch = stretches_[s];
+      for (int v = stretch.begin_row; v < stretch.end_row; ++v)
+        convertDepthRow(frame_->views[stretch.view], p.min_range, p.max_range, v, depths_[stretch.view].row(v));
+    });
+    if (p.fill_neighbours == 0 && !p.bilateral) return;
+    parallelFor(threads_, depths_.size(), [&](std::size_t i, int) {
+      if (depths_[i].empty()) return;
+      DepthMap raw;
+      if (p.fill_neighbours > 0) fillSmallHoles(p, depths_[i], raw);
+      if (p.bilateral) smoothBilaterally(p, depths_[i]);
+    });
+  }
+
+  void generatePoints() {
+    std::vector<RunBuilder>& builders = aggregation_.grid.start(stretches_.size());
+    if (rows_.size() < static_cast<std::size_t>(threads_)) rows_.resize(static_cast<std::size_t>(threads_));
+    parallelFor(threads_, stretches_.size(), [&](std::size_t s, int thread) {
+      builders[s].start(parameters.aggregation.cell_size);
+      measured_[s] = gated_[s] = 0;
+      for (int v = stretches_[s].begin_row; v < stretches_[s].end_row; ++v)
+        generateRow(s, v, rows_[static_cast<std::size_t>(thread)], builders[s]);
+    });
+    for (std::size_t s = 0; s < stretches_.size(); ++s) {
+      statistics.measured_points += measured_[s];
+      statistics.gated_points += gated_[s];
+    }
+  }
+
+  void generateRow(std::size_t s, int v, std::vector<float>& C, RunBuilder& builder) {
+    const std::uint32_t i = stretches_[s].view;
+    const ViewGeometry& view = rig_[i];
+    const float* z = depths_[i].row(v);
+    const int width = depths_[i].width();
+    C.resize(static_cast<std::size_t>(width));
+    measurementConfidence(i, v, C.data());
+    const std::uint32_t row_begin = offsets_[i] + static_cast<std::uint32_t>(v) * static_cast<std::uint32_t>(width);
+    const float threshold = parameters.use_measurement_confidence ? parameters.confidence.threshold : 0.0f;
+    for (int u = 0; u < width; ++u) {
+      WeightedPoint& point = points_[row_begin + static_cast<std::uint32_t>(u)];
+      point.C = 0;
+      if (!(z[u] > 0)) continue;
+      ++measured_[s];
+      const float c = C[static_cast<std::size_t>(u)];
+      if (!(c > threshold)) continue;  // eq. 9
+      point.p = view.T_world_camera * pointOnRay(view.ray(u, v), z[u]);  // eq. 8
+      if (parameters.crop_box && !parameters.crop_box->contains(Eigen::Vector3f(point.p.x, point.p.y, point.p.z))) continue;
+      point.C = c;
+      ++gated_[s];
+      if (parameters.use_spatial_hash) builder.add(row_begin + static_cast<std::uint32_t>(u), point.p);
+    }
+  }
+
+  void measurementConfidence(std::uint32_t i, int v, float* C) const {
+    const int width = depths_[i].width();
+    if (parameters.use_measurement_confidence) {
+      confidenceRow(parameters.confidence, depths_[i], 1.0f / rig_[i].intrinsics.fx, v, C);
+    } else {
+      std::fill(C, C + width, 1.0f);
+    }
+    const ImageView<float>& given = frame_->views[i].confidence;
+    if (!given) return;
+    // NaN counts as no confidence.
+    for (int u = 0; u < width; ++u) C[u] *= given.row(v)[u] > 0 ? std::min(given.row(v)[u], 1.0f) : 0.0f;
+  }
+
+  FusedPoint fusePoint(std::uint32_t index, const ConsistencyEvaluator& evaluator) const {
+    const std::uint32_t i = viewOf(index);
+    const WeightedPoint& own = points_[index];
+    Vec3 sum;
+    float total = 0, squares = 0;
+    FusedPoint fused;
+    const auto add = [&](std::uint32_t source, float weight) {
+      sum = sum + weight * (points_[source].p - own.p);
+      total += weight;
+      squares += weight * weight;
+      ++fused.views;
+      if (fused.count == kRepresentatives) return;
+      fused.source[fused.count] = source;
+      fused.share[fused.count] = weight;
+      ++fused.count;
+    };
+    if (parameters.use_distance_consistency) {
+      add(index, own.C * evaluator.V(own.p, i));
+      evaluator.forEachOpinion(own.p, i, [&](std::uint32_t j, int u, int v, const ViewOpinion& opinion) {
+        const std::uint32_t other = offsets_[j] + static_cast<std::uint32_t>(v * depths_[j].width() + u);
+        if (points_[other].C > 0 && opinion.verdict == ViewOpinion::Distance)
+          add(other, points_[other].C * std::exp(-opinion.squared_distance));
+      });
+    } else {
+      add(index, own.C);
+    }
+    if (!(total > std::numeric_limits<float>::min())) return fused;
+    fused.p = own.p + (1.0f / total) * sum;
+    fused.weight = squares / total;
+    float kept = 0;
+    for (int k = 0; k < fused.count; ++k) kept += fused.share[static_cast<std::size_t>(k)];
+    for (float& share : fused.share) share /= kept;
+    return fused;
+  }
+
+  std::uint32_t viewOf(std::uint32_t index) const {
+    return static_cast<std::uint32_t>(std::upper_bound(offsets_.begin(), offsets_.end(), index) - offsets_.begin() - 1);
+  }
+
+  void locate(std::uint32_t index, std::uint32_t view, int& u, int& v) const {
+    const std::uint32_t local = index - offsets_[view];
+    const std::uint32_t width = static_cast<std::uint32_t>(depths_[view].width());
+    u = static_cast<int>(local % width);
+    v = static_cast<int>(local / width);
+  }
+
+  const RigFrame* frame_{nullptr};
+  int threads_{1};
+  RigGeometry rig_;
+  std::vector<DepthMap> depths_;
+  std::vector<std::uint32_t> offsets_;
+  std::vector<Stretch> stretches_;
+  std::vector<WeightedPoint> points_;
+  std::vector<std::size_t> measured_;
+  std::vector<std::size_t> gated_;
+  std::vector<std::vector<float>> rows_;
+  HashAggregation aggregation_;
+};
+
+}  // namespace host
+}  // namespace fuse_flow

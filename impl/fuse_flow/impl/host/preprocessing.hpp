@@ -1,0 +1,66 @@
+#pragma once
+
+#include <fuse_flow/impl/host/depth_map.hpp>
+#include <fuse_flow/preprocessing.h>
+
+#include <pcl/filters/fast_bilateral.h>
+#include <pcl/point_types.h>
+
+namespace fuse_flow {
+namespace host {
+
+/** \brief Small-hole fill: the mean of the neighbours, if enough are there and they lie on one surface. Reads the raw depth
+ *  only, so that holes do not close from their rim inwards. \param raw scratch of the caller */
+inline void fillSmallHoles(const PreprocessingParameters& p, DepthMap& depth, DepthMap& raw) {
+  raw = depth;
+  for (int v = 0; v < depth.height(); ++v)
+    for (int u = 0; u < depth.width(); ++u) {
+      if (raw.row(v)[u] > 0) continue;
+      int count = 0;
+      float low = std::numeric_limits<float>::max(), high = 0, sum = 0;
+      for (int dv = -1; dv <= 1; ++dv)
+        for (int du = -1; du <= 1; ++du) {
+          const float z = raw.row(v + dv)[u + du];
+          if (!(z > 0)) continue;
+          ++count;
+          sum += z;
+          low = z < low ? z : low;
+          high = z > high ? z : high;
+        }
+      const float mean = count > 0 ? sum / static_cast<float>(count) : 0.0f;
+      const bool one_surface = high - low <= p.fill_tolerance * (mean > 1 ? mean * mean : 1.0f);
+      if (count >= p.fill_neighbours && one_surface) depth.row(v)[u] = mean;
+    }
+}
+
+/** \brief Edge-preserving smoothing by PCL's filter, which works on the z of an organised cloud. */
+inline void smoothBilaterally(const PreprocessingParameters& p, DepthMap& depth) {
+  const auto cloud = std::make_shared<pcl::PointCloud<pcl::PointXYZ>>(static_cast<std::uint32_t>(depth.width()),
+                                                                      static_cast<std::uint32_t>(depth.height()));
+  bool any = false;
+  for (int v = 0; v < depth.height(); ++v)
+    for (int u = 0; u < depth.width(); ++u) {
+      const float z = depth.row(v)[u];
+      pcl::PointXYZ& point = cloud->at(u, v);
+      point.x = static_cast<float>(u);
+      point.y = static_cast<float>(v);
+      point.z = z > 0 ? z : std::numeric_limits<float>::quiet_NaN();
+      any = any || z > 0;
+    }
+  if (!any) return;
+  pcl::FastBilateralFilter<pcl::PointXYZ> filter;
+  filter.setInputCloud(cloud);
+  filter.setSigmaS(p.bilateral_sigma_s);
+  filter.setSigmaR(p.bilateral_sigma_r);
+  pcl::PointCloud<pcl::PointXYZ> smoothed;
+  filter.filter(smoothed);
+  for (int v = 0; v < depth.height(); ++v)
+    for (int u = 0; u < depth.width(); ++u) {
+      float& z = depth.row(v)[u];
+      const float s = smoothed.at(u, v).z;
+      if (z > 0 && std::isfinite(s) && s > 0) z = s;
+    }
+}
+
+}  // namespace host
+}  // namespace fuse_flow

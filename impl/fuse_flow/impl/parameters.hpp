@@ -1,0 +1,77 @@
+#pragma once
+
+#include <fuse_flow/impl/camera.hpp>
+#include <fuse_flow/math/adaptive_hash.h>
+#include <fuse_flow/math/confidence.h>
+#include <fuse_flow/math/consistency.h>
+#include <fuse_flow/preprocessing.h>
+
+namespace fuse_flow {
+namespace detail {
+
+/** \brief Throws unless the value lies in [low, high]; NaN never does. */
+template <typename Value>
+void checkRange(const char* owner, const char* name, Value value, Value low, Value high) {
+  if (!(value >= low && value <= high))
+    throwBadArgument(owner, ": ", name, " is ", value, ", must be in [", low, ", ", high, "]");
+}
+
+inline void checkPositive(const char* owner, const char* name, float value) {
+  if (!(value > 0 && std::isfinite(value))) throwBadArgument(owner, ": ", name, " is ", value, ", must be positive");
+}
+
+inline void checkNonNegative(const char* owner, const char* name, float value) {
+  if (!(value >= 0 && std::isfinite(value))) throwBadArgument(owner, ": ", name, " is ", value, ", must not be negative");
+}
+
+}  // namespace detail
+
+inline void checkParameters(const PreprocessingParameters& p) {
+  constexpr const char* owner = "fuse_flow::DepthBackprojection";
+  detail::checkNonNegative(owner, "min_range", p.min_range);
+  detail::checkPositive(owner, "max_range", p.max_range);
+  if (p.max_range <= p.min_range)
+    detail::throwBadArgument(owner, ": max_range is ", p.max_range, ", must exceed min_range, ", p.min_range);
+  if (p.fill_neighbours != 0) detail::checkRange(owner, "fill_neighbours", p.fill_neighbours, 3, 8);
+  detail::checkPositive(owner, "fill_tolerance", p.fill_tolerance);
+  detail::checkPositive(owner, "bilateral_sigma_s", p.bilateral_sigma_s);
+  detail::checkPositive(owner, "bilateral_sigma_r", p.bilateral_sigma_r);
+}
+
+inline void checkParameters(const ConfidenceParameters& p) {
+  constexpr const char* owner = "fuse_flow::ConfidenceEstimation";
+  detail::checkNonNegative(owner, "alpha", p.alpha);
+  detail::checkNonNegative(owner, "beta", p.beta);
+  detail::checkNonNegative(owner, "gamma", p.gamma);
+  detail::checkNonNegative(owner, "delta", p.delta);
+  detail::checkPositive(owner, "alpha + gamma", p.alpha + p.gamma);
+  detail::checkRange(owner, "threshold", p.threshold, 0.0f, 1.0f);
+  detail::checkPositive(owner, "length_unit", p.length_unit);
+  detail::checkNonNegative(owner, "noise_floor", p.noise_floor);
+  detail::checkNonNegative(owner, "noise_quadratic", p.noise_quadratic);
+  detail::checkPositive(owner, "noise_reference", p.noise_reference);
+  detail::checkPositive(owner, "noise_floor + noise_quadratic", p.noise_floor + p.noise_quadratic);
+  detail::checkRange(owner, "max_incidence", p.max_incidence, 0.01f, 1.57f);
+}
+
+inline void checkParameters(const ConsistencyParameters& p) {
+  constexpr const char* owner = "fuse_flow::MultiViewConsistency";
+  detail::checkPositive(owner, "sigma", p.sigma);
+  detail::checkNonNegative(owner, "sigma_quadratic", p.sigma_quadratic);
+  detail::checkPositive(owner, "margin", p.margin);
+  detail::checkPositive(owner, "free_space_penalty", p.free_space_penalty);
+  detail::checkRange(owner, "free_space_penalty", p.free_space_penalty, 0.0f, 1.0f);
+  detail::checkRange(owner, "max_views", p.max_views, 2, 1 << 16);
+  detail::checkRange(owner, "max_candidates", p.max_candidates, p.max_views - 1, 1 << 16);
+}
+
+inline void checkParameters(const AggregationParameters& p) {
+  constexpr const char* owner = "fuse_flow::AdaptiveHashFusion";
+  detail::checkPositive(owner, "cell_size", p.cell_size);
+  detail::checkPositive(owner, "min_cell_size", p.min_cell_size);
+  detail::checkPositive(owner, "points_per_cell", p.points_per_cell);
+  detail::checkRange(owner, "min_weight", p.min_weight, 0.0f, 1.0f);
+  detail::checkRange(owner, "weak_weight", p.weak_weight, 0.0f, 1.0f);
+}
+
+}  // namespace fuse_flow

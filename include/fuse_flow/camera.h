@@ -1,0 +1,43 @@
+#pragma once
+
+#include <fuse_flow/math/pinhole.h>
+
+#include <Eigen/Geometry>
+
+#include <optional>
+#include <string>
+
+namespace fuse_flow {
+
+/** \brief A colour camera of its own, for depth cameras whose colour is not registered to depth. */
+struct ColorCamera {
+  Intrinsics intrinsics;
+  /** \brief T̂ from the colour camera's frame to the depth camera's frame, metres. */
+  Eigen::Isometry3d T_depth_color{Eigen::Isometry3d::Identity()};
+};
+
+/** \brief A calibrated depth camera. Axes: x right, y down, z forward. */
+struct Camera {
+  /** \brief What messages call it. */
+  std::string name;
+  /** \brief Of the depth image. */
+  Intrinsics intrinsics;
+  /** \brief Camera frame → world frame, metres; the inverse of the paper's T̂. */
+  Eigen::Isometry3d T_world_camera{Eigen::Isometry3d::Identity()};
+  /** \brief Absent: the colour image has the depth image's size and viewpoint. */
+  std::optional<ColorCamera> color;
+};
+
+/** \brief Throws pcl::BadArgumentException, naming the camera and the value, unless sizes and focal lengths are positive,
+ *  all numbers finite, and the poses rigid (rotation orthonormal to 1e-3, determinant +1). */
+inline void checkCamera(const Camera& camera);
+
+/** \brief An Eigen pose as the plain numbers that the per-pixel maths uses. */
+inline RigidTransform toRigidTransform(const Eigen::Isometry3d& T);
+
+/** \brief Whether everything that a frame's geometry depends on is the same. */
+inline bool sameCalibration(const Camera& a, const Camera& b);
+
+}  // namespace fuse_flow
+
+#include <fuse_flow/impl/camera.hpp>

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+namespace fuse_flow {
+
+/** \brief A non-owning image: rows of width pixels, row_stride bytes apart. A null data pointer means "no image". */
+template <typename Pixel>
+struct ImageView {
+  const Pixel* data{nullptr};
+  int width{0};
+  int height{0};
+  /** \brief Bytes from one row to the next; at least width · sizeof(Pixel). */
+  std::size_t row_stride{0};
+
+  ImageView() = default;
+  /** \brief \param stride bytes from row to row; 0: rows follow each other without padding. */
+  ImageView(const Pixel* pixels, int w, int h, std::size_t stride = 0)
+      : data(pixels), width(w), height(h), row_stride(stride ? stride : sizeof(Pixel) * static_cast<std::size_t>(w)) {}
+
+  explicit operator bool() const { return data != nullptr; }
+  const Pixel* row(int v) const {
+    return reinterpret_cast<const Pixel*>(reinterpret_cast<const char*>(data) + row_stride * static_cast<std::size_t>(v));
+  }
+};
+
+/** \brief 8-bit colour, in the order in which PNG, JPEG and capture SDKs deliver it. */
+struct Rgb8 {
+  std::uint8_t r{0}, g{0}, b{0};
+};
+
+/** \brief What one camera measured at one instant. Owns nothing: the images must outlive the call that reads them.
+ *
+ *  Depth comes either as 16-bit integers with a scale, or as float metres; set one of the two. 0, 65535, NaN and ±inf mean
+ *  "no measurement". With neither set, the camera is missing from this frame, which is not an error. */
+struct DepthView {
+  /** \brief Depth in units of depth_scale metres. */
+  ImageView<std::uint16_t> depth16;
+  /** \brief Metres per unit of depth16; > 0. */
+  float depth_scale{0.001f};
+  /** \brief Depth in metres. */
+  ImageView<float> depth32;
+  /** \brief Optional; the depth image's size, or the colour camera's where the Camera has one. */
+  ImageView<Rgb8> color;
+  /** \brief Optional; the depth image's size; in [0, 1], multiplies into C, for depth that comes with its own confidence. */
+  ImageView<float> confidence;
+
+  bool missing() const { return !depth16 && !depth32; }
+  int width() const { return depth16 ? depth16.width : depth32.width; }
+  int height() const { return depth16 ? depth16.height : depth32.height; }
+};
+
+}  // namespace fuse_flow

@@ -1,0 +1,111 @@
+#pragma once
+
+#include <fuse_flow/device.h>
+#include <fuse_flow/math/adaptive_hash.h>
+#include <fuse_flow/math/confidence.h>
+#include <fuse_flow/math/consistency.h>
+#include <fuse_flow/preprocessing.h>
+#include <fuse_flow/rig_frame.h>
+
+#include <pcl/point_cloud.h>
+
+#include <Eigen/Geometry>
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+namespace fuse_flow {
+
+/** \brief Everything that decides what a frame is fused into. The defaults are what measured best; see doc/parameters.md. */
+struct FuseFlowParameters {
+  PreprocessingParameters preprocessing;
+  ConfidenceParameters confidence;
+  ConsistencyParameters consistency;
+  AggregationParameters aggregation;
+  /** \brief MF of the paper's ablation; off: C = 1 wherever there is a measurement. */
+  bool use_measurement_confidence{true};
+  /** \brief DC; off: V = 1. */
+  bool use_distance_consistency{true};
+  /** \brief SA; off: point-wise fusion, one output point for each pixel that passes the gate. */
+  bool use_spatial_hash{true};
+  /** \brief Points outside are dropped before fusion; world frame, metres. */
+  std::optional<Eigen::AlignedBox3f> crop_box;
+
+  /** \brief The forms of eq. 3, 6, 7 and of the representatives exactly as the paper prints them. */
+  static FuseFlowParameters published();
+};
+
+/** \brief Throws pcl::BadArgumentException naming the parameter and its value if one is out of its range. */
+inline void checkParameters(const FuseFlowParameters& parameters);
+
+/** \brief What happened in the last frame. */
+struct FrameStatistics {
+  std::size_t measured_points{0};  ///< pixels with a measurement in range
+  std::size_t gated_points{0};     ///< of those, the ones with C > τ inside the crop box
+  std::size_t coarse_cells{0};
+  std::size_t fused_points{0};
+  std::vector<std::size_t> missing_cameras;  ///< numbers of the cameras without a view
+  double preprocess_ms{0};                   ///< depth to metres, range, hole fill, bilateral filter
+  double generate_ms{0};                     ///< eq. 3, 8, 9 and the coarse cell of each point
+  double merge_ms{0};                        ///< coarse cells of all views brought together
+  double fuse_ms{0};                         ///< section 5: representatives, eq. 4–7, 10, 11
+  double output_ms{0};                       ///< colours, normals, and writing the cloud
+  double total_ms{0};
+};
+
+/** \brief The frame pipeline: the views of one instant to one fused cloud, with no state from frame to frame but memory.
+ *
+ *  \code
+ *  fuse_flow::FuseFlow<fuse_flow::PointFused> fusion;
+ *  pcl::PointCloud<fuse_flow::PointFused> cloud;
+ *  fusion.fuse(frame, cloud);
+ *  \endcode
+ *
+ *  If PointT has rgb or rgba, colour is fused; if it has confidence (else intensity), that receives ω; if it has
+ *  view_count, the number of cameras that contributed; if it has a normal and setComputeNormals(true), the mean normal,
+ *  facing the cameras. The same frame gives the same bytes for any number of threads. */
+template <typename PointT, typename Device = device::Host>
+class FuseFlow;
+
+namespace host {
+class FramePipeline;
+}
+
+template <typename PointT>
+class FuseFlow<PointT, device::Host> {
+ public:
+  using PointCloud = pcl::PointCloud<PointT>;
+  using Ptr = std::shared_ptr<FuseFlow>;
+  using ConstPtr = std::shared_ptr<const FuseFlow>;
+
+  inline FuseFlow();
+  inline ~FuseFlow();
+  FuseFlow(FuseFlow&&) noexcept = default;
+  FuseFlow& operator=(FuseFlow&&) noexcept = default;
+
+  /** \brief Throws pcl::BadArgumentException for a value out of range. */
+  inline void setParameters(const FuseFlowParameters& parameters);
+  inline const FuseFlowParameters& getParameters() const;
+
+  /** \brief Threads to use; 0, the default, is one per core. */
+  inline void setNumberOfThreads(unsigned int threads);
+
+  /** \brief Fill PointT's normal, if it has one, from the depth images; default off. */
+  inline void setComputeNormals(bool compute);
+
+  /** \brief Fuse one frame. A missing camera is left out and named in the statistics; a frame without any view gives an
+   *  empty cloud. \throws pcl::BadArgumentException if a camera or a view contradicts itself
+   *  \throws pcl::PCLException if a point is too far out for the lattice of cells */
+  inline void fuse(const RigFrame& frame, PointCloud& output);
+
+  inline const FrameStatistics& getStatistics() const;
+
+ private:
+  std::unique_ptr<host::FramePipeline> pipeline_;
+  bool compute_normals_{false};
+};
+
+}  // namespace fuse_flow
+
+#include <fuse_flow/impl/fuse_flow.hpp>

@@ -1,0 +1,32 @@
+#pragma once
+
+namespace fuse_flow {
+
+/** \brief Which measurements stand for a cell in eq. 11. */
+enum class Representatives {
+  /** \brief As published: the three of highest C, whichever cameras they come from. */
+  HighestConfidence,
+  /** \brief The most confident one of each camera, of the three cameras whose best is highest. */
+  DifferentCameras,
+  /** \brief The confidence-weighted mean of each camera's points, of the three cameras with the most weight. */
+  CameraMeans
+};
+
+/** \brief Parameters of section 5. */
+struct AggregationParameters {
+  /** \brief Side of a coarse cell, metres; > 0. */
+  float cell_size{0.064f};
+  /** \brief Smallest side of a refined cell, metres; cells are cell_size / 2^L, and none is smaller than this; > 0. */
+  float min_cell_size{0.008f};
+  /** \brief Points wanted in a refined cell; > 0. */
+  float points_per_cell{1.0f};
+  Representatives representatives{Representatives::CameraMeans};
+  /** \brief A fused point of smaller ω is dropped, whatever surrounds it; [0, 1]. */
+  float min_weight{0.015f};
+  /** \brief A fused point of ω under this is weak: it is kept only if none of the 26 cells around it in the same coarse cell
+   *  keeps a better one. Where views disagree the measurements that agree stay, and a surface that only doubtful
+   *  measurements show thins out instead of vanishing; [0, 1], 0 keeps all. */
+  float weak_weight{0.25f};
+};
+
+}  // namespace fuse_flow

@@ -1,0 +1,61 @@
+#pragma once
+
+#include <fuse_flow/math/vec3.h>
+
+#include <cstdint>
+
+namespace fuse_flow {
+
+/** \brief Coarse cells are counted from the world's origin, not from the frame's minimum, so that a static surface falls
+ *  into the same cells in every frame. 21 bits an axis: ±1,048,575 cells. */
+struct CellIndex {
+  std::int32_t x{0}, y{0}, z{0};
+};
+
+constexpr std::int32_t kMaxCellCoordinate = (1 << 20) - 1;
+
+/** \brief Whether all three coordinates, in cells, fit a key. False for NaN. */
+FUSE_FLOW_HD bool fitsCellKey(const Vec3& cells) {
+  const float limit = static_cast<float>(kMaxCellCoordinate - 1);
+  return std::fabs(cells.x) < limit && std::fabs(cells.y) < limit && std::fabs(cells.z) < limit;
+}
+
+/** \brief ⌊v⌋ for |v| < 2³¹, by truncation: std::floor is a function call where SSE4.1 is not assumed. */
+FUSE_FLOW_HD std::int32_t floorToInt(float v) {
+  const std::int32_t truncated = static_cast<std::int32_t>(v);
+  return truncated - (v < static_cast<float>(truncated) ? 1 : 0);
+}
+
+FUSE_FLOW_HD CellIndex cellIndex(const Vec3& cells) { return {floorToInt(cells.x), floorToInt(cells.y), floorToInt(cells.z)}; }
+
+/** \brief 64-bit key of a coarse cell; distinct cells have distinct keys. */
+FUSE_FLOW_HD std::uint64_t cellKey(const CellIndex& c) {
+  const auto biased = [](std::int32_t v) { return static_cast<std::uint64_t>(v + (1 << 20)) & 0x1fffffu; };
+  return biased(c.x) | biased(c.y) << 21 | biased(c.z) << 42;
+}
+
+FUSE_FLOW_HD CellIndex cellOfKey(std::uint64_t key) {
+  const auto unbiased = [](std::uint64_t bits) { return static_cast<std::int32_t>(bits & 0x1fffffu) - (1 << 20); };
+  return {unbiased(key), unbiased(key >> 21), unbiased(key >> 42)};
+}
+
+/** \brief Spreads keys of neighbouring cells over the table (Fibonacci hashing of the folded key). */
+FUSE_FLOW_HD std::uint64_t hashCellKey(std::uint64_t key) {
+  key ^= key >> 32;
+  key *= 0x9e3779b97f4a7c15ull;
+  return key ^ key >> 29;
+}
+
+/** \brief Section 5 (1) d: the level L at which a coarse cell of count points is split into children of size/2^L. A surface
+ *  fills about 4^L of the 8^L children; L is the smallest with at most points_per_cell in each of those. */
+FUSE_FLOW_HD int refinementLevel(std::uint32_t count, float points_per_cell, int max_level) {
+  int level = 0;
+  float children = 1.0f;
+  while (level < max_level && static_cast<float>(count) > points_per_cell * children) {
+    ++level;
+    children *= 4.0f;
+  }
+  return level;
+}
+
+}  // namespace fuse_flow

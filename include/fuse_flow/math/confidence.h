@@ -1,0 +1,107 @@
+#pragma once
+
+#include <fuse_flow/math/host_device.h>
+
+#include <cmath>
+
+namespace fuse_flow {
+
+/** \brief How the gradient G and the spread σ_local of eq. 3 are measured in the 3×3 neighbourhood of a pixel. */
+enum class ConfidenceForm {
+  /** \brief As published: G is the norm of the central differences, σ_local the standard deviation about the mean. A plane
+   *  seen at an angle looks like noise. */
+  Published,
+  /** \brief Both about the local plane, and relative to the sensor's axial noise at that depth: σ_local from the second
+   *  differences, G from what exceeds the slope of a surface seen at max_incidence. */
+  SlopeCompensated
+};
+
+/** \brief Parameters of eq. 3 and 9. */
+struct ConfidenceParameters {
+  ConfidenceForm form{ConfidenceForm::SlopeCompensated};
+  float alpha{0.5f};  ///< α, weight of the gradient term; ≥ 0
+  float beta{0.5f};   ///< β, per length unit; ≥ 0
+  float gamma{1.0f};  ///< γ, weight of the spread term; ≥ 0, α + γ > 0
+  float delta{1.0f};  ///< δ, per length unit; ≥ 0
+  /** \brief τ of eq. 9 on the normalised scale C ∈ [0, 1]: the published 0.6 of α + γ = 1.5 is 0.4 here. */
+  float threshold{0.4f};
+  /** \brief Metres in the unit that G and σ_local are measured in; > 0. The paper names none; centimetres. */
+  float length_unit{0.01f};
+  /** \brief Standard deviation of the depth at z is noise_floor + noise_quadratic · z²; metres and 1/metres, ≥ 0. It is what
+   *  SlopeCompensated divides by, in units of the sensor's noise at noise_reference metres. Kinect v1's published
+   *  figures (Khoshelham and Elberink 2012: 1.425e-3 z²). */
+  float noise_floor{0.0005f};
+  float noise_quadratic{0.001425f};
+  float noise_reference{1.0f};
+  /** \brief SlopeCompensated: a surface seen at more than this angle from its normal counts as a jump; radians, (0, π/2). */
+  float max_incidence{1.3f};
+};
+
+/** \brief Expected standard deviation of a depth measurement at depth z; metres. */
+FUSE_FLOW_HD float axialNoise(const ConfidenceParameters& p, float z) { return p.noise_floor + p.noise_quadratic * z * z; }
+
+/** \brief Eq. 3, divided by α + γ so that C ∈ (0, 1] as eq. 2 says. G and sigma_local in length units. */
+FUSE_FLOW_HD float confidence(const ConfidenceParameters& p, float G, float sigma_local) {
+  return (p.alpha / (1.0f + p.beta * G) + p.gamma / (1.0f + p.delta * sigma_local)) / (p.alpha + p.gamma);
+}
+
+/** \brief The 3×3 neighbourhood of a depth pixel, row by row, metres; 0 where there is no measurement. */
+struct DepthPatch {
+  float z[9];
+};
+
+/** \brief Published form: G from central differences (one-sided at holes), σ_local over the valid pixels about their mean. */
+FUSE_FLOW_HD float confidencePublished(const ConfidenceParameters& p, const DepthPatch& patch) {
+  const float* z = patch.z;
+  const float centre = z[4];
+  // Central difference where both neighbours are there, else one-sided, else none.
+  const auto difference = [centre](float before, float after) {
+    const float b = before > 0 ? before : centre;
+    const float a = after > 0 ? after : centre;
+    const float steps = (before > 0 ? 1.0f : 0.0f) + (after > 0 ? 1.0f : 0.0f);
+    return steps > 0 ? (a - b) / steps : 0.0f;
+  };
+  const float gx = difference(z[3], z[5]);
+  const float gy = difference(z[1], z[7]);
+  float n = 0, sum = 0, sum_squares = 0;
+  for (int i = 0; i < 9; ++i) {
+    const float valid = z[i] > 0 ? 1.0f : 0.0f;
+    const float d = valid * (z[i] - centre);  // about the centre: no cancellation
+    n += valid;
+    sum += d;
+    sum_squares += d * d;
+  }
+  const float mean = sum / n;
+  const float variance = sum_squares / n - mean * mean;
+  const float unit = 1.0f / p.length_unit;
+  return confidence(p, unit * std::sqrt(gx * gx + gy * gy), unit * std::sqrt(variance > 0 ? variance : 0.0f));
+}
+
+/** \brief Slope-compensated form. Second differences r = z₋ − 2 z₀ + z₊ in the four directions through the pixel vanish on a
+ *  plane, and of independent noise they have variance 6 σ². What the slope itself exceeds a surface at max_incidence by, is a
+ *  jump. A neighbour that is missing counts as a jump of one length unit: holes surround what sensors measure badly.
+ *  \param pixel_angle tangent between neighbouring pixels, 1/f */
+FUSE_FLOW_HD float confidenceSlopeCompensated(const ConfidenceParameters& p, const DepthPatch& patch, float pixel_angle,
+                                              float tan_max_incidence) {
+  const float* z = patch.z;
+  const float centre = z[4];
+  const float max_step = 2.0f * tan_max_incidence * pixel_angle * centre;
+  float pairs = 0, sum_squares = 0, excess = 0;
+  const int before[4] = {0, 1, 2, 3};
+  for (int d = 0; d < 4; ++d) {
+    const float a = z[before[d]];
+    const float b = z[8 - before[d]];
+    const float valid = (a > 0 ? 1.0f : 0.0f) * (b > 0 ? 1.0f : 0.0f);
+    const float r = valid * (a - 2 * centre + b);
+    const float slope = valid * std::fabs(b - a) - max_step * (d == 1 || d == 3 ? 1.0f : 1.41421356f);
+    pairs += valid;
+    sum_squares += r * r;
+    excess = slope > excess ? slope : excess;
+  }
+  const float scale = axialNoise(p, p.noise_reference) / (axialNoise(p, centre) * p.length_unit);
+  const float missing = 0.25f * (4.0f - pairs);
+  const float sigma = pairs > 0 ? std::sqrt(sum_squares / (6.0f * pairs)) : 0.0f;
+  return confidence(p, 0.5f * excess * scale + missing, sigma * scale + missing);
+}
+
+}  // namespace fuse_flow

@@ -1,0 +1,91 @@
+#pragma once
+
+#include <fuse_flow/math/pinhole.h>
+
+namespace fuse_flow {
+
+/** \brief What a view in which the point is hidden, or in which there is free space at the point, says about it. */
+enum class OcclusionForm {
+  /** \brief As published: every view that the point projects into counts with its d². */
+  Published,
+  /** \brief A view that measured something nearer than the point by more than the margin is skipped: the point is hidden from
+   *  it. One that measured well behind the point has seen through it: that multiplies V by free_space_penalty, and is not
+   *  averaged away by views that agree. */
+  OcclusionAware
+};
+
+/** \brief How d_ij of eq. 6 is measured. */
+enum class DistanceForm {
+  /** \brief As published: ‖P − Q‖, the distance between the points; includes up to half a pixel sideways. */
+  Euclidean,
+  /** \brief |z − D| along the other camera's ray. */
+  AlongRay
+};
+
+/** \brief Parameters of eq. 4–7. */
+struct ConsistencyParameters {
+  OcclusionForm occlusion{OcclusionForm::OcclusionAware};
+  DistanceForm distance{DistanceForm::AlongRay};
+  /** \brief σ at 1 m, metres; > 0. */
+  float sigma{0.02f};
+  /** \brief How σ grows: σ(z) = sigma + sigma_quadratic · (z² − 1) beyond 1 m, 1/metres, ≥ 0; 0 is the published constant. */
+  float sigma_quadratic{0.0f};
+  /** \brief Beyond this many σ a nearer measurement hides the point and a farther one has seen through it; > 0. */
+  float margin{2.5f};
+  /** \brief What each view that has seen through a point multiplies its V by; (0, 1]. */
+  float free_space_penalty{0.05f};
+  /** \brief K: a point is compared with at most K − 1 other views; ≥ 2. */
+  int max_views{8};
+  /** \brief A point looks into at most this many other views to find those K − 1; ≥ max_views − 1. */
+  int max_candidates{12};
+};
+
+FUSE_FLOW_HD float consistencySigma(const ConsistencyParameters& p, float z) {
+  return p.sigma + p.sigma_quadratic * (z > 1.0f ? z * z - 1.0f : 0.0f);
+}
+
+/** \brief What one other view says about a point. */
+struct ViewOpinion {
+  enum Verdict { Hidden, Distance, SeenThrough };
+  Verdict verdict{Hidden};
+  /** \brief d² / σ² of eq. 7, if the verdict is Distance. */
+  float squared_distance{0};
+};
+
+/** \brief Eq. 5–6 in camera j's own frame, where no transformation of Q is needed: rigid motions keep distances.
+ *  \param p_J the point in camera j's frame  \param ray_J the ray of the pixel it falls on  \param depth D_j there; > 0 */
+FUSE_FLOW_HD ViewOpinion viewOpinion(const ConsistencyParameters& p, const Vec3& p_J, const Ray& ray_J, float depth) {
+  const float sigma = consistencySigma(p, depth);
+  const float inverse_sigma = 1.0f / sigma;
+  const float behind = (p_J.z - depth) * inverse_sigma;
+  if (p.occlusion == OcclusionForm::OcclusionAware) {
+    if (behind > p.margin) return {ViewOpinion::Hidden, 0.0f};
+    if (behind < -p.margin) return {ViewOpinion::SeenThrough, 0.0f};
+  }
+  if (p.distance == DistanceForm::AlongRay) return {ViewOpinion::Distance, behind * behind};
+  return {ViewOpinion::Distance, squaredNorm(p_J - pointOnRay(ray_J, depth)) * inverse_sigma * inverse_sigma};
+}
+
+/** \brief The opinions of other views on one point, summed up. */
+struct Consistency {
+  float sum_squared_distance{0};
+  int agreeing{0};  ///< views whose d² counts
+  int seeing_through{0};
+
+  FUSE_FLOW_HD int views() const { return agreeing + seeing_through; }
+  FUSE_FLOW_HD void add(const ViewOpinion& opinion) {
+    sum_squared_distance += opinion.squared_distance;
+    agreeing += opinion.verdict == ViewOpinion::Distance ? 1 : 0;
+    seeing_through += opinion.verdict == ViewOpinion::SeenThrough ? 1 : 0;
+  }
+};
+
+/** \brief Eq. 7: V = exp(−mean d²/σ²), times the penalty for each view that sees through. A point that no other view can
+ *  judge has V = 1. */
+FUSE_FLOW_HD float consistency(const ConsistencyParameters& p, const Consistency& c) {
+  float V = c.agreeing > 0 ? std::exp(-c.sum_squared_distance / static_cast<float>(c.agreeing)) : 1.0f;
+  for (int k = 0; k < c.seeing_through; ++k) V *= p.free_space_penalty;
+  return V;
+}
+
+}  // namespace fuse_flow

@@ -1,0 +1,90 @@
+#pragma once
+
+#include <fuse_flow/math/vec3.h>
+
+namespace fuse_flow {
+
+/** \brief Brown–Conrady lens with the rational radial term: with r² = x² + y²,
+ *  s = (1 + k1 r² + k2 r⁴ + k3 r⁶) / (1 + k4 r² + k5 r⁴ + k6 r⁶),
+ *  x_d = x s + 2 p1 x y + p2 (r² + 2 x²), y_d = y s + p1 (r² + 2 y²) + 2 p2 x y.
+ *  All zero: an ideal lens. The order k1, k2, p1, p2, k3 … k6 is the one calibration tools write. */
+struct Distortion {
+  float k1{0}, k2{0}, p1{0}, p2{0}, k3{0}, k4{0}, k5{0}, k6{0};
+};
+
+FUSE_FLOW_HD bool isIdeal(const Distortion& d) {
+  return d.k1 == 0 && d.k2 == 0 && d.p1 == 0 && d.p2 == 0 && d.k3 == 0 && d.k4 == 0 && d.k5 == 0 && d.k6 == 0;
+}
+
+/** \brief Image size and intrinsic matrix K, pixels; pixel centres lie at integer coordinates. */
+struct Intrinsics {
+  int width{0};
+  int height{0};
+  float fx{0};
+  float fy{0};
+  float cx{0};
+  float cy{0};
+  Distortion distortion;
+};
+
+/** \brief A position in an image, pixels. */
+struct Pixel {
+  float u{0};
+  float v{0};
+};
+
+/** \brief A ray through the optical centre: x/z and y/z of every point on it. */
+struct Ray {
+  float x{0};
+  float y{0};
+};
+
+/** \brief Ideal ray to the ray the lens makes of it. */
+FUSE_FLOW_HD Ray distort(const Distortion& d, const Ray& p) {
+  const float r2 = p.x * p.x + p.y * p.y;
+  const float s = (1 + r2 * (d.k1 + r2 * (d.k2 + r2 * d.k3))) / (1 + r2 * (d.k4 + r2 * (d.k5 + r2 * d.k6)));
+  return {p.x * s + 2 * d.p1 * p.x * p.y + d.p2 * (r2 + 2 * p.x * p.x),
+          p.y * s + d.p1 * (r2 + 2 * p.y * p.y) + 2 * d.p2 * p.x * p.y};
+}
+
+/** \brief Inverse of distort() by Newton's method with a numeric Jacobian: quadratic convergence, where the usual
+ *  fixed-point iteration creeps or diverges near the corners of wide lenses. */
+FUSE_FLOW_HD Ray undistort(const Distortion& d, const Ray& distorted) {
+  Ray p = distorted;
+  constexpr float h = 1e-3f;
+  for (int iteration = 0; iteration < 12; ++iteration) {
+    const Ray f = distort(d, p);
+    const float ex = distorted.x - f.x;
+    const float ey = distorted.y - f.y;
+    if (ex * ex + ey * ey < 1e-14f) break;
+    const Ray xp = distort(d, {p.x + h, p.y});
+    const Ray xm = distort(d, {p.x - h, p.y});
+    const Ray yp = distort(d, {p.x, p.y + h});
+    const Ray ym = distort(d, {p.x, p.y - h});
+    const float a = (xp.x - xm.x) / (2 * h), b = (yp.x - ym.x) / (2 * h);
+    const float c = (xp.y - xm.y) / (2 * h), e = (yp.y - ym.y) / (2 * h);
+    const float determinant = a * e - b * c;
+    if (!(determinant > 1e-6f)) break;  // the lens model folds over here; the best so far is as good as it gets
+    p.x += (e * ex - b * ey) / determinant;
+    p.y += (a * ey - c * ex) / determinant;
+  }
+  return p;
+}
+
+/** \brief π of eq. 4: a point in the camera frame, z > 0, to its pixel. */
+FUSE_FLOW_HD Pixel project(const Intrinsics& K, const Vec3& p_C) {
+  Ray ray{p_C.x / p_C.z, p_C.y / p_C.z};
+  if (!isIdeal(K.distortion)) ray = distort(K.distortion, ray);
+  return {K.fx * ray.x + K.cx, K.fy * ray.y + K.cy};
+}
+
+/** \brief The ray through a pixel: π⁻¹ of eq. 5 and 8 at depth 1. */
+FUSE_FLOW_HD Ray unproject(const Intrinsics& K, const Pixel& pixel) {
+  const Ray ray{(pixel.u - K.cx) / K.fx, (pixel.v - K.cy) / K.fy};
+  return isIdeal(K.distortion) ? ray : undistort(K.distortion, ray);
+}
+
+/** \brief π⁻¹ of eq. 5 and 8: the point at depth z (metres, along the optical axis) on a ray. */
+FUSE_FLOW_HD Vec3 pointOnRay(const Ray& ray, float z) { return {ray.x * z, ray.y * z, z}; }
+
+}  // namespace fuse_flow

@@ -1,0 +1,103 @@
+#pragma once
+
+/** \file
+ *  \brief The one seam between the algorithms and point types: which optional fields a point has, found by PCL's field traits
+ *  at compile time, and how to read and write them. Everything goes through the registered offset, so that a point type whose
+ *  members are named differently from its fields works too. */
+
+#include <fuse_flow/math/vec3.h>
+#include <fuse_flow/point_types.h>
+
+#include <pcl/type_traits.h>
+
+#include <cstring>
+
+namespace fuse_flow {
+namespace point {
+
+template <typename PointT, typename Field>
+constexpr bool has = pcl::traits::has_field<PointT, Field>::value;
+
+template <typename PointT>
+constexpr bool has_color = has<PointT, pcl::fields::rgb> || has<PointT, pcl::fields::rgba>;
+template <typename PointT>
+constexpr bool has_normal = has<PointT, pcl::fields::normal_x> && has<PointT, pcl::fields::normal_y> &&
+                            has<PointT, pcl::fields::normal_z>;
+
+template <typename Field, typename Value, typename PointT>
+void setField(PointT& point, const Value& value) {
+  std::memcpy(reinterpret_cast<char*>(&point) + pcl::traits::offset<PointT, Field>::value, &value, sizeof(Value));
+}
+
+template <typename Field, typename Value, typename PointT>
+Value getField(const PointT& point) {
+  Value value;
+  std::memcpy(&value, reinterpret_cast<const char*>(&point) + pcl::traits::offset<PointT, Field>::value, sizeof(Value));
+  return value;
+}
+
+template <typename PointT>
+void setPosition(PointT& point, const Vec3& p) {
+  point.x = p.x;
+  point.y = p.y;
+  point.z = p.z;
+}
+
+/** \brief Colour channels in 0 … 255, so that they can be averaged. */
+template <typename PointT>
+Vec3 getColor(const PointT& point) {
+  std::uint32_t rgba = 0;
+  if constexpr (has<PointT, pcl::fields::rgba>) {
+    rgba = getField<pcl::fields::rgba, std::uint32_t>(point);
+  } else if constexpr (has<PointT, pcl::fields::rgb>) {
+    rgba = getField<pcl::fields::rgb, std::uint32_t>(point);
+  }
+  return {static_cast<float>(rgba >> 16 & 255u), static_cast<float>(rgba >> 8 & 255u), static_cast<float>(rgba & 255u)};
+}
+
+/** \brief Rounds to the nearest; opaque. */
+template <typename PointT>
+void setColor(PointT& point, const Vec3& color) {
+  const auto channel = [](float value) { return static_cast<std::uint32_t>(value + 0.5f); };
+  const std::uint32_t rgba = 0xff000000u | channel(color.x) << 16 | channel(color.y) << 8 | channel(color.z);
+  if constexpr (has<PointT, pcl::fields::rgba>) {
+    setField<pcl::fields::rgba>(point, rgba);
+  } else if constexpr (has<PointT, pcl::fields::rgb>) {
+    setField<pcl::fields::rgb>(point, rgba);
+  }
+}
+
+/** \brief To confidence if the point has it, else to intensity if it has that. */
+template <typename PointT>
+void setWeight(PointT& point, float weight) {
+  if constexpr (has<PointT, pcl::fields::confidence>) {
+    setField<pcl::fields::confidence>(point, weight);
+  } else if constexpr (has<PointT, pcl::fields::intensity>) {
+    setField<pcl::fields::intensity>(point, weight);
+  }
+}
+
+template <typename PointT>
+void setViewCount(PointT& point, std::uint32_t views) {
+  if constexpr (has<PointT, pcl::fields::view_count>) setField<pcl::fields::view_count>(point, views);
+}
+
+template <typename PointT>
+Vec3 getNormal(const PointT& point) {
+  if constexpr (has_normal<PointT>)
+    return {getField<pcl::fields::normal_x, float>(point), getField<pcl::fields::normal_y, float>(point),
+            getField<pcl::fields::normal_z, float>(point)};
+  return {};
+}
+
+template <typename PointT>
+void setNormal(PointT& point, const Vec3& n) {
+  if constexpr (has_normal<PointT>) {
+    setField<pcl::fields::normal_x>(point, n.x);
+    setField<pcl::fields::normal_y>(point, n.y);
+    setField<pcl::fields::normal_z>(point, n.z);
+  }
+}
+
+}  // namespace point
+}  // namespace fuse_flow

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <fuse_flow/camera.h>
+#include <fuse_flow/depth_view.h>
+
+#include <vector>
+
+namespace fuse_flow {
+
+/** \brief The views of one instant: views[i] is what cameras[i] measured. Keep one and refill views from frame to frame:
+ *  what depends on the calibration alone is then computed once. */
+struct RigFrame {
+  std::vector<Camera> cameras;
+  std::vector<DepthView> views;
+  /** \brief Goes into the header of the fused cloud; microseconds, as in pcl::PCLHeader. */
+  std::uint64_t stamp{0};
+};
+
+/** \brief Throws pcl::BadArgumentException, naming the camera and what is wrong, unless every present view fits its camera. */
+inline void checkRigFrame(const RigFrame& frame);
+
+}  // namespace fuse_flow
+
+#include <fuse_flow/impl/rig_frame.hpp>
