@@ -71,7 +71,7 @@ void FuseFlow<PointT, device::Host>::fuse(const RigFrame& frame, PointCloud& out
     point::setPosition(point, fused.p);
     point::setWeight(point, fused.weight);
     point::setViewCount(point, fused.views);
-    Vec3 color, normal;
+    Vec3 color{}, normal{};
     for (std::size_t k = 0; k < fused.count; ++k) {
       if constexpr (point::has_color<PointT>) color = color + fused.share[k] * pipeline.color(fused.source[k]);
       if constexpr (point::has_normal<PointT>)

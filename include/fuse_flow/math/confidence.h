@@ -42,7 +42,9 @@ FUSE_FLOW_HD float axialNoise(const ConfidenceParameters& p, float z) { return p
 
 /** \brief Eq. 3, divided by α + γ so that C ∈ (0, 1] as eq. 2 says. G and sigma_local in length units. */
 FUSE_FLOW_HD float confidence(const ConfidenceParameters& p, float G, float sigma_local) {
-  return (p.alpha / (1.0f + p.beta * G) + p.gamma / (1.0f + p.delta * sigma_local)) / (p.alpha + p.gamma);
+  const float g = 1.0f + p.beta * G;
+  const float s = 1.0f + p.delta * sigma_local;
+  return (p.alpha * s + p.gamma * g) / (g * s * (p.alpha + p.gamma));  // one division instead of three
 }
 
 /** \brief The 3×3 neighbourhood of a depth pixel, row by row, metres; 0 where there is no measurement. */
@@ -50,57 +52,74 @@ struct DepthPatch {
   float z[9];
 };
 
+// The two forms below run for every pixel of every frame: no branches, so that compilers turn a row into vector code.
+
 /** \brief Published form: G from central differences (one-sided at holes), σ_local over the valid pixels about their mean. */
 FUSE_FLOW_HD float confidencePublished(const ConfidenceParameters& p, const DepthPatch& patch) {
   const float* z = patch.z;
   const float centre = z[4];
   // Central difference where both neighbours are there, else one-sided, else none.
   const auto difference = [centre](float before, float after) {
+    const float steps = (before > 0 ? 1.0f : 0.0f) + (after > 0 ? 1.0f : 0.0f);
     const float b = before > 0 ? before : centre;
     const float a = after > 0 ? after : centre;
-    const float steps = (before > 0 ? 1.0f : 0.0f) + (after > 0 ? 1.0f : 0.0f);
-    return steps > 0 ? (a - b) / steps : 0.0f;
+    return (a - b) / (steps > 1 ? 2.0f : 1.0f);
   };
   const float gx = difference(z[3], z[5]);
   const float gy = difference(z[1], z[7]);
-  float n = 0, sum = 0, sum_squares = 0;
+  float n = 1, sum = 0, sum_squares = 0;  // the centre, which differs from itself by nothing
   for (int i = 0; i < 9; ++i) {
+    if (i == 4) continue;
     const float valid = z[i] > 0 ? 1.0f : 0.0f;
     const float d = valid * (z[i] - centre);  // about the centre: no cancellation
     n += valid;
     sum += d;
     sum_squares += d * d;
   }
-  const float mean = sum / n;
-  const float variance = sum_squares / n - mean * mean;
+  const float per_n = 1.0f / n;
+  const float mean = sum * per_n;
+  const float variance = sum_squares * per_n - mean * mean;
   const float unit = 1.0f / p.length_unit;
   return confidence(p, unit * std::sqrt(gx * gx + gy * gy), unit * std::sqrt(variance > 0 ? variance : 0.0f));
 }
 
+/** \brief What of the slope-compensated form is the same for all pixels of a view. */
+struct SlopeScale {
+  float straight;  ///< largest step between opposite neighbours per metre of depth, along rows and columns
+  float diagonal;  ///< along diagonals
+  float reference_noise_per_unit;
+};
+
+/** \param pixel_angle tangent between neighbouring pixels, 1/f */
+FUSE_FLOW_HD SlopeScale slopeScale(const ConfidenceParameters& p, float pixel_angle) {
+  const float step = 2.0f * std::tan(p.max_incidence) * pixel_angle;
+  return {step, 1.41421356f * step, axialNoise(p, p.noise_reference) / p.length_unit};
+}
+
 /** \brief Slope-compensated form. Second differences r = z₋ − 2 z₀ + z₊ in the four directions through the pixel vanish on a
  *  plane, and of independent noise they have variance 6 σ². What the slope itself exceeds a surface at max_incidence by, is a
- *  jump. A neighbour that is missing counts as a jump of one length unit: holes surround what sensors measure badly.
- *  \param pixel_angle tangent between neighbouring pixels, 1/f */
-FUSE_FLOW_HD float confidenceSlopeCompensated(const ConfidenceParameters& p, const DepthPatch& patch, float pixel_angle,
-                                              float tan_max_incidence) {
+ *  jump. A direction with a missing neighbour counts as a quarter of a length unit in both terms: holes surround what sensors
+ *  measure badly. */
+FUSE_FLOW_HD float confidenceSlopeCompensated(const ConfidenceParameters& p, const DepthPatch& patch,
+                                              const SlopeScale& slope) {
   const float* z = patch.z;
   const float centre = z[4];
-  const float max_step = 2.0f * tan_max_incidence * pixel_angle * centre;
   float pairs = 0, sum_squares = 0, excess = 0;
-  const int before[4] = {0, 1, 2, 3};
-  for (int d = 0; d < 4; ++d) {
-    const float a = z[before[d]];
-    const float b = z[8 - before[d]];
-    const float valid = (a > 0 ? 1.0f : 0.0f) * (b > 0 ? 1.0f : 0.0f);
+  const auto direction = [&](float a, float b, float max_slope) {
+    const float valid = a > 0 ? (b > 0 ? 1.0f : 0.0f) : 0.0f;
     const float r = valid * (a - 2 * centre + b);
-    const float slope = valid * std::fabs(b - a) - max_step * (d == 1 || d == 3 ? 1.0f : 1.41421356f);
+    const float over = valid * std::fabs(b - a) - max_slope * centre;
     pairs += valid;
     sum_squares += r * r;
-    excess = slope > excess ? slope : excess;
-  }
-  const float scale = axialNoise(p, p.noise_reference) / (axialNoise(p, centre) * p.length_unit);
-  const float missing = 0.25f * (4.0f - pairs);
-  const float sigma = pairs > 0 ? std::sqrt(sum_squares / (6.0f * pairs)) : 0.0f;
+    excess = over > excess ? over : excess;
+  };
+  direction(z[3], z[5], slope.straight);
+  direction(z[1], z[7], slope.straight);
+  direction(z[0], z[8], slope.diagonal);
+  direction(z[2], z[6], slope.diagonal);
+  const float scale = slope.reference_noise_per_unit / axialNoise(p, centre);
+  const float missing = 1.0f - 0.25f * pairs;
+  const float sigma = std::sqrt(sum_squares / (6.0f * (pairs > 1 ? pairs : 1.0f)));
   return confidence(p, 0.5f * excess * scale + missing, sigma * scale + missing);
 }
 

@@ -78,6 +78,33 @@ FUSE_FLOW_HD Pixel project(const Intrinsics& K, const Vec3& p_C) {
   return {K.fx * ray.x + K.cx, K.fy * ray.y + K.cy};
 }
 
+/** \brief K and T̂ of an ideal lens in one 3×4 matrix: u = m₀·p / m₂·p, v = m₁·p / m₂·p, z = m₂·p for p in the world frame. */
+struct ProjectionMatrix {
+  float m[12];
+};
+
+FUSE_FLOW_HD ProjectionMatrix projectionMatrix(const Intrinsics& K, const RigidTransform& T_camera_world) {
+  const float* r = T_camera_world.r;
+  const Vec3& t = T_camera_world.t;
+  ProjectionMatrix P;
+  for (int k = 0; k < 3; ++k) {
+    P.m[k] = K.fx * r[k] + K.cx * r[6 + k];
+    P.m[4 + k] = K.fy * r[3 + k] + K.cy * r[6 + k];
+    P.m[8 + k] = r[6 + k];
+  }
+  P.m[3] = K.fx * t.x + K.cx * t.z;
+  P.m[7] = K.fy * t.y + K.cy * t.z;
+  P.m[11] = t.z;
+  return P;
+}
+
+/** \brief (u z, v z, z) of a point in the world frame. */
+FUSE_FLOW_HD Vec3 operator*(const ProjectionMatrix& P, const Vec3& p) {
+  const float* m = P.m;
+  return {m[0] * p.x + m[1] * p.y + m[2] * p.z + m[3], m[4] * p.x + m[5] * p.y + m[6] * p.z + m[7],
+          m[8] * p.x + m[9] * p.y + m[10] * p.z + m[11]};
+}
+
 /** \brief The ray through a pixel: π⁻¹ of eq. 5 and 8 at depth 1. */
 FUSE_FLOW_HD Ray unproject(const Intrinsics& K, const Pixel& pixel) {
   const Ray ray{(pixel.u - K.cx) / K.fx, (pixel.v - K.cy) / K.fy};

@@ -6,11 +6,12 @@
 
 namespace fuse_flow {
 
-/** \brief Three floats that live in registers: what the per-pixel maths is written in, on the CPU and on the GPU. */
+/** \brief Three floats that live in registers: what the per-pixel maths is written in, on the CPU and on the GPU.
+ *  Trivial: Vec3{} is zero, Vec3 v; is not. */
 struct Vec3 {
-  float x{0.0f};
-  float y{0.0f};
-  float z{0.0f};
+  float x;
+  float y;
+  float z;
 };
 
 FUSE_FLOW_HD Vec3 operator+(const Vec3& a, const Vec3& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
@@ -26,7 +27,7 @@ FUSE_FLOW_HD bool isFinite(const Vec3& a) { return std::isfinite(a.x) && std::is
 /** \brief A rigid motion p ↦ R p + t, R row-major. */
 struct RigidTransform {
   float r[9]{1, 0, 0, 0, 1, 0, 0, 0, 1};
-  Vec3 t;
+  Vec3 t{};
 };
 
 FUSE_FLOW_HD Vec3 rotate(const RigidTransform& T, const Vec3& p) {

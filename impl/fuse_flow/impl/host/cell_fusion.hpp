@@ -14,7 +14,7 @@ constexpr int kRepresentatives = 3;  // "the top three points"
 
 /** \brief One fused point and the measurements it came from. */
 struct FusedPoint {
-  Vec3 p;
+  Vec3 p{};
   /** \brief The mean ω of the representatives, weighted with ω itself. */
   float weight{0};
   /** \brief The representatives' points, and their shares of eq. 11, which add up to 1; count of them. */
@@ -25,16 +25,17 @@ struct FusedPoint {
   std::uint16_t views{0};
 };
 
-/** \brief A measurement, or one camera's measurements, that may stand for a cell. */
+/** \brief A measurement, or one camera's measurements, that may stand for a cell. Left uninitialised: there are hundreds of
+ *  thousands, and filling them with zeros costs more than filling them in. */
 struct Candidate {
   /** \brief Σ C p and Σ C relative to the coarse cell's corner; of one point unless CameraMeans. */
   Vec3 sum;
-  float sum_C{0};
-  float n{0};
+  float sum_C;
+  float n;
   /** \brief The most confident point. */
-  float best_C{0};
-  std::uint32_t best{0};
-  std::uint32_t camera{0};
+  float best_C;
+  std::uint32_t best;
+  std::uint32_t camera;
 };
 
 /** \brief Highest C first; ties by camera and pixel, which is the order of the indices. */
@@ -47,7 +48,9 @@ struct Child {
   /** \brief One more than are kept: a camera's sum is only known when its last point is in. */
   std::array<Candidate, kRepresentatives + 1> candidates;
   int count{0};
-  std::uint32_t position{0};
+  std::uint32_t position;
+
+  explicit Child(std::uint32_t where) : position(where) {}
 
   void dropLast() {
     if (count <= kRepresentatives) return;
@@ -57,27 +60,25 @@ struct Child {
 
   /** \brief Points come in the order of their indices, camera after camera. */
   void add(Representatives mode, const Vec3& relative, float C, std::uint32_t index, std::uint32_t camera) {
-    const Candidate point{C * relative, C, 1.0f, C, index, camera};
-    if (mode != Representatives::HighestConfidence) {
-      for (int k = 0; k < count; ++k) {
-        Candidate& c = candidates[static_cast<std::size_t>(k)];
-        if (c.camera != camera) continue;
+    if (mode != Representatives::HighestConfidence && count > 0) {
+      Candidate& last = candidates[static_cast<std::size_t>(count - 1)];
+      if (last.camera == camera) {
         if (mode == Representatives::CameraMeans) {
-          c.sum = c.sum + point.sum;
-          c.sum_C += C;
-          c.n += 1.0f;
-          if (C > c.best_C) {
-            c.best_C = C;
-            c.best = index;
-          }
-        } else if (outranks(point, c)) {
-          c = point;
+          last.sum = last.sum + C * relative;
+          last.sum_C += C;
+          last.n += 1.0f;
+        } else if (C > last.best_C) {
+          last = {C * relative, C, 1.0f, C, index, camera};
+        }
+        if (C > last.best_C) {
+          last.best_C = C;
+          last.best = index;
         }
         return;
       }
     }
     dropLast();
-    candidates[static_cast<std::size_t>(count++)] = point;
+    candidates[static_cast<std::size_t>(count++)] = {C * relative, C, 1.0f, C, index, camera};
   }
 };
 
@@ -95,9 +96,8 @@ struct CellScratch {
 template <typename Evaluate>
 FusedPoint fuseChild(Child& child, const Vec3& corner, const Evaluate& evaluate) {
   child.dropLast();
-  std::sort(child.candidates.begin(), child.candidates.begin() + child.count, outranks);
   FusedPoint fused;
-  Vec3 sum;
+  Vec3 sum{};
   float total = 0, sum_weights = 0;
   for (int k = 0; k < child.count; ++k) {
     const Candidate& c = child.candidates[static_cast<std::size_t>(k)];
@@ -184,7 +184,7 @@ void fuseCell(const AggregationParameters& p, int max_level, const CoarseGrid& g
           coordinate(to_child * relative.z) << 2 * level);
       std::uint32_t& slot = scratch.slot[position];
       if (slot == 0) {
-        scratch.children.emplace_back().position = position;
+        scratch.children.emplace_back(position);
         slot = static_cast<std::uint32_t>(scratch.children.size());
       }
       scratch.children[slot - 1].add(p.representatives, relative, points[index].C, index, camera);

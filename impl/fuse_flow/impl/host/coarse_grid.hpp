@@ -14,7 +14,7 @@ namespace host {
 
 /** \brief A point and its measurement confidence; C = 0: gated, or no measurement. */
 struct WeightedPoint {
-  Vec3 p;
+  Vec3 p{};
   float C{0};
 };
 
@@ -78,26 +78,40 @@ class RunBuilder {
     inverse_size_ = 1.0f / cell_size;
     table_.clear();
     runs_.clear();
-    open_ = false;
+    begin_ = next_ = 0;
+    low_ = {1, 1, 1};  // no cell: nothing is ≥ 1 and < 0
+    high_ = {0, 0, 0};
   }
 
   /** \brief Points with C = 0 must not be added; they end no run by themselves, a gap in the indices does. */
   void add(std::uint32_t index, const Vec3& p) {
     const Vec3 cells = inverse_size_ * p;
-    const bool same = open_ & (cells.x >= low_.x) & (cells.x < low_.x + 1) & (cells.y >= low_.y) & (cells.y < low_.y + 1) &
-                      (cells.z >= low_.z) & (cells.z < low_.z + 1);
-    if (same && runs_.back().begin + runs_.back().count == index) {
-      ++runs_.back().count;
+    const bool same = (cells.x >= low_.x) & (cells.x < high_.x) & (cells.y >= low_.y) & (cells.y < high_.y) &
+                      (cells.z >= low_.z) & (cells.z < high_.z);
+    if (same & (index == next_)) {
+      ++next_;
       return;
     }
+    close();
     if (!same) enterCell(cells, p);
-    runs_.push_back({cell_, index, 1});
+    begin_ = index;
+    next_ = index + 1;
+  }
+
+  /** \brief After the last point. */
+  void finish() {
+    close();
+    begin_ = next_ = 0;
   }
 
   const CellTable& table() const { return table_; }
   const std::vector<Run>& runs() const { return runs_; }
 
  private:
+  void close() {
+    if (next_ > begin_) runs_.push_back({cell_, begin_, next_ - begin_});
+  }
+
   void enterCell(const Vec3& cells, const Vec3& p) {
     if (!fitsCellKey(cells)) {
       std::ostringstream message;
@@ -107,15 +121,19 @@ class RunBuilder {
     }
     const CellIndex c = cellIndex(cells);
     low_ = {static_cast<float>(c.x), static_cast<float>(c.y), static_cast<float>(c.z)};
+    high_ = {low_.x + 1, low_.y + 1, low_.z + 1};
     cell_ = table_.findOrAdd(cellKey(c));
-    open_ = true;
   }
 
   float inverse_size_{1};
   CellTable table_;
   std::vector<Run> runs_;
-  bool open_{false};
-  Vec3 low_;
+  /** \brief The cell entered last, in cells. */
+  Vec3 low_{};
+  Vec3 high_{};
+  /** \brief The open run. */
+  std::uint32_t begin_{0};
+  std::uint32_t next_{0};
   std::uint32_t cell_{0};
 };
 

@@ -39,20 +39,14 @@ class ConsistencyEvaluator {
   template <typename Visit>
   bool ask(const Vec3& p_W, std::uint32_t j, const Visit& visit) const {
     const ViewGeometry& view = (*rig_)[j];
-    const DepthMap& depth = (*depths_)[j];
-    const Vec3 p_J = view.T_camera_world * p_W;
-    if (!(p_J.z > 0) || !view.insideLens(p_J)) return false;
-    const Pixel pixel = project(view.intrinsics, p_J);
-    // The nearest pixel; compared as floats first, so that a far-off projection never overflows the integer.
-    if (!(pixel.u >= -0.5f && pixel.u < static_cast<float>(depth.width()) - 0.5f && pixel.v >= -0.5f &&
-          pixel.v < static_cast<float>(depth.height()) - 0.5f))
-      return false;
-    const int u = static_cast<int>(pixel.u + 0.5f);
-    const int v = static_cast<int>(pixel.v + 0.5f);
-    const float D = depth.row(v)[u];
+    int u = 0, v = 0;
+    float z = 0;
+    if (!view.locate(p_W, u, v, z)) return false;
+    const float D = (*depths_)[j].row(v)[u];
     if (!(D > 0)) return false;
-    const Ray ray = parameters_.distance == DistanceForm::Euclidean ? view.ray(u, v) : Ray{};
-    const ViewOpinion opinion = viewOpinion(parameters_, p_J, ray, D);
+    const bool euclidean = parameters_.distance == DistanceForm::Euclidean;
+    const ViewOpinion opinion = euclidean ? viewOpinion(parameters_, view.T_camera_world * p_W, view.ray(u, v), D)
+                                          : viewOpinion(parameters_, {0, 0, z}, {}, D);
     if (opinion.verdict == ViewOpinion::Hidden) return false;
     visit(j, u, v, opinion);
     return true;

@@ -56,21 +56,28 @@ inline void convertDepthRow(const DepthView& view, float min_range, float max_ra
 }
 
 /** \brief Eq. 3 for one row of a depth map; C = 0 where there is no measurement. */
-inline void confidenceRow(const ConfidenceParameters& p, const DepthMap& depth, float pixel_angle, int v, float* C) {
-  const float* above = depth.row(v - 1);
-  const float* here = depth.row(v);
-  const float* below = depth.row(v + 1);
-  const auto patch = [&](int u) {
-    return DepthPatch{{above[u - 1], above[u], above[u + 1], here[u - 1], here[u], here[u + 1], below[u - 1], below[u],
-                       below[u + 1]}};
-  };
+inline void confidenceRow(const ConfidenceParameters& parameters, const DepthMap& depth, float pixel_angle, int v,
+                          float* __restrict C) {
+  const ConfidenceParameters p = parameters;  // a copy: the compiler then knows that C does not overwrite it
+  const float* __restrict above = depth.row(v - 1);
+  const float* __restrict here = depth.row(v);
+  const float* __restrict below = depth.row(v + 1);
   const int width = depth.width();
   if (p.form == ConfidenceForm::Published) {
-    for (int u = 0; u < width; ++u) C[u] = here[u] > 0 ? confidencePublished(p, patch(u)) : 0.0f;
+    for (int u = 0; u < width; ++u) {
+      const DepthPatch patch{{above[u - 1], above[u], above[u + 1], here[u - 1], here[u], here[u + 1], below[u - 1],
+                              below[u], below[u + 1]}};
+      const float c = confidencePublished(p, patch);
+      C[u] = here[u] > 0 ? c : 0.0f;
+    }
   } else {
-    const float tan_max = std::tan(p.max_incidence);
-    for (int u = 0; u < width; ++u)
-      C[u] = here[u] > 0 ? confidenceSlopeCompensated(p, patch(u), pixel_angle, tan_max) : 0.0f;
+    const SlopeScale slope = slopeScale(p, pixel_angle);
+    for (int u = 0; u < width; ++u) {
+      const DepthPatch patch{{above[u - 1], above[u], above[u + 1], here[u - 1], here[u], here[u + 1], below[u - 1],
+                              below[u], below[u + 1]}};
+      const float c = confidenceSlopeCompensated(p, patch, slope);
+      C[u] = here[u] > 0 ? c : 0.0f;
+    }
   }
 }
 

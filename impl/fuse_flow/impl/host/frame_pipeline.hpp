@@ -116,6 +116,11 @@ class FramePipeline {
     int end_row{0};
   };
 
+  struct Counts {
+    std::size_t measured{0};
+    std::size_t gated{0};
+  };
+
   void layOut() {
     statistics = {};
     const std::size_t n = frame_->cameras.size();
@@ -141,8 +146,7 @@ class FramePipeline {
       throw pcl::PCLException("fuse_flow::FuseFlow: a frame has more than 2^32 pixels");
     offsets_[n] = static_cast<std::uint32_t>(total);
     points_.resize(total);
-    measured_.resize(stretches_.size());
-    gated_.resize(stretches_.size());
+    counts_.resize(stretches_.size());
   }
 
   void preprocess() {
@@ -166,37 +170,40 @@ class FramePipeline {
     if (rows_.size() < static_cast<std::size_t>(threads_)) rows_.resize(static_cast<std::size_t>(threads_));
     parallelFor(threads_, stretches_.size(), [&](std::size_t s, int thread) {
       builders[s].start(parameters.aggregation.cell_size);
-      measured_[s] = gated_[s] = 0;
+      Counts counts;  // on this thread's stack: neighbours in an array would fight for one cache line
       for (int v = stretches_[s].begin_row; v < stretches_[s].end_row; ++v)
-        generateRow(s, v, rows_[static_cast<std::size_t>(thread)], builders[s]);
+        generateRow(stretches_[s].view, v, rows_[static_cast<std::size_t>(thread)], builders[s], counts);
+      builders[s].finish();
+      counts_[s] = counts;
     });
-    for (std::size_t s = 0; s < stretches_.size(); ++s) {
-      statistics.measured_points += measured_[s];
-      statistics.gated_points += gated_[s];
+    for (const Counts& counts : counts_) {
+      statistics.measured_points += counts.measured;
+      statistics.gated_points += counts.gated;
     }
   }
 
-  void generateRow(std::size_t s, int v, std::vector<float>& C, RunBuilder& builder) {
-    const std::uint32_t i = stretches_[s].view;
+  void generateRow(std::uint32_t i, int v, std::vector<float>& C, RunBuilder& builder, Counts& counts) {
     const ViewGeometry& view = rig_[i];
+    const RigidTransform T_world_camera = view.T_world_camera;
     const float* z = depths_[i].row(v);
     const int width = depths_[i].width();
     C.resize(static_cast<std::size_t>(width));
     measurementConfidence(i, v, C.data());
     const std::uint32_t row_begin = offsets_[i] + static_cast<std::uint32_t>(v) * static_cast<std::uint32_t>(width);
+    WeightedPoint* points = points_.data() + row_begin;
+    const float* c = C.data();
     const float threshold = parameters.use_measurement_confidence ? parameters.confidence.threshold : 0.0f;
+    const bool hash = parameters.use_spatial_hash;
     for (int u = 0; u < width; ++u) {
-      WeightedPoint& point = points_[row_begin + static_cast<std::uint32_t>(u)];
-      point.C = 0;
+      points[u].C = 0;
       if (!(z[u] > 0)) continue;
-      ++measured_[s];
-      const float c = C[static_cast<std::size_t>(u)];
-      if (!(c > threshold)) continue;  // eq. 9
-      point.p = view.T_world_camera * pointOnRay(view.ray(u, v), z[u]);  // eq. 8
-      if (parameters.crop_box && !parameters.crop_box->contains(Eigen::Vector3f(point.p.x, point.p.y, point.p.z))) continue;
-      point.C = c;
-      ++gated_[s];
-      if (parameters.use_spatial_hash) builder.add(row_begin + static_cast<std::uint32_t>(u), point.p);
+      ++counts.measured;
+      if (!(c[u] > threshold)) continue;  // eq. 9
+      const Vec3 p = T_world_camera * pointOnRay(view.ray(u, v), z[u]);  // eq. 8
+      if (parameters.crop_box && !parameters.crop_box->contains(Eigen::Vector3f(p.x, p.y, p.z))) continue;
+      points[u] = {p, c[u]};
+      ++counts.gated;
+      if (hash) builder.add(row_begin + static_cast<std::uint32_t>(u), p);
     }
   }
 
@@ -216,7 +223,7 @@ class FramePipeline {
   FusedPoint fusePoint(std::uint32_t index, const ConsistencyEvaluator& evaluator) const {
     const std::uint32_t i = viewOf(index);
     const WeightedPoint& own = points_[index];
-    Vec3 sum;
+    Vec3 sum{};
     float total = 0, squares = 0;
     FusedPoint fused;
     const auto add = [&](std::uint32_t source, float weight) {
@@ -266,8 +273,7 @@ class FramePipeline {
   std::vector<std::uint32_t> offsets_;
   std::vector<Stretch> stretches_;
   std::vector<WeightedPoint> points_;
-  std::vector<std::size_t> measured_;
-  std::vector<std::size_t> gated_;
+  std::vector<Counts> counts_;
   std::vector<std::vector<float>> rows_;
   HashAggregation aggregation_;
 };

@@ -15,6 +15,8 @@ struct ViewGeometry {
   RigidTransform T_world_camera;
   RigidTransform T_camera_world;
   RigidTransform T_color_depth;
+  /** \brief Of the ideal lens; see locate(). */
+  ProjectionMatrix P;
   /** \brief The other cameras, nearest first: the order in which a point asks them (section 5 (2) b). */
   std::vector<std::uint32_t> neighbours;
 
@@ -23,6 +25,7 @@ struct ViewGeometry {
     T_world_camera = toRigidTransform(camera.T_world_camera);
     T_camera_world = toRigidTransform(camera.T_world_camera.inverse());
     if (camera.color) T_color_depth = toRigidTransform(camera.color->T_depth_color.inverse());
+    P = projectionMatrix(intrinsics, T_camera_world);
     ideal_ = isIdeal(intrinsics.distortion);
     const auto w = static_cast<std::size_t>(intrinsics.width);
     const auto h = static_cast<std::size_t>(intrinsics.height);
@@ -37,10 +40,27 @@ struct ViewGeometry {
     for (const Ray& r : rays_) max_squared_radius_ = std::max(max_squared_radius_, r.x * r.x + r.y * r.y);
   }
 
-  /** \brief Whether a point in the camera frame, z > 0, lies where the lens model holds: far outside the field of view its
-   *  polynomial folds back into the image. */
-  bool insideLens(const Vec3& p_C) const {
-    return ideal_ || p_C.x * p_C.x + p_C.y * p_C.y <= 1.02f * max_squared_radius_ * p_C.z * p_C.z;
+  /** \brief The pixel nearest to a point in the world frame, and the point's depth. False where the image does not reach. */
+  bool locate(const Vec3& p_W, int& u, int& v, float& z) const {
+    Vec3 q = P * p_W;
+    z = q.z;
+    if (!(z > 0)) return false;
+    if (!ideal_) {
+      const Vec3 p_C = T_camera_world * p_W;
+      // Far outside the field of view the lens polynomial folds back into the image.
+      if (p_C.x * p_C.x + p_C.y * p_C.y > 1.02f * max_squared_radius_ * z * z) return false;
+      const Pixel pixel = project(intrinsics, p_C);
+      q = {pixel.u * z, pixel.v * z, z};
+    }
+    const float inverse_z = 1.0f / z;
+    const float x = q.x * inverse_z + 0.5f;
+    const float y = q.y * inverse_z + 0.5f;
+    // Compared as floats, so that a far-off projection never overflows the integer.
+    if (!((x >= 0) & (x < static_cast<float>(intrinsics.width)) & (y >= 0) & (y < static_cast<float>(intrinsics.height))))
+      return false;
+    u = static_cast<int>(x);
+    v = static_cast<int>(y);
+    return true;
   }
 
   /** \brief unproject() of an integer pixel, from a table. */
