@@ -37,6 +37,16 @@ class CellTable {
   std::size_t size() const { return keys_.size(); }
   std::uint64_t key(std::size_t cell) const { return keys_[cell]; }
 
+  static constexpr std::uint32_t kEmpty = 0xffffffffu;
+
+  /** \brief kEmpty if the key is not there. */
+  std::uint32_t find(std::uint64_t key) const {
+    if (slots_.empty()) return kEmpty;
+    std::size_t slot = hashCellKey(key) & mask();
+    while (slots_[slot] != kEmpty && keys_[slots_[slot]] != key) slot = (slot + 1) & mask();
+    return slots_[slot];
+  }
+
   std::uint32_t findOrAdd(std::uint64_t key) {
     if (2 * (keys_.size() + 1) > slots_.size()) grow();
     std::size_t slot = hashCellKey(key) & mask();
@@ -51,7 +61,6 @@ class CellTable {
   }
 
  private:
-  static constexpr std::uint32_t kEmpty = 0xffffffffu;
   std::size_t mask() const { return slots_.size() - 1; }
 
   void grow() {

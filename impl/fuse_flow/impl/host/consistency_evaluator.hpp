@@ -32,6 +32,15 @@ class ConsistencyEvaluator {
     return result;
   }
 
+  /** \brief The same for a point that came from none of the cameras: camera 0 is asked first, then its neighbours. */
+  Consistency askAll(const Vec3& p_W) const {
+    Consistency result;
+    const auto add = [&](std::uint32_t, int, int, const ViewOpinion& opinion) { result.add(opinion); };
+    if (!(*depths_)[0].empty()) ask(p_W, 0, add);
+    forEachOpinion(p_W, 0, add);
+    return result;
+  }
+
   /** \brief Eq. 7. */
   float V(const Vec3& p_W, std::size_t i) const { return consistency(parameters_, (*this)(p_W, i)); }
 

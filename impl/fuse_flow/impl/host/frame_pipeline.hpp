@@ -4,6 +4,7 @@
 #include <fuse_flow/impl/host/cell_fusion.hpp>
 #include <fuse_flow/impl/host/consistency_evaluator.hpp>
 #include <fuse_flow/impl/host/preprocessing.hpp>
+#include <fuse_flow/impl/host/view_color.hpp>
 #include <fuse_flow/impl/parameters.hpp>
 
 #include <chrono>
@@ -68,20 +69,9 @@ class FramePipeline {
   /** \brief Colour of a point, channels 0 … 255, from its view's image; black where there is none. */
   Vec3 color(std::uint32_t index) const {
     const std::uint32_t i = viewOf(index);
-    const ImageView<Rgb8>& image = frame_->views[i].color;
-    if (!image) return {};
     int u = 0, v = 0;
     locate(index, i, u, v);
-    if (frame_->cameras[i].color) {
-      const Vec3 p_C = rig_[i].T_color_depth * pointOnRay(rig_[i].ray(u, v), depths_[i].row(v)[u]);
-      if (!(p_C.z > 0)) return {};
-      const Pixel pixel = project(frame_->cameras[i].color->intrinsics, p_C);
-      // The nearest pixel of the border for what the colour camera just misses.
-      u = static_cast<int>(std::clamp(pixel.u + 0.5f, 0.0f, static_cast<float>(image.width - 1)));
-      v = static_cast<int>(std::clamp(pixel.v + 0.5f, 0.0f, static_cast<float>(image.height - 1)));
-    }
-    const Rgb8 c = image.row(v)[u];
-    return {static_cast<float>(c.r), static_cast<float>(c.g), static_cast<float>(c.b)};
+    return viewColor(frame_->cameras[i], rig_[i], frame_->views[i].color, u, v, depths_[i].row(v)[u]);
   }
 
   /** \brief Unit normal of the depth surface at a point, world frame, facing its camera; zero where neighbours are missing. */
@@ -158,10 +148,7 @@ class FramePipeline {
     });
     if (p.fill_neighbours == 0 && !p.bilateral) return;
     parallelFor(threads_, depths_.size(), [&](std::size_t i, int) {
-      if (depths_[i].empty()) return;
-      DepthMap raw;
-      if (p.fill_neighbours > 0) fillSmallHoles(p, depths_[i], raw);
-      if (p.bilateral) smoothBilaterally(p, depths_[i]);
+      if (!depths_[i].empty()) preprocessDepthMap(p, depths_[i]);
     });
   }
 

@@ -62,5 +62,19 @@ inline void smoothBilaterally(const PreprocessingParameters& p, DepthMap& depth)
     }
 }
 
+/** \brief What needs a whole image: filling and smoothing. */
+inline void preprocessDepthMap(const PreprocessingParameters& p, DepthMap& depth) {
+  DepthMap raw;
+  if (p.fill_neighbours > 0) fillSmallHoles(p, depth, raw);
+  if (p.bilateral) smoothBilaterally(p, depth);
+}
+
+/** \brief D^r of eq. 8 for one view. */
+inline void makeDepthMap(const PreprocessingParameters& p, const DepthView& view, DepthMap& depth) {
+  depth.resize(view.width(), view.height());
+  for (int v = 0; v < view.height(); ++v) convertDepthRow(view, p.min_range, p.max_range, v, depth.row(v));
+  preprocessDepthMap(p, depth);
+}
+
 }  // namespace host
 }  // namespace fuse_flow

@@ -1,0 +1,124 @@
+#pragma once
+
+#include <fuse_flow/adaptive_hash_fusion.h>
+#include <fuse_flow/impl/host/cell_fusion.hpp>
+#include <fuse_flow/impl/host/consistency_evaluator.hpp>
+#include <fuse_flow/impl/host/frame_views.hpp>
+#include <fuse_flow/impl/parameters.hpp>
+#include <fuse_flow/point_traits.h>
+
+#include <numeric>
+
+namespace fuse_flow {
+
+template <typename PointT>
+void AdaptiveHashFusion<PointT, device::Host>::setParameters(const AggregationParameters& parameters) {
+  checkParameters(parameters);
+  parameters_ = parameters;
+}
+
+template <typename PointT>
+void AdaptiveHashFusion<PointT, device::Host>::setFrame(const RigFrame& frame, const ConsistencyParameters& parameters) {
+  checkRigFrame(frame);
+  checkParameters(parameters);
+  frame_ = frame;
+  consistency_ = parameters;
+}
+
+template <typename PointT>
+void AdaptiveHashFusion<PointT, device::Host>::applyFilter(PointCloud& output) {
+  constexpr const char* owner = "fuse_flow::AdaptiveHashFusion";
+  if (!cameras_.empty() && cameras_.size() != input_->size())
+    detail::throwBadArgument(owner, ": ", cameras_.size(), " camera indices for ", input_->size(), " points");
+  const auto camera_of_input = [this](pcl::index_t i) { return cameras_.empty() ? 0u : cameras_[static_cast<std::size_t>(i)]; };
+
+  // Camera after camera, as the cells want them; within a camera in the order of the input.
+  std::vector<pcl::index_t> order;
+  for (const pcl::index_t index : *indices_) {
+    const PointT& p = (*input_)[static_cast<std::size_t>(index)];
+    float C = 1.0f;
+    if constexpr (point::has<PointT, pcl::fields::confidence>) C = point::getField<pcl::fields::confidence, float>(p);
+    if (isFinite({p.x, p.y, p.z}) && C > 0 && std::isfinite(C)) order.push_back(index);
+    if (frame_ && camera_of_input(index) >= frame_->cameras.size())
+      detail::throwBadArgument(owner, ": point ", index, " is of camera ", camera_of_input(index), ", the frame has ",
+                               frame_->cameras.size());
+  }
+  std::stable_sort(order.begin(), order.end(),
+                   [&](pcl::index_t a, pcl::index_t b) { return camera_of_input(a) < camera_of_input(b); });
+  std::vector<host::WeightedPoint> points(order.size());
+  for (std::size_t k = 0; k < order.size(); ++k) {
+    const PointT& p = (*input_)[static_cast<std::size_t>(order[k])];
+    points[k] = {{p.x, p.y, p.z}, 1.0f};
+    if constexpr (point::has<PointT, pcl::fields::confidence>)
+      points[k].C = point::getField<pcl::fields::confidence, float>(p);
+  }
+
+  const int threads = host::resolveThreads(threads_);
+  host::HashAggregation aggregation;
+  // A stretch ends where the camera changes, so that a run of points is of one camera.
+  std::vector<std::size_t> stretch_ends;
+  for (std::size_t k = 0; k < order.size(); ++k) {
+    const std::size_t begin = stretch_ends.empty() ? 0 : stretch_ends.back();
+    const bool last = k + 1 == order.size() || camera_of_input(order[k]) != camera_of_input(order[k + 1]);
+    if (last || k + 1 - begin == 32768) stretch_ends.push_back(k + 1);
+  }
+  std::vector<host::RunBuilder>& builders = aggregation.grid.start(stretch_ends.size());
+  host::parallelFor(threads, stretch_ends.size(), [&](std::size_t s, int) {
+    builders[s].start(parameters_.cell_size);
+    for (std::size_t k = s == 0 ? 0 : stretch_ends[s - 1]; k < stretch_ends[s]; ++k)
+      builders[s].add(static_cast<std::uint32_t>(k), points[k].p);
+    builders[s].finish();
+  });
+  aggregation.grid.merge();
+
+  const auto camera_of = [&](std::uint32_t k) { return camera_of_input(order[k]); };
+  if (frame_) {
+    host::FrameViews views;
+    views.assign(*frame_, PreprocessingParameters{}, threads);
+    const host::ConsistencyEvaluator evaluator(consistency_, views.rig, views.depths);
+    aggregation.fuse(parameters_, threads, points.data(), camera_of,
+                     [&](const Vec3& p, std::uint32_t camera) { return evaluator.V(p, camera); });
+  } else {
+    aggregation.fuse(parameters_, threads, points.data(), camera_of, [](const Vec3&, std::uint32_t) { return 1.0f; });
+  }
+
+  PointCloud result;
+  result.resize(aggregation.size());
+  aggregation.forEach(threads, [&](std::size_t position, const host::FusedPoint& fused) {
+    const auto source = [&](std::size_t k) -> const PointT& {
+      return (*input_)[static_cast<std::size_t>(order[fused.source[k]])];
+    };
+    std::size_t main = 0;
+    Vec3 color{}, normal{};
+    for (std::size_t k = 0; k < fused.count; ++k) {
+      if (fused.share[k] > fused.share[main]) main = k;
+      color = color + fused.share[k] * point::getColor(source(k));
+      normal = normal + fused.share[k] * point::getNormal(source(k));
+    }
+    PointT& point = result[position];
+    point = source(main);
+    point::setPosition(point, fused.p);
+    point::setColor(point, color);
+    const float norm = std::sqrt(squaredNorm(normal));
+    point::setNormal(point, norm > 0 ? (1.0f / norm) * normal : Vec3{});
+    point::setWeight(point, fused.weight);
+    point::setViewCount(point, fused.views);
+  });
+
+  removed_indices_->clear();
+  if (this->extract_removed_indices_) {
+    std::vector<std::uint8_t> represents(input_->size(), 0);
+    aggregation.forEach(1, [&](std::size_t, const host::FusedPoint& fused) {
+      for (std::size_t k = 0; k < fused.count; ++k) represents[static_cast<std::size_t>(order[fused.source[k]])] = 1;
+    });
+    for (const pcl::index_t index : *indices_)
+      if (!represents[static_cast<std::size_t>(index)]) removed_indices_->push_back(index);
+  }
+  result.header = input_->header;
+  result.sensor_origin_ = input_->sensor_origin_;
+  result.sensor_orientation_ = input_->sensor_orientation_;
+  result.is_dense = true;
+  output = std::move(result);
+}
+
+}  // namespace fuse_flow

@@ -1,0 +1,82 @@
+#pragma once
+
+#include <fuse_flow/confidence_estimation.h>
+#include <fuse_flow/impl/host/depth_map.hpp>
+#include <fuse_flow/impl/host/parallel.hpp>
+#include <fuse_flow/impl/index_filter.hpp>
+#include <fuse_flow/impl/parameters.hpp>
+#include <fuse_flow/point_traits.h>
+
+#include <pcl/filters/impl/filter_indices.hpp>
+
+namespace fuse_flow {
+
+template <typename PointT>
+void ConfidenceEstimation<PointT, device::Host>::setParameters(const ConfidenceParameters& parameters) {
+  checkParameters(parameters);
+  parameters_ = parameters;
+}
+
+template <typename PointT>
+void ConfidenceEstimation<PointT, device::Host>::setFocalLength(float pixels) {
+  detail::checkPositive("fuse_flow::ConfidenceEstimation", "focal length", pixels);
+  focal_length_ = pixels;
+}
+
+template <typename PointT>
+void ConfidenceEstimation<PointT, device::Host>::applyFilter(pcl::Indices& indices) {
+  if (!input_->isOrganized() && !input_->empty())
+    throw pcl::UnorganizedPointCloudException("fuse_flow::ConfidenceEstimation: the input cloud is " +
+                                              std::to_string(input_->width) + "x" + std::to_string(input_->height) +
+                                              ", must be organised");
+  const int width = static_cast<int>(input_->width);
+  const int height = input_->empty() ? 0 : static_cast<int>(input_->height);
+  const Eigen::Vector3f origin = input_->sensor_origin_.template head<3>();
+  const Eigen::Vector3f axis = input_->sensor_orientation_ * Eigen::Vector3f::UnitZ();
+  const int threads = host::resolveThreads(threads_);
+  const std::size_t rows = static_cast<std::size_t>(height);
+
+  host::DepthMap depth;
+  depth.resize(width, height);
+  confidence_.resize(input_->size());
+  host::parallelFor(threads, rows, [&](std::size_t v, int) {
+    float* z = depth.row(static_cast<int>(v));
+    const PointT* points = input_->points.data() + v * input_->width;
+    for (int u = 0; u < width; ++u) {
+      const Eigen::Vector3f p(points[u].x, points[u].y, points[u].z);
+      const float along = p.allFinite() ? axis.dot(p - origin) : 0.0f;
+      z[u] = along > 0 ? along : 0.0f;
+    }
+  });
+  host::parallelFor(threads, rows, [&](std::size_t v, int) {
+    host::confidenceRow(parameters_, depth, 1.0f / focal_length_, static_cast<int>(v),
+                        confidence_.data() + v * input_->width);
+  });
+  const auto C = [this](pcl::index_t index) { return confidence_[static_cast<std::size_t>(index)]; };
+  detail::splitIndices(
+      *indices_, this->negative_, this->extract_removed_indices_, indices, *removed_indices_,
+      [&](pcl::index_t index) { return C(index) > 0; },
+      [&](pcl::index_t index) { return C(index) > parameters_.threshold; });
+}
+
+template <typename PointT>
+void ConfidenceEstimation<PointT, device::Host>::applyFilter(PointCloud& output) {
+  if constexpr (!point::has<PointT, pcl::fields::confidence>) {
+    pcl::FilterIndices<PointT>::applyFilter(output);
+  } else {
+    const bool keep_organized = this->keep_organized_;
+    if (keep_organized) {
+      pcl::FilterIndices<PointT>::applyFilter(output);
+      for (std::size_t i = 0; i < output.size(); ++i) point::setField<pcl::fields::confidence>(output[i], confidence_[i]);
+    } else {
+      pcl::Indices indices;
+      applyFilter(indices);
+      output.is_dense = true;
+      pcl::copyPointCloud(*input_, indices, output);
+      for (std::size_t i = 0; i < output.size(); ++i)
+        point::setField<pcl::fields::confidence>(output[i], confidence_[static_cast<std::size_t>(indices[i])]);
+    }
+  }
+}
+
+}  // namespace fuse_flow

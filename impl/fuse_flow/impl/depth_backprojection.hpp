@@ -1,0 +1,100 @@
+#pragma once
+
+#include <fuse_flow/depth_backprojection.h>
+#include <fuse_flow/impl/host/parallel.hpp>
+#include <fuse_flow/impl/host/preprocessing.hpp>
+#include <fuse_flow/impl/host/view_color.hpp>
+#include <fuse_flow/impl/parameters.hpp>
+#include <fuse_flow/point_traits.h>
+
+namespace fuse_flow {
+
+template <typename PointT>
+void DepthBackprojection<PointT, device::Host>::setCamera(const Camera& camera) {
+  checkCamera(camera);
+  camera_ = camera;
+}
+
+template <typename PointT>
+void DepthBackprojection<PointT, device::Host>::setView(const DepthView& view) {
+  view_ = view;
+  input_ = std::make_shared<PointCloud>();  // what pcl::PCLBase wants to see before it filters
+}
+
+template <typename PointT>
+void DepthBackprojection<PointT, device::Host>::setInputCloud(const typename PointCloud::ConstPtr& cloud) {
+  view_ = {};
+  pcl::Filter<PointT>::setInputCloud(cloud);
+}
+
+template <typename PointT>
+void DepthBackprojection<PointT, device::Host>::setParameters(const PreprocessingParameters& parameters) {
+  checkParameters(parameters);
+  parameters_ = parameters;
+}
+
+template <typename PointT>
+void DepthBackprojection<PointT, device::Host>::applyFilter(PointCloud& output) {
+  checkCamera(camera_);
+  const Intrinsics& K = camera_.intrinsics;
+  const int width = K.width;
+  const std::size_t size = static_cast<std::size_t>(K.width) * static_cast<std::size_t>(K.height);
+  const bool from_cloud = view_.missing();
+  std::vector<float> z_of_cloud;
+  DepthView depth_view = view_;
+  if (from_cloud) {
+    if (static_cast<int>(input_->width) != K.width || static_cast<int>(input_->height) != K.height)
+      detail::throwBadArgument("fuse_flow::DepthBackprojection: the input cloud is ", input_->width, "x", input_->height,
+                               ", camera '", camera_.name, "' is ", K.width, "x", K.height);
+    z_of_cloud.reserve(size);
+    for (const PointT& point : *input_) z_of_cloud.push_back(point.z);
+    depth_view.depth32 = {z_of_cloud.data(), K.width, K.height};
+  } else {
+    detail::checkView(camera_, view_);
+  }
+  host::DepthMap depth;
+  host::makeDepthMap(parameters_, depth_view, depth);
+
+  // Without setIndices() PCL makes up indices of its own: all pixels then.
+  std::vector<std::uint8_t> wanted(size, this->fake_indices_ ? 1 : 0);
+  if (!this->fake_indices_)
+    for (const pcl::index_t index : *indices_)
+      if (index >= 0 && static_cast<std::size_t>(index) < size) wanted[static_cast<std::size_t>(index)] = 1;
+
+  host::ViewGeometry geometry;
+  geometry.assign(camera_);
+  PointCloud result(static_cast<std::uint32_t>(K.width), static_cast<std::uint32_t>(K.height));
+  std::vector<std::uint8_t> missing(size, 0);
+  host::parallelFor(host::resolveThreads(threads_), static_cast<std::size_t>(K.height), [&](std::size_t row, int) {
+    const int v = static_cast<int>(row);
+    const float* z = depth.row(v);
+    for (int u = 0; u < width; ++u) {
+      const std::size_t index = row * static_cast<std::size_t>(width) + static_cast<std::size_t>(u);
+      PointT& point = result[index];
+      if (from_cloud) point = (*input_)[index];
+      if (z[u] > 0 && wanted[index]) {
+        point::setPosition(point, geometry.T_world_camera * pointOnRay(geometry.ray(u, v), z[u]));
+      } else {
+        missing[index] = 1;
+        point::setPosition(point, {user_filter_value_, user_filter_value_, user_filter_value_});
+      }
+      if constexpr (point::has_color<PointT>)
+        if (!from_cloud && view_.color && !missing[index])
+          point::setColor(point, host::viewColor(camera_, geometry, view_.color, u, v, z[u]));
+    }
+  });
+  removed_indices_->clear();
+  bool any_missing = false;
+  for (std::size_t index = 0; index < size; ++index) {
+    if (!missing[index]) continue;
+    any_missing = true;
+    if (this->extract_removed_indices_) removed_indices_->push_back(static_cast<pcl::index_t>(index));
+  }
+  result.is_dense = !any_missing || std::isfinite(user_filter_value_);
+  result.header = input_->header;
+  output = std::move(result);
+  output.sensor_origin_ << camera_.T_world_camera.translation().template cast<float>(), 0.0f;
+  output.sensor_orientation_ = Eigen::Quaternionf(camera_.T_world_camera.linear().template cast<float>());
+}
+
+}  // namespace fuse_flow

@@ -1,0 +1,143 @@
+#pragma once
+
+#include <fuse_flow/impl/host/coarse_grid.hpp>
+#include <fuse_flow/impl/host/frame_views.hpp>
+#include <fuse_flow/multi_camera_consistency.h>
+
+#include <limits>
+
+namespace fuse_flow {
+namespace detail {
+
+/** \brief Points bucketed by cells of the side of the search radius: whether one lies within that radius of a place. */
+class RadiusIndex {
+ public:
+  template <typename PointT>
+  RadiusIndex(const pcl::PointCloud<PointT>& cloud, float radius) : radius_(radius) {
+    std::vector<std::uint32_t> cell_of;
+    for (const PointT& point : cloud) {
+      const Vec3 p{point.x, point.y, point.z};
+      if (!isFinite(p) || !fitsCellKey((1.0f / radius_) * p)) continue;
+      cell_of.push_back(table_.findOrAdd(cellKey(cellIndex((1.0f / radius_) * p))));
+      points_.push_back(p);
+    }
+    begin_.assign(table_.size() + 1, 0);
+    for (const std::uint32_t cell : cell_of) ++begin_[cell + 1];
+    for (std::size_t c = 0; c < table_.size(); ++c) begin_[c + 1] += begin_[c];
+    std::vector<Vec3> sorted(points_.size());
+    std::vector<std::uint32_t> next(begin_.begin(), begin_.end() - 1);
+    for (std::size_t k = 0; k < points_.size(); ++k) sorted[next[cell_of[k]]++] = points_[k];
+    points_.swap(sorted);
+  }
+
+  bool anyWithin(const Vec3& p) const {
+    const Vec3 cells = (1.0f / radius_) * p;
+    if (!fitsCellKey(cells)) return false;
+    const CellIndex c = cellIndex(cells);
+    if (anyInCell(c, p)) return true;  // by far the most frequent answer
+    for (int z = -1; z <= 1; ++z)
+      for (int y = -1; y <= 1; ++y)
+        for (int x = -1; x <= 1; ++x)
+          if ((x != 0 || y != 0 || z != 0) && anyInCell({c.x + x, c.y + y, c.z + z}, p)) return true;
+    return false;
+  }
+
+ private:
+  bool anyInCell(const CellIndex& cell, const Vec3& p) const {
+    const std::uint32_t number = table_.find(cellKey(cell));
+    if (number == host::CellTable::kEmpty) return false;
+    for (std::uint32_t k = begin_[number]; k < begin_[number + 1]; ++k)
+      if (squaredNorm(points_[k] - p) <= radius_ * radius_) return true;
+    return false;
+  }
+
+  float radius_;
+  host::CellTable table_;
+  std::vector<Vec3> points_;
+  std::vector<std::uint32_t> begin_;
+};
+
+/** \brief What all views say about one fused point. */
+struct PointAgreement {
+  int views{0};
+  bool violates{false};
+  double mean_error{0};
+};
+
+inline PointAgreement pointAgreement(const Vec3& p, const host::FrameViews& views, float visibility) {
+  PointAgreement result;
+  for (std::size_t j = 0; j < views.depths.size(); ++j) {
+    if (views.depths[j].empty()) continue;
+    int u = 0, v = 0;
+    float z = 0;
+    if (!views.rig[j].locate(p, u, v, z)) continue;
+    const float D = views.depths[j].row(v)[u];
+    if (!(D > 0)) continue;
+    if (z < D - visibility) result.violates = true;
+    if (std::fabs(z - D) >= visibility) continue;
+    result.mean_error += static_cast<double>(std::fabs(z - D));
+    ++result.views;
+  }
+  if (result.views > 0) result.mean_error /= result.views;
+  return result;
+}
+
+}  // namespace detail
+
+template <typename PointT>
+Quality multiCameraConsistency(const pcl::PointCloud<PointT>& cloud, const RigFrame& frame,
+                               const QualityParameters& parameters, unsigned int threads) {
+  checkRigFrame(frame);
+  const int resolved = host::resolveThreads(static_cast<int>(threads));
+  PreprocessingParameters raw;
+  raw.min_range = parameters.min_range;
+  raw.max_range = parameters.max_range;
+  host::FrameViews views;
+  views.assign(frame, raw, resolved);
+
+  Quality quality;
+  quality.points = cloud.size();
+  double sum = 0, multi_view_sum = 0;
+  for (const PointT& point : cloud) {
+    if (!isFinite({point.x, point.y, point.z})) continue;
+    const detail::PointAgreement agreement =
+        detail::pointAgreement({point.x, point.y, point.z}, views, parameters.visibility);
+    quality.violating_points += agreement.violates ? 1 : 0;
+    if (agreement.views > 0) {
+      ++quality.seen_points;
+      sum += agreement.mean_error;
+    }
+    if (agreement.views > 1) {
+      ++quality.multi_view_points;
+      multi_view_sum += agreement.mean_error;
+    }
+  }
+  const auto mean = [](double total, std::size_t n) {
+    return n > 0 ? total / static_cast<double>(n) : std::numeric_limits<double>::quiet_NaN();
+  };
+  quality.error = mean(sum, quality.seen_points);
+  quality.multi_view_error = mean(multi_view_sum, quality.multi_view_points);
+
+  const detail::RadiusIndex index(cloud, parameters.coverage_radius);
+  std::vector<Quality> per_view(views.depths.size());
+  const int step = std::max(1, parameters.coverage_step);
+  host::parallelFor(resolved, views.depths.size(), [&](std::size_t j, int) {
+    Quality counts;
+    for (int v = 0; v < views.depths[j].height(); v += step)
+      for (int u = 0; u < views.depths[j].width(); u += step) {
+        const float z = views.depths[j].row(v)[u];
+        if (!(z > 0)) continue;
+        ++counts.pixels;
+        const Vec3 p = views.rig[j].T_world_camera * pointOnRay(views.rig[j].ray(u, v), z);
+        counts.covered_pixels += index.anyWithin(p) ? 1 : 0;
+      }
+    per_view[j] = counts;
+  });
+  for (const Quality& counts : per_view) {
+    quality.pixels += counts.pixels;
+    quality.covered_pixels += counts.covered_pixels;
+  }
+  return quality;
+}
+
+}  // namespace fuse_flow

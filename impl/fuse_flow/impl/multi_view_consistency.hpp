@@ -1,0 +1,93 @@
+#pragma once
+
+#include <fuse_flow/impl/host/consistency_evaluator.hpp>
+#include <fuse_flow/impl/host/frame_views.hpp>
+#include <fuse_flow/impl/index_filter.hpp>
+#include <fuse_flow/impl/parameters.hpp>
+#include <fuse_flow/multi_view_consistency.h>
+#include <fuse_flow/point_traits.h>
+
+#include <pcl/filters/impl/filter_indices.hpp>
+
+namespace fuse_flow {
+
+template <typename PointT>
+void MultiViewConsistency<PointT, device::Host>::setFrame(const RigFrame& frame, int source_camera) {
+  checkRigFrame(frame);
+  detail::checkRange("fuse_flow::MultiViewConsistency", "source_camera", source_camera, -1,
+                     static_cast<int>(frame.cameras.size()) - 1);
+  frame_ = frame;
+  source_camera_ = source_camera;
+}
+
+template <typename PointT>
+void MultiViewConsistency<PointT, device::Host>::setParameters(const ConsistencyParameters& parameters) {
+  checkParameters(parameters);
+  parameters_ = parameters;
+}
+
+template <typename PointT>
+void MultiViewConsistency<PointT, device::Host>::setPreprocessing(const PreprocessingParameters& parameters) {
+  checkParameters(parameters);
+  preprocessing_ = parameters;
+}
+
+template <typename PointT>
+void MultiViewConsistency<PointT, device::Host>::setThreshold(float threshold) {
+  detail::checkRange("fuse_flow::MultiViewConsistency", "threshold", threshold, 0.0f, 1.0f);
+  threshold_ = threshold;
+}
+
+template <typename PointT>
+void MultiViewConsistency<PointT, device::Host>::applyFilter(pcl::Indices& indices) {
+  checkRigFrame(frame_);
+  const int threads = host::resolveThreads(threads_);
+  host::FrameViews views;
+  views.assign(frame_, preprocessing_, threads);
+  const host::ConsistencyEvaluator evaluator(parameters_, views.rig, views.depths);
+
+  consistency_.assign(input_->size(), 0.0f);
+  view_counts_.assign(input_->size(), 0);
+  const auto finite = [this](pcl::index_t index) {
+    const PointT& p = (*input_)[static_cast<std::size_t>(index)];
+    return isFinite({p.x, p.y, p.z});
+  };
+  constexpr std::size_t block = 4096;
+  host::parallelFor(threads, (indices_->size() + block - 1) / block, [&](std::size_t b, int) {
+    for (std::size_t k = b * block; k < std::min(indices_->size(), (b + 1) * block); ++k) {
+      const auto index = static_cast<std::size_t>((*indices_)[k]);
+      if (!finite((*indices_)[k])) continue;
+      const PointT& p = (*input_)[index];
+      const Consistency c = source_camera_ < 0 ? evaluator.askAll({p.x, p.y, p.z})
+                                               : evaluator({p.x, p.y, p.z}, static_cast<std::size_t>(source_camera_));
+      consistency_[index] = consistency(parameters_, c);
+      view_counts_[index] = c.views();
+    }
+  });
+  detail::splitIndices(*indices_, this->negative_, this->extract_removed_indices_, indices, *removed_indices_, finite,
+                       [&](pcl::index_t index) { return consistency_[static_cast<std::size_t>(index)] >= threshold_; });
+}
+
+template <typename PointT>
+void MultiViewConsistency<PointT, device::Host>::applyFilter(PointCloud& output) {
+  if constexpr (!point::has<PointT, pcl::fields::confidence>) {
+    pcl::FilterIndices<PointT>::applyFilter(output);
+  } else {
+    const auto weigh = [this](PointT& point, std::size_t index) {
+      const float C = point::getField<pcl::fields::confidence, float>((*input_)[index]);
+      point::setField<pcl::fields::confidence>(point, C * consistency_[index]);
+    };
+    if (this->keep_organized_) {
+      pcl::FilterIndices<PointT>::applyFilter(output);
+      for (std::size_t i = 0; i < output.size(); ++i) weigh(output[i], i);
+    } else {
+      pcl::Indices indices;
+      applyFilter(indices);
+      output.is_dense = true;
+      pcl::copyPointCloud(*input_, indices, output);
+      for (std::size_t i = 0; i < output.size(); ++i) weigh(output[i], static_cast<std::size_t>(indices[i]));
+    }
+  }
+}
+
+}  // namespace fuse_flow

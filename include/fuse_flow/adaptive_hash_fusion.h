@@ -1,0 +1,77 @@
+#pragma once
+
+#include <fuse_flow/device.h>
+#include <fuse_flow/math/adaptive_hash.h>
+#include <fuse_flow/math/consistency.h>
+#include <fuse_flow/preprocessing.h>
+#include <fuse_flow/rig_frame.h>
+
+#include <pcl/filters/filter.h>
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <vector>
+
+namespace fuse_flow {
+
+/** \brief Section 5: adaptive cells, representatives and eq. 11, for a cloud in the world frame. A drop-in for
+ *  pcl::VoxelGrid whose cells are fixed to the world, cannot overflow, and follow the local density.
+ *
+ *  C is the points' confidence field, where PointT has one, else 1. Points with C ≤ 0, and points that are not finite, do not
+ *  take part. With setCameraIndices() points are told apart by camera; with setFrame() representatives are weighed with V.
+ *  Colours and normals are averaged with the shares of eq. 11; the output's confidence (else intensity) is ω, its view_count
+ *  the number of cameras that contributed; all other fields are those of the representative with the largest share.
+ *  With extract_removed_indices, the removed indices are those of the points that represent no output point. */
+template <typename PointT, typename Device = device::Host>
+class AdaptiveHashFusion;
+
+namespace host {
+class HashAggregation;
+}
+
+template <typename PointT>
+class AdaptiveHashFusion<PointT, device::Host> : public pcl::Filter<PointT> {
+ public:
+  using PointCloud = typename pcl::Filter<PointT>::PointCloud;
+  using Ptr = pcl::shared_ptr<AdaptiveHashFusion>;
+  using ConstPtr = pcl::shared_ptr<const AdaptiveHashFusion>;
+
+  explicit AdaptiveHashFusion(bool extract_removed_indices = false) : pcl::Filter<PointT>(extract_removed_indices) {
+    this->filter_name_ = "AdaptiveHashFusion";
+  }
+
+  /** \brief Throws pcl::BadArgumentException for a value out of range. */
+  inline void setParameters(const AggregationParameters& parameters);
+  const AggregationParameters& getParameters() const { return parameters_; }
+
+  /** \brief Which camera each point of the input cloud came from; empty: all from camera 0. */
+  void setCameraIndices(const std::vector<std::uint32_t>& cameras) { cameras_ = cameras; }
+
+  /** \brief Weigh with V over this frame, whose cameras setCameraIndices() counts. The frame is copied, its images are not:
+   *  they must outlive filter(). */
+  inline void setFrame(const RigFrame& frame, const ConsistencyParameters& parameters = {});
+
+  /** \brief Threads to use; 0, the default, is one per core. */
+  void setNumberOfThreads(unsigned int threads) { threads_ = static_cast<int>(threads); }
+
+ protected:
+  using pcl::Filter<PointT>::input_;
+  using pcl::Filter<PointT>::indices_;
+  using pcl::Filter<PointT>::removed_indices_;
+
+  /** \throws pcl::PCLException for a point more than 2^20 cells from the origin
+   *  \throws pcl::BadArgumentException if the camera indices do not fit the cloud or the frame */
+  inline void applyFilter(PointCloud& output) override;
+
+ private:
+  AggregationParameters parameters_;
+  std::vector<std::uint32_t> cameras_;
+  std::optional<RigFrame> frame_;
+  ConsistencyParameters consistency_;
+  int threads_{0};
+};
+
+}  // namespace fuse_flow
+
+#include <fuse_flow/impl/adaptive_hash_fusion.hpp>

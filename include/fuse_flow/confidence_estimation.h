@@ -1,0 +1,68 @@
+#pragma once
+
+#include <fuse_flow/device.h>
+#include <fuse_flow/math/confidence.h>
+
+#include <pcl/filters/filter_indices.h>
+
+#include <vector>
+
+namespace fuse_flow {
+
+/** \brief Eq. 2, 3 and 9: the measurement confidence C of each pixel of an organised cloud; keeps the points with C > τ.
+ *
+ *  The depth of a point is its distance along the optical axis of the sensor pose in the cloud's header (sensor_origin_,
+ *  sensor_orientation_), taken, as PCL's NormalEstimation takes it, in the frame of the points. A cloud in the camera's own
+ *  frame has the default, identity pose.
+ *
+ *  If PointT has a confidence field, the filtered cloud carries C in it. Points that are not finite, or not in front of the
+ *  sensor, have no measurement: C = 0, and they are removed whether setNegative() or not. */
+template <typename PointT, typename Device = device::Host>
+class ConfidenceEstimation;
+
+template <typename PointT>
+class ConfidenceEstimation<PointT, device::Host> : public pcl::FilterIndices<PointT> {
+ public:
+  using PointCloud = typename pcl::FilterIndices<PointT>::PointCloud;
+  using Ptr = pcl::shared_ptr<ConfidenceEstimation>;
+  using ConstPtr = pcl::shared_ptr<const ConfidenceEstimation>;
+
+  explicit ConfidenceEstimation(bool extract_removed_indices = false)
+      : pcl::FilterIndices<PointT>(extract_removed_indices) {
+    this->filter_name_ = "ConfidenceEstimation";
+  }
+
+  /** \brief Throws pcl::BadArgumentException for a value out of range. */
+  inline void setParameters(const ConfidenceParameters& parameters);
+  const ConfidenceParameters& getParameters() const { return parameters_; }
+
+  /** \brief Focal length of the camera, pixels, > 0; default 525. The slope-compensated form needs it to know how far apart
+   *  neighbouring pixels see. */
+  inline void setFocalLength(float pixels);
+  float getFocalLength() const { return focal_length_; }
+
+  /** \brief Threads to use; 0, the default, is one per core. */
+  void setNumberOfThreads(unsigned int threads) { threads_ = static_cast<int>(threads); }
+
+  /** \brief C of every pixel of the input of the last filter() call, row by row; 0 where there is no measurement. */
+  const std::vector<float>& getConfidence() const { return confidence_; }
+
+ protected:
+  using pcl::FilterIndices<PointT>::input_;
+  using pcl::FilterIndices<PointT>::indices_;
+  using pcl::FilterIndices<PointT>::removed_indices_;
+
+  /** \throws pcl::UnorganizedPointCloudException for a cloud that is not organised */
+  inline void applyFilter(pcl::Indices& indices) override;
+  inline void applyFilter(PointCloud& output) override;
+
+ private:
+  ConfidenceParameters parameters_;
+  float focal_length_{525.0f};
+  int threads_{0};
+  std::vector<float> confidence_;
+};
+
+}  // namespace fuse_flow
+
+#include <fuse_flow/impl/confidence_estimation.hpp>

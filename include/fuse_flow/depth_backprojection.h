@@ -1,0 +1,71 @@
+#pragma once
+
+#include <fuse_flow/device.h>
+#include <fuse_flow/preprocessing.h>
+#include <fuse_flow/rig_frame.h>
+
+#include <pcl/filters/filter.h>
+
+#include <limits>
+
+namespace fuse_flow {
+
+/** \brief Eq. 8: a depth image and a camera to an organised cloud in the world frame, one point a pixel.
+ *
+ *  The depth comes from setView(), or from setInputCloud() as the z of an organised cloud of the camera's image size, whose
+ *  other fields are then carried over. Pixels without a measurement become NaN (or the user filter value), and with
+ *  extract_removed_indices are the removed indices; setIndices() restricts the output to some of the pixels. The output's
+ *  sensor pose is the camera's. */
+template <typename PointT, typename Device = device::Host>
+class DepthBackprojection;
+
+template <typename PointT>
+class DepthBackprojection<PointT, device::Host> : public pcl::Filter<PointT> {
+ public:
+  using PointCloud = typename pcl::Filter<PointT>::PointCloud;
+  using Ptr = pcl::shared_ptr<DepthBackprojection>;
+  using ConstPtr = pcl::shared_ptr<const DepthBackprojection>;
+
+  explicit DepthBackprojection(bool extract_removed_indices = false) : pcl::Filter<PointT>(extract_removed_indices) {
+    this->filter_name_ = "DepthBackprojection";
+  }
+
+  /** \brief Throws pcl::BadArgumentException if the camera contradicts itself. */
+  inline void setCamera(const Camera& camera);
+  const Camera& getCamera() const { return camera_; }
+
+  /** \brief Take depth, and colour if PointT has it, from images instead of a cloud. They must outlive filter(). */
+  inline void setView(const DepthView& view);
+
+  /** \brief As pcl::PCLBase; forgets the view. */
+  inline void setInputCloud(const typename PointCloud::ConstPtr& cloud) override;
+
+  /** \brief D^r of eq. 8. Throws pcl::BadArgumentException for a value out of range. */
+  inline void setParameters(const PreprocessingParameters& parameters);
+  const PreprocessingParameters& getParameters() const { return parameters_; }
+
+  /** \brief What the coordinates of a pixel without a measurement become; default NaN. */
+  void setUserFilterValue(float value) { user_filter_value_ = value; }
+
+  /** \brief Threads to use; 0, the default, is one per core. */
+  void setNumberOfThreads(unsigned int threads) { threads_ = static_cast<int>(threads); }
+
+ protected:
+  using pcl::Filter<PointT>::input_;
+  using pcl::Filter<PointT>::indices_;
+  using pcl::Filter<PointT>::removed_indices_;
+
+  /** \throws pcl::BadArgumentException if the image or cloud does not have the camera's size */
+  inline void applyFilter(PointCloud& output) override;
+
+ private:
+  Camera camera_;
+  DepthView view_;
+  PreprocessingParameters parameters_;
+  float user_filter_value_{std::numeric_limits<float>::quiet_NaN()};
+  int threads_{0};
+};
+
+}  // namespace fuse_flow
+
+#include <fuse_flow/impl/depth_backprojection.hpp>

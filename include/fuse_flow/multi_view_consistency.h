@@ -1,0 +1,80 @@
+#pragma once
+
+#include <fuse_flow/device.h>
+#include <fuse_flow/math/consistency.h>
+#include <fuse_flow/preprocessing.h>
+#include <fuse_flow/rig_frame.h>
+
+#include <pcl/filters/filter_indices.h>
+
+#include <vector>
+
+namespace fuse_flow {
+
+/** \brief Eq. 4–7: how well each point of a cloud in the world frame agrees with the depth images of a frame; keeps the points
+ *  with V ≥ the threshold.
+ *
+ *  If PointT has a confidence field, the filtered cloud carries confidence · V, ω of eq. 10, in it. Points that are not finite
+ *  are removed whether setNegative() or not. */
+template <typename PointT, typename Device = device::Host>
+class MultiViewConsistency;
+
+template <typename PointT>
+class MultiViewConsistency<PointT, device::Host> : public pcl::FilterIndices<PointT> {
+ public:
+  using PointCloud = typename pcl::FilterIndices<PointT>::PointCloud;
+  using Ptr = pcl::shared_ptr<MultiViewConsistency>;
+  using ConstPtr = pcl::shared_ptr<const MultiViewConsistency>;
+
+  explicit MultiViewConsistency(bool extract_removed_indices = false)
+      : pcl::FilterIndices<PointT>(extract_removed_indices) {
+    this->filter_name_ = "MultiViewConsistency";
+  }
+
+  /** \brief The views to compare with. The frame is copied, its images are not: they must outlive filter().
+   *  \param source_camera number of the camera that the input cloud came from, which is not asked about its own points; −1:
+   *  none, all views are asked, nearest to the rig's first camera first */
+  inline void setFrame(const RigFrame& frame, int source_camera = -1);
+
+  /** \brief Throws pcl::BadArgumentException for a value out of range. */
+  inline void setParameters(const ConsistencyParameters& parameters);
+  const ConsistencyParameters& getParameters() const { return parameters_; }
+
+  /** \brief D^r of the other views. */
+  inline void setPreprocessing(const PreprocessingParameters& parameters);
+
+  /** \brief Least V that is kept; [0, 1], default 0.1. */
+  inline void setThreshold(float threshold);
+  float getThreshold() const { return threshold_; }
+
+  /** \brief Threads to use; 0, the default, is one per core. */
+  void setNumberOfThreads(unsigned int threads) { threads_ = static_cast<int>(threads); }
+
+  /** \brief V of every point of the input of the last filter() call; 0 for points that were not asked about. */
+  const std::vector<float>& getConsistency() const { return consistency_; }
+  /** \brief How many other views had a say about each point. 0: V = 1 because nobody else could see it. */
+  const std::vector<int>& getViewCounts() const { return view_counts_; }
+
+ protected:
+  using pcl::FilterIndices<PointT>::input_;
+  using pcl::FilterIndices<PointT>::indices_;
+  using pcl::FilterIndices<PointT>::removed_indices_;
+
+  /** \throws pcl::BadArgumentException if there is no frame, or it contradicts itself */
+  inline void applyFilter(pcl::Indices& indices) override;
+  inline void applyFilter(PointCloud& output) override;
+
+ private:
+  RigFrame frame_;
+  int source_camera_{-1};
+  ConsistencyParameters parameters_;
+  PreprocessingParameters preprocessing_;
+  float threshold_{0.1f};
+  int threads_{0};
+  std::vector<float> consistency_;
+  std::vector<int> view_counts_;
+};
+
+}  // namespace fuse_flow
+
+#include <fuse_flow/impl/multi_view_consistency.hpp>
