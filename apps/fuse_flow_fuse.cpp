@@ -1,0 +1,144 @@
+// Fuses a recording of several depth cameras, frame by frame.
+
+#include "io/cloud_io.h"
+#include "io/file_io.h"
+#include "io/method.h"
+#include "io/parameter_options.h"
+#include "io/range.h"
+#include "io/recording.h"
+#include "io/report.h"
+#include "io/tool.h"
+
+#include <unistd.h>
+
+#include <chrono>
+#include <filesystem>
+
+namespace {
+
+using namespace fuse_flow;
+namespace fs = std::filesystem;
+
+struct Options {
+  std::vector<std::string> inputs;
+  std::string output;
+  std::string report;
+  std::string method{"fuse_flow"};
+  std::string frames;
+  std::string format{"ply"};
+  bool evaluate{true};
+  io::RecordingOptions recording;
+  io::MethodOptions method_options;
+};
+
+/** \brief A single frame goes to the file that was named, a sequence into a folder of that name. */
+std::string outputPath(const Options& options, std::size_t frame, std::size_t count) {
+  const std::string extension = fs::path(options.output).extension();
+  const bool names_file = extension == ".ply" || extension == ".pcd";
+  if (names_file && count > 1)
+    throw io::InputError("-o " + options.output + ": names one file for " + std::to_string(count) +
+                         " frames; name a folder, or one frame with --frames");
+  if (names_file) return options.output;
+  char name[32];
+  std::snprintf(name, sizeof(name), "%06zu.", frame);
+  return (fs::path(options.output) / (name + options.format)).string();
+}
+
+void makeFolderOf(const std::string& path) {
+  const fs::path folder = fs::path(path).parent_path();
+  if (folder.empty()) return;
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error) throw io::OutputError(folder.string() + ": cannot be created: " + error.message());
+}
+
+/** \brief Frames done, rate, time left; on a terminal only, so that logs stay readable. */
+void showProgress(std::size_t done, std::size_t count, std::chrono::steady_clock::time_point start) {
+  if (!isatty(STDERR_FILENO)) return;
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  const double rate = static_cast<double>(done) / seconds;
+  std::fprintf(stderr, "\r%zu of %zu frames, %.1f frames/s with reading, writing and measuring, %.0f s left   %s", done, count,
+               rate, static_cast<double>(count - done) / rate, done == count ? "\n" : "");
+}
+
+int run(const Options& options) {
+  checkParameters(options.method_options.parameters);
+  const std::unique_ptr<io::Method> method = io::makeMethod(options.method, options.method_options);
+  const std::unique_ptr<io::Recording> recording = io::openRecording(options.inputs, options.recording);
+  std::vector<std::size_t> frames;
+  if (options.frames.empty()) {
+    for (std::size_t f = 0; f < recording->frameCount(); ++f) frames.push_back(f);
+  } else {
+    frames = io::parseRange(options.frames, recording->frameCount());
+  }
+  if (frames.empty()) throw io::InputError("--frames " + options.frames + ": names no frame of this recording");
+
+  io::Report report(options.method);
+  io::LoadedFrame loaded;
+  io::Method::Cloud cloud;
+  io::catchInterrupts();
+  const auto start = std::chrono::steady_clock::now();
+  std::size_t done = 0;
+  for (const std::size_t frame : frames) {
+    if (io::interrupt_requested) break;
+    const std::string path = outputPath(options, frame, frames.size());
+    makeFolderOf(path);
+    recording->read(frame, loaded);
+    method->fuse(loaded.rig, cloud);
+    io::writeCloud(path, cloud);
+    const PreprocessingParameters& pre = options.method_options.parameters.preprocessing;
+    QualityParameters quality;
+    quality.min_range = pre.min_range;
+    quality.max_range = pre.max_range;
+    report.addFrame(frame, method->statistics(),
+                    options.evaluate
+                        ? multiCameraConsistency(cloud, loaded.rig, quality, options.method_options.threads)
+                        : Quality{cloud.size()});
+    showProgress(++done, frames.size(), start);
+  }
+  if (!options.report.empty()) {
+    makeFolderOf(options.report);
+    const std::string text = report.json().dump(2) + "\n";
+    io::writeFile(options.report, text);
+  }
+  std::cout << report.summary();
+  if (io::interrupt_requested) {
+    std::cerr << "fuse_flow_fuse: interrupted after " << done << " of " << frames.size() << " frames; those are complete"
+              << std::endl;
+    return io::kInterrupted;
+  }
+  return io::kSuccess;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  Options options;
+  CLI::App app("Fuses a recording of several depth cameras into one clean cloud a frame.", "fuse_flow_fuse");
+  app.add_option("input", options.inputs,
+                 "a rig recording (folder with rig.json), a 7-Scenes, TUM RGB-D or Redwood folder, or organised PCD files")
+      ->required();
+  app.add_option("-o,--output", options.output, "a .ply or .pcd file for one frame, else a folder")->required();
+  app.add_option("--report", options.report, "write figures per frame and in total to this JSON file");
+  app.add_option("--method", options.method, "what makes the cloud")
+      ->check(CLI::IsMember({"fuse_flow", "concatenate", "voxel_grid", "approximate_voxel_grid"}))
+      ->capture_default_str();
+  app.add_option("--leaf-size", options.method_options.leaf_size, "of the voxel grids, m")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  app.add_option("--frames", options.frames, "A:B:STEP, B not included");
+  app.add_option("--views", options.recording.views, "frames that act as the cameras of one instant: 0,60,120 or A:B:STEP");
+  app.add_option("--slide", options.recording.slide, "move those views on by this many frames, again and again");
+  app.add_option("--depth-scale", options.recording.depth_scale, "metres per unit of depth, instead of the recording's own");
+  app.add_option("--format", options.format, "of the files in the output folder")
+      ->check(CLI::IsMember({"ply", "pcd"}))
+      ->capture_default_str();
+  app.add_option("--threads", options.method_options.threads, "0: one per core")->capture_default_str();
+  app.add_flag("!--no-quality", options.evaluate, "do not measure E_MC, violations and coverage");
+  app.set_config("--config", "", "read options from this file (name = value lines)");
+  io::ParameterOptions parameters(app);
+  return io::runTool(app, argc, argv, [&] {
+    options.method_options.parameters = parameters.parameters();
+    return run(options);
+  });
+}

@@ -1,0 +1,17 @@
+#pragma once
+
+#include <stdexcept>
+
+namespace fuse_flow::io {
+
+/** \brief Something given to a tool cannot be used. The message is one line: the path, what is wrong, what would be right. */
+struct InputError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/** \brief A result could not be written. The message is one line; nothing half-written is left behind. */
+struct OutputError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+}  // namespace fuse_flow::io

@@ -1,0 +1,68 @@
+#include "io/file_io.h"
+
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+
+namespace fs = std::filesystem;
+
+namespace fuse_flow::io {
+namespace {
+
+/** \brief Empty, or why the bytes are not all on the disk. */
+std::string writeBytes(const std::string& path, const std::string& bytes) {
+  std::FILE* file = std::fopen(path.c_str(), "wb");
+  if (!file) return std::strerror(errno);
+  int error = 0;
+  if (std::fwrite(bytes.data(), 1, bytes.size(), file) != bytes.size()) error = errno;
+  if (std::fflush(file) != 0 && error == 0) error = errno;
+  // EINVAL, EROFS: a pipe or a device, which has nothing to synchronise.
+  if (error == 0 && fsync(fileno(file)) != 0 && errno != EINVAL && errno != EROFS) error = errno;
+  if (std::fclose(file) != 0 && error == 0) error = errno;
+  return error ? std::strerror(error) : "";
+}
+
+}  // namespace
+
+std::string readFile(const std::string& path) {
+  std::error_code error;
+  const fs::file_status status = fs::status(path, error);
+  if (!fs::exists(status)) throw InputError(path + ": not found");
+  if (fs::is_directory(status)) throw InputError(path + ": is a folder, must be a file");
+  std::ifstream file(path, std::ios::binary | std::ios::ate);
+  if (!file) throw InputError(path + ": cannot be opened: " + std::strerror(errno));
+  const std::streamoff size = file.tellg();
+  std::string bytes(size > 0 ? static_cast<std::size_t>(size) : 0, '\0');
+  file.seekg(0);
+  if (!file.read(bytes.data(), static_cast<std::streamsize>(bytes.size()))) throw InputError(path + ": cannot be read");
+  return bytes;
+}
+
+void writeFile(const std::string& path, const std::string& bytes) {
+  std::error_code error;
+  fs::path target = fs::weakly_canonical(path, error);  // through a symbolic link, rather than in its place
+  if (error) target = path;
+  const fs::file_status status = fs::status(target, error);
+  if (fs::is_directory(status)) throw OutputError(path + ": is a folder, must be a file name");
+  if (fs::exists(status) && !fs::is_regular_file(status)) {
+    const std::string problem = writeBytes(target.string(), bytes);
+    if (!problem.empty()) throw OutputError(path + ": cannot be written: " + problem);
+    return;
+  }
+  if (target.has_parent_path() && !fs::is_directory(target.parent_path(), error))
+    throw OutputError(path + ": cannot be written: the folder " + target.parent_path().string() + " does not exist");
+
+  const fs::path temporary = target.string() + ".part" + std::to_string(getpid());
+  const std::string problem = writeBytes(temporary.string(), bytes);
+  if (problem.empty()) fs::rename(temporary, target, error);
+  if (problem.empty() && !error) return;
+  const std::string reason = problem.empty() ? error.message() : problem;
+  fs::remove(temporary, error);
+  throw OutputError(path + ": cannot be written: " + reason);
+}
+
+}  // namespace fuse_flow::io

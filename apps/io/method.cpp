@@ -1,0 +1,121 @@
+#include "io/method.h"
+
+#include "io/error.h"
+
+#include <fuse_flow/depth_backprojection.h>
+
+#include <pcl/filters/approximate_voxel_grid.h>
+#include <pcl/filters/impl/approximate_voxel_grid.hpp>
+#include <pcl/filters/impl/voxel_grid.hpp>
+#include <pcl/filters/voxel_grid.h>
+
+#include <chrono>
+
+namespace fuse_flow::io {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+class Fusion : public Method {
+ public:
+  explicit Fusion(const MethodOptions& options) {
+    fusion_.setParameters(options.parameters);
+    fusion_.setNumberOfThreads(options.threads);
+  }
+  void fuse(const RigFrame& frame, Cloud& output) override {
+    fusion_.fuse(frame, output);
+    statistics_ = fusion_.getStatistics();
+  }
+
+ private:
+  FuseFlow<PointFused> fusion_;
+};
+
+/** \brief PCL's route: every view back-projected, all in one cloud, and perhaps a grid over it. The peers see the same ranges
+ *  and crop box. */
+class Concatenation : public Method {
+ public:
+  explicit Concatenation(const MethodOptions& options) : options_(options) {
+    backprojection_.setParameters(options.parameters.preprocessing);
+    backprojection_.setNumberOfThreads(options.threads);
+  }
+
+  void fuse(const RigFrame& frame, Cloud& output) override {
+    checkRigFrame(frame);
+    const Clock::time_point start = Clock::now();
+    statistics_ = {};
+    const auto all = std::make_shared<pcl::PointCloud<pcl::PointXYZRGB>>();
+    for (std::size_t i = 0; i < frame.cameras.size(); ++i) {
+      if (frame.views[i].missing()) {
+        statistics_.missing_cameras.push_back(i);
+        continue;
+      }
+      backprojection_.setCamera(frame.cameras[i]);
+      backprojection_.setView(frame.views[i]);
+      backprojection_.filter(view_cloud_);
+      for (const pcl::PointXYZRGB& p : view_cloud_) {
+        if (!std::isfinite(p.z)) continue;
+        ++statistics_.measured_points;
+        const auto& box = options_.parameters.crop_box;
+        if (!box || box->contains(Eigen::Vector3f(p.x, p.y, p.z))) all->push_back(p);
+      }
+    }
+    statistics_.gated_points = all->size();
+    thin(all);
+    output.clear();
+    output.reserve(thinned_.size());
+    for (const pcl::PointXYZRGB& p : thinned_) {
+      PointFused& q = output.emplace_back();
+      q.x = p.x;
+      q.y = p.y;
+      q.z = p.z;
+      q.rgba = p.rgba;
+      q.confidence = 1.0f;
+      q.view_count = 1;
+    }
+    output.header.stamp = frame.stamp;
+    statistics_.fused_points = output.size();
+    statistics_.total_ms = std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+  }
+
+ protected:
+  virtual void thin(const pcl::PointCloud<pcl::PointXYZRGB>::Ptr& all) { thinned_ = std::move(*all); }
+
+  MethodOptions options_;
+  pcl::PointCloud<pcl::PointXYZRGB> thinned_;
+
+ private:
+  DepthBackprojection<pcl::PointXYZRGB> backprojection_;
+  pcl::PointCloud<pcl::PointXYZRGB> view_cloud_;
+};
+
+template <typename Grid>
+class GridOfConcatenation : public Concatenation {
+ public:
+  using Concatenation::Concatenation;
+
+ protected:
+  void thin(const pcl::PointCloud<pcl::PointXYZRGB>::Ptr& all) override {
+    if (all->empty()) {
+      thinned_.clear();
+      return;
+    }
+    Grid grid;
+    grid.setInputCloud(all);
+    grid.setLeafSize(options_.leaf_size, options_.leaf_size, options_.leaf_size);
+    grid.filter(thinned_);
+  }
+};
+
+}  // namespace
+
+std::unique_ptr<Method> makeMethod(const std::string& name, const MethodOptions& options) {
+  if (name == "fuse_flow") return std::make_unique<Fusion>(options);
+  if (name == "concatenate") return std::make_unique<Concatenation>(options);
+  if (name == "voxel_grid") return std::make_unique<GridOfConcatenation<pcl::VoxelGrid<pcl::PointXYZRGB>>>(options);
+  if (name == "approximate_voxel_grid")
+    return std::make_unique<GridOfConcatenation<pcl::ApproximateVoxelGrid<pcl::PointXYZRGB>>>(options);
+  throw InputError("--method " + name + ": must be fuse_flow, concatenate, voxel_grid or approximate_voxel_grid");
+}
+
+}  // namespace fuse_flow::io

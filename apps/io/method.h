@@ -1,0 +1,34 @@
+#pragma once
+
+#include <fuse_flow/fuse_flow.h>
+#include <fuse_flow/point_types.h>
+
+#include <memory>
+#include <string>
+
+namespace fuse_flow::io {
+
+/** \brief One way to make a cloud of a frame: ours, or what people use without it. */
+class Method {
+ public:
+  using Cloud = pcl::PointCloud<PointFused>;
+
+  virtual ~Method() = default;
+  virtual void fuse(const RigFrame& frame, Cloud& output) = 0;
+  /** \brief Of the last frame; the peers fill in points and total only. */
+  const FrameStatistics& statistics() const { return statistics_; }
+
+ protected:
+  FrameStatistics statistics_;
+};
+
+struct MethodOptions {
+  FuseFlowParameters parameters;
+  unsigned int threads{0};
+  float leaf_size{0.01f};  ///< of the voxel grids, metres
+};
+
+/** \brief "fuse_flow", "concatenate", "voxel_grid" or "approximate_voxel_grid". */
+std::unique_ptr<Method> makeMethod(const std::string& name, const MethodOptions& options);
+
+}  // namespace fuse_flow::io

@@ -1,0 +1,78 @@
+#include "io/png_check.h"
+
+#include "io/error.h"
+
+#include <array>
+#include <cstdint>
+
+namespace fuse_flow::io {
+namespace {
+
+const std::string png_signature("\x89PNG\r\n\x1a\n", 8);
+
+std::uint8_t byteAt(const std::string& bytes, std::size_t at) { return static_cast<std::uint8_t>(bytes[at]); }
+
+std::uint32_t bigEndian(const std::string& bytes, std::size_t at) {
+  return std::uint32_t{byteAt(bytes, at)} << 24 | std::uint32_t{byteAt(bytes, at + 1)} << 16 |
+         std::uint32_t{byteAt(bytes, at + 2)} << 8 | std::uint32_t{byteAt(bytes, at + 3)};
+}
+
+std::array<std::uint32_t, 256> makeCrcTable() {
+  std::array<std::uint32_t, 256> table{};
+  for (std::uint32_t n = 0; n < 256; ++n) {
+    std::uint32_t c = n;
+    for (int k = 0; k < 8; ++k) c = c & 1 ? 0xedb88320u ^ (c >> 1) : c >> 1;
+    table[n] = c;
+  }
+  return table;
+}
+
+/** \brief The CRC-32 that PNG (and zlib) use. */
+std::uint32_t crc32(const std::string& bytes, std::size_t begin, std::size_t end) {
+  static const std::array<std::uint32_t, 256> table = makeCrcTable();
+  std::uint32_t c = 0xffffffffu;
+  for (std::size_t i = begin; i < end; ++i) c = table[(c ^ byteAt(bytes, i)) & 0xff] ^ (c >> 8);
+  return ~c;
+}
+
+}  // namespace
+
+bool isPng(const std::string& bytes) { return bytes.compare(0, png_signature.size(), png_signature) == 0; }
+
+PngHeader checkPng(const std::string& path, const std::string& bytes) {
+  if (bytes.empty()) throw InputError(path + ": is empty, must be a PNG image");
+  if (!isPng(bytes)) throw InputError(path + ": is not a PNG image");
+  PngHeader header;
+  // A chunk: length of the data, 4 bytes; type, 4 bytes; data; checksum over type and data, 4 bytes.
+  for (std::size_t at = png_signature.size();;) {
+    if (bytes.size() < at + 12 || bytes.size() - at - 12 < bigEndian(bytes, at))
+      throw InputError(path + ": is cut short after " + std::to_string(bytes.size()) + " bytes, must be a whole PNG");
+    const std::size_t length = bigEndian(bytes, at);
+    const std::string type = bytes.substr(at + 4, 4);
+    if (crc32(bytes, at + 4, at + 8 + length) != bigEndian(bytes, at + 8 + length))
+      throw InputError(path + ": is damaged: wrong checksum in the chunk at byte " + std::to_string(at));
+    if (at == png_signature.size()) {
+      if (type != "IHDR" || length != 13) throw InputError(path + ": is damaged: no PNG header");
+      header.width = static_cast<int>(bigEndian(bytes, at + 8));
+      header.height = static_cast<int>(bigEndian(bytes, at + 12));
+      header.bits = byteAt(bytes, at + 16);
+      header.color_type = byteAt(bytes, at + 17);
+    }
+    if (type == "IEND") break;
+    at += 12 + length;
+  }
+  if (header.width <= 0 || header.height <= 0 || header.width > 65535 || header.height > 65535)
+    throw InputError(path + ": is " + std::to_string(header.width) + "x" + std::to_string(header.height) +
+                     " pixels, sides must be in [1, 65535]");
+  return header;
+}
+
+void checkJpeg(const std::string& path, const std::string& bytes) {
+  if (bytes.empty()) throw InputError(path + ": is empty, must be a PNG or JPEG image");
+  if (bytes.compare(0, 3, "\xff\xd8\xff") != 0) throw InputError(path + ": is neither a PNG nor a JPEG image");
+  const std::size_t last = bytes.find_last_not_of('\0');  // some cameras pad their files
+  if (bytes.compare(last - 1, 2, "\xff\xd9") != 0)
+    throw InputError(path + ": is cut short after " + std::to_string(bytes.size()) + " bytes, must be a whole JPEG");
+}
+
+}  // namespace fuse_flow::io

@@ -1,0 +1,103 @@
+#include "io/calibration.h"
+#include "io/file_io.h"
+#include "io/readers.h"
+#include "io/sequence_recording.h"
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <filesystem>
+#include <sstream>
+
+namespace fs = std::filesystem;
+
+namespace fuse_flow::io {
+namespace {
+
+/** \brief Files in folder with one of the extensions, sorted by name. */
+std::vector<std::string> findFiles(const fs::path& folder, const std::vector<std::string>& extensions) {
+  std::vector<std::string> paths;
+  std::error_code error;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder, error))
+    if (std::find(extensions.begin(), extensions.end(), entry.path().extension().string()) != extensions.end())
+      paths.push_back(entry.path().string());
+  std::sort(paths.begin(), paths.end());
+  return paths;
+}
+
+/** \brief Blocks of five lines: "i j k", then camera → world, 4×4; i is the frame's number. */
+std::map<std::size_t, Eigen::Isometry3d> readTrajectory(const std::string& path) {
+  const std::vector<double> numbers = readNumbers(path);
+  constexpr std::size_t block = 3 + 16;
+  if (numbers.empty() || numbers.size() % block != 0)
+    throw InputError(path + ": has " + std::to_string(numbers.size()) +
+                     " numbers, must be 19 a frame: three integers and a 4x4 pose");
+  std::map<std::size_t, Eigen::Isometry3d> poses;
+  for (auto at = numbers.begin(); at != numbers.end(); at += block) {
+    if (at[0] < 0 || at[0] > 1e9) throw InputError(path + ": pose number " + std::to_string(poses.size()) + " has no frame number");
+    const auto number = static_cast<std::size_t>(at[0]);
+    poses[number] = rigidPose(path + ": pose of frame " + std::to_string(number), std::vector<double>(at + 3, at + block));
+  }
+  return poses;
+}
+
+/** \brief Open3D's file: width, height and the 3×3 matrix column by column. */
+bool readIntrinsicsJson(const std::string& path, Intrinsics& K) {
+  nlohmann::json json;
+  try {
+    json = nlohmann::json::parse(readFile(path));
+    if (!json.is_object() || !json.contains("intrinsic_matrix")) return false;
+    const auto matrix = json["intrinsic_matrix"].get<std::vector<float>>();
+    if (matrix.size() != 9) throw InputError(path + ": intrinsic_matrix must have 9 numbers, column by column");
+    K.width = json.value("width", 0);
+    K.height = json.value("height", 0);
+    K.fx = matrix[0];
+    K.fy = matrix[4];
+    K.cx = matrix[6];
+    K.cy = matrix[7];
+    return true;
+  } catch (const nlohmann::json::exception&) {
+    throw InputError(path + ": is not a camera as Open3D writes it: width, height, intrinsic_matrix of 9 numbers");
+  }
+}
+
+Intrinsics findIntrinsics(const std::string& folder) {
+  Intrinsics K;
+  for (const std::string& path : findFiles(folder, {".json"}))
+    if (readIntrinsicsJson(path, K)) return K;
+  throw InputError(folder + ": has no camera intrinsics, expected a .json file with width, height and intrinsic_matrix");
+}
+
+}  // namespace
+
+bool isRedwoodFolder(const std::string& folder) {
+  return fs::is_directory(fs::path(folder) / "depth") && !findFiles(folder, {".log"}).empty();
+}
+
+std::unique_ptr<Recording> openRedwood(const std::string& folder, const RecordingOptions& options) {
+  Sequence sequence;
+  sequence.kind = "redwood";
+  sequence.path = folder;
+  sequence.intrinsics = findIntrinsics(folder);
+  const std::vector<std::string> logs = findFiles(folder, {".log"});
+  if (logs.size() > 1)
+    throw InputError(folder + ": has " + std::to_string(logs.size()) + " trajectories (.log), must be one");
+  const std::map<std::size_t, Eigen::Isometry3d> poses = readTrajectory(logs[0]);
+
+  const std::vector<std::string> depths = findFiles(fs::path(folder) / "depth", {".png"});
+  const bool is_color = fs::is_directory(fs::path(folder) / "color");
+  const std::vector<std::string> colors = findFiles(fs::path(folder) / (is_color ? "color" : "image"), {".png", ".jpg", ".jpeg"});
+  // Depth and colour files carry timestamps in their names that differ: they belong together by their order.
+  for (std::size_t i = 0; i < depths.size(); ++i) {
+    const auto pose = poses.find(i);
+    if (pose == poses.end()) continue;
+    SequenceFrame& frame = sequence.frames[i];
+    frame.files.depth = depths[i];
+    if (i < colors.size()) frame.files.color = colors[i];
+    frame.T_world_camera = pose->second;
+    frame.name = fs::path(depths[i]).stem().string();
+  }
+  return openSequence(std::move(sequence), options);
+}
+
+}  // namespace fuse_flow::io

@@ -1,0 +1,85 @@
+#include "io/range.h"
+#include "io/readers.h"
+#include "io/rig_json.h"
+#include "io/view_files.h"
+
+#include <algorithm>
+#include <filesystem>
+
+namespace fs = std::filesystem;
+
+namespace fuse_flow::io {
+namespace {
+
+/** \brief One more than the highest number among folder/NNNNNN.png; 0 if there is none. */
+std::size_t countFrames(const fs::path& folder) {
+  std::size_t count = 0;
+  std::error_code error;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder, error)) {
+    const std::string stem = entry.path().stem().string();
+    const bool numbered = stem.size() == 6 && std::all_of(stem.begin(), stem.end(), [](char c) { return c >= '0' && c <= '9'; });
+    if (numbered && entry.path().extension() == ".png") count = std::max<std::size_t>(count, std::stoul(stem) + 1);
+  }
+  return count;
+}
+
+class RigRecording : public Recording {
+ public:
+  RigRecording(fs::path folder, const std::vector<RigCamera>& rig, const RecordingOptions& options)
+      : folder_(std::move(folder)), read_color_(options.read_color) {
+    for (const RigCamera& entry : rig) {
+      cameras_.push_back(entry.camera);
+      depth_scales_.push_back(options.depth_scale.value_or(entry.depth_scale));
+      frame_count_ = std::max(frame_count_, countFrames(folder_ / entry.camera.name / "depth"));
+    }
+  }
+
+  std::string kind() const override { return "rig"; }
+  std::size_t frameCount() const override { return frame_count_; }
+  const std::vector<Camera>& cameras() const override { return cameras_; }
+
+  void read(std::size_t frame, LoadedFrame& out) override {
+    out.rig.cameras = cameras_;
+    out.rig.views.resize(cameras_.size());
+    out.images.resize(cameras_.size());
+    out.rig.stamp = 0;
+    const std::string stem = frameStem(frame);
+    for (std::size_t i = 0; i < cameras_.size(); ++i) {
+      const fs::path camera = folder_ / cameras_[i].name;
+      ViewFiles files;
+      files.depth = (camera / "depth" / (stem + ".png")).string();
+      if (read_color_) files.color = findImage((camera / "color").string(), stem);
+      files.confidence = (camera / "confidence" / (stem + ".png")).string();
+      loadView(files, cameras_[i], depth_scales_[i], out.images[i], out.rig.views[i]);
+    }
+  }
+
+ private:
+  fs::path folder_;
+  bool read_color_;
+  std::vector<Camera> cameras_;
+  std::vector<float> depth_scales_;
+  std::size_t frame_count_{0};
+};
+
+}  // namespace
+
+bool isRigFolder(const std::string& folder) { return fs::exists(fs::path(folder) / "rig.json"); }
+
+std::unique_ptr<Recording> openRig(const std::string& json_path, const RecordingOptions& options) {
+  if (options.slide != 0) throw InputError(json_path + ": is a recording of several cameras, --slide does not apply");
+  std::vector<RigCamera> rig = readRigJson(json_path);
+  if (!options.views.empty()) {
+    std::vector<RigCamera> chosen;
+    for (const std::size_t i : parseRange(options.views, rig.size(), "--views")) chosen.push_back(rig[i]);
+    rig = std::move(chosen);
+  }
+  fs::path folder = fs::path(json_path).parent_path();
+  auto recording = std::make_unique<RigRecording>(std::move(folder), rig, options);
+  if (recording->frameCount() == 0)
+    throw InputError(json_path + ": there are no depth images, expected files like " +
+                     (fs::path(json_path).parent_path() / rig[0].camera.name / "depth" / "000000.png").string());
+  return recording;
+}
+
+}  // namespace fuse_flow::io

@@ -1,0 +1,62 @@
+#include "io/calibration.h"
+#include "io/readers.h"
+#include "io/sequence_recording.h"
+
+#include <filesystem>
+#include <regex>
+
+namespace fs = std::filesystem;
+
+namespace fuse_flow::io {
+namespace {
+
+/** \brief The numbers of all frame-NNNNNN.pose.txt, with what their names share. */
+std::map<std::size_t, std::string> findPoses(const std::string& folder) {
+  static const std::regex pose_name(R"((frame-(\d{6}))\.pose\.txt)");
+  std::map<std::size_t, std::string> stems;
+  std::error_code error;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder, error)) {
+    std::smatch match;
+    const std::string name = entry.path().filename().string();
+    if (std::regex_match(name, match, pose_name)) stems[std::stoul(match[2])] = match[1];
+  }
+  return stems;
+}
+
+Intrinsics readIntrinsics(const std::string& path) {
+  Intrinsics K;
+  K.fx = K.fy = 585;  // the depth camera as the dataset's page gives it
+  K.cx = 320;
+  K.cy = 240;
+  if (!fs::exists(path)) return K;
+  const std::vector<double> numbers = readNumbers(path);
+  if (numbers.size() != 9)
+    throw InputError(path + ": has " + std::to_string(numbers.size()) + " numbers, must be 9: a 3x3 matrix, row by row");
+  K.fx = static_cast<float>(numbers[0]);
+  K.fy = static_cast<float>(numbers[4]);
+  K.cx = static_cast<float>(numbers[2]);
+  K.cy = static_cast<float>(numbers[5]);
+  return K;
+}
+
+}  // namespace
+
+bool isSevenScenesFolder(const std::string& folder) { return !findPoses(folder).empty(); }
+
+std::unique_ptr<Recording> openSevenScenes(const std::string& folder, const RecordingOptions& options) {
+  Sequence sequence;
+  sequence.kind = "seven_scenes";
+  sequence.path = folder;
+  sequence.intrinsics = readIntrinsics((fs::path(folder) / "camera-intrinsics.txt").string());
+  for (const auto& [number, stem] : findPoses(folder)) {
+    const std::string prefix = (fs::path(folder) / stem).string();
+    SequenceFrame& frame = sequence.frames[number];
+    frame.name = stem;
+    frame.files.depth = prefix + ".depth.png";
+    frame.files.color = findImage(folder, stem + ".color");
+    frame.T_world_camera = readPose(prefix + ".pose.txt");
+  }
+  return openSequence(std::move(sequence), options);
+}
+
+}  // namespace fuse_flow::io

@@ -1,0 +1,72 @@
+#pragma once
+
+#include "io/error.h"
+#include "io/image_io.h"
+
+#include <fuse_flow/rig_frame.h>
+
+#include <cstddef>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace fuse_flow::io {
+
+/** \brief The images of one camera at one instant; an absent one is empty. Either depth16 or depth32 is filled. */
+struct LoadedView {
+  DepthImage depth16;
+  FloatImage depth32;
+  ColorImage color;
+  FloatImage confidence;
+};
+
+/** \brief One instant with the memory behind it: rig.views point into images. Read every frame into the same one: the buffers
+ *  are reused. */
+struct LoadedFrame {
+  LoadedFrame() = default;
+  LoadedFrame(LoadedFrame&&) = default;
+  LoadedFrame& operator=(LoadedFrame&&) = default;
+  LoadedFrame(const LoadedFrame&) = delete;  // the views of a copy would point into the original
+  LoadedFrame& operator=(const LoadedFrame&) = delete;
+
+  RigFrame rig;
+  std::vector<LoadedView> images;
+};
+
+/** \brief A source of rig frames: a folder of images with a calibration. */
+class Recording {
+ public:
+  virtual ~Recording() = default;
+
+  /** \brief "rig", "seven_scenes", "tum", "redwood" or "pcd". */
+  virtual std::string kind() const = 0;
+  virtual std::size_t frameCount() const = 0;
+  /** \brief The cameras of frame 0. In a recording of one moving camera they differ from frame to frame: see
+   *  LoadedFrame::rig. */
+  virtual const std::vector<Camera>& cameras() const = 0;
+  /** \brief What one camera's files are called, for messages and reports: "frame-000060", "left". */
+  std::string viewName(std::size_t view) const { return cameras()[view].name; }
+  /** \brief Replaces what out holds by a frame in [0, frameCount()). A camera whose depth file is not there becomes a missing
+   *  view. Throws InputError on a damaged file or an image that does not fit its camera. */
+  virtual void read(std::size_t frame, LoadedFrame& out) = 0;
+};
+
+/** \brief How to look at a recording. */
+struct RecordingOptions {
+  /** \brief "0,60,120,180" or "A:B:STEP", B exclusive. In a recording of one moving camera: the frame numbers that act as the
+   *  cameras of one instant, required. In a rig: the cameras to use, by position; empty means all. */
+  std::string views;
+  /** \brief One moving camera only: frame k uses views + k · slide, as long as all of them exist. 0: a single instant. */
+  int slide{0};
+  /** \brief Metres per depth unit, in place of what the recording says or its format implies. */
+  std::optional<float> depth_scale;
+  /** \brief False: colour images are not opened. */
+  bool read_color{true};
+};
+
+/** \brief Looks at what it is given and picks the reader. One path: a folder, or its rig.json; several: organised PCD files,
+ *  each a camera of one instant. Throws InputError. */
+std::unique_ptr<Recording> openRecording(const std::vector<std::string>& inputs, const RecordingOptions& options = {});
+
+}  // namespace fuse_flow::io

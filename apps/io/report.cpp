@@ -1,0 +1,129 @@
+#include "io/report.h"
+
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+namespace fuse_flow::io {
+namespace {
+
+using nlohmann::json;
+
+/** \brief JSON has no NaN: what could not be measured is null. */
+json number(double value) { return std::isfinite(value) ? json(value) : json(nullptr); }
+
+double percentile(std::vector<double> values, double p) {
+  if (values.empty()) return std::nan("");
+  std::sort(values.begin(), values.end());
+  return values[static_cast<std::size_t>(std::lround(p * static_cast<double>(values.size() - 1)))];
+}
+
+double peakMemoryMebibytes() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<double>(usage.ru_maxrss) / 1024.0;
+}
+
+struct Stage {
+  const char* name;
+  double FrameStatistics::* milliseconds;
+};
+constexpr Stage kStages[] = {{"preprocess", &FrameStatistics::preprocess_ms}, {"generate", &FrameStatistics::generate_ms},
+                             {"merge", &FrameStatistics::merge_ms},           {"fuse", &FrameStatistics::fuse_ms},
+                             {"output", &FrameStatistics::output_ms},         {"total", &FrameStatistics::total_ms}};
+
+std::string format(const char* pattern, double value) {
+  char text[64];
+  std::snprintf(text, sizeof(text), pattern, value);
+  return text;
+}
+
+}  // namespace
+
+json qualityJson(const Quality& q) {
+  return {{"points", q.points},
+          {"multi_view_points", q.multi_view_points},
+          {"e_mc_mm", number(1e3 * q.error)},
+          {"e_mc_multi_view_mm", number(1e3 * q.multi_view_error)},
+          {"free_space_violations", q.violationShare()},
+          {"coverage", q.coverage()}};
+}
+
+std::string qualityHeader(std::size_t name_width) {
+  std::string name = "cloud";
+  name.resize(std::max(name_width, name.size()), ' ');
+  return name + "    points   E_MC [mm]  E_MC, 2+ views [mm]  violations [%]  coverage [%]";
+}
+
+std::string qualityRow(const std::string& name, std::size_t name_width, const Quality& q) {
+  std::string padded = name;
+  padded.resize(std::max(name_width, name.size()), ' ');
+  return padded + format("%10.0f", static_cast<double>(q.points)) + format("%12.2f", 1e3 * q.error) +
+         format("%21.2f", 1e3 * q.multi_view_error) + format("%16.2f", 100 * q.violationShare()) +
+         format("%14.2f", 100 * q.coverage());
+}
+
+void Report::addFrame(std::size_t frame, const FrameStatistics& statistics, const Quality& quality) {
+  frames_.push_back({frame, statistics, quality});
+}
+
+json Report::json() const {
+  nlohmann::json frames = nlohmann::json::array();
+  std::vector<double> times[std::size(kStages)];
+  double points_in = 0, points_out = 0, error = 0, multi_error = 0, violations = 0, coverage = 0;
+  for (const Frame& f : frames_) {
+    nlohmann::json entry = qualityJson(f.quality);
+    entry["frame"] = f.number;
+    entry["points_in"] = f.statistics.measured_points;
+    entry["points_gated"] = f.statistics.gated_points;
+    entry["points_out"] = f.statistics.fused_points;
+    entry["missing_cameras"] = f.statistics.missing_cameras;
+    for (std::size_t s = 0; s < std::size(kStages); ++s) {
+      const double ms = f.statistics.*kStages[s].milliseconds;
+      entry["milliseconds"][kStages[s].name] = ms;
+      times[s].push_back(ms);
+    }
+    frames.push_back(entry);
+    const double n = static_cast<double>(frames_.size());
+    points_in += static_cast<double>(f.statistics.measured_points) / n;
+    points_out += static_cast<double>(f.statistics.fused_points) / n;
+    error += f.quality.error / n;
+    multi_error += f.quality.multi_view_error / n;
+    violations += f.quality.violationShare() / n;
+    coverage += f.quality.coverage() / n;
+  }
+  nlohmann::json total = {{"frames", frames_.size()},
+                          {"points_in", points_in},
+                          {"points_out", points_out},
+                          {"e_mc_mm", number(1e3 * error)},
+                          {"e_mc_multi_view_mm", number(1e3 * multi_error)},
+                          {"free_space_violations", violations},
+                          {"coverage", coverage},
+                          {"frames_per_second", number(1e3 / percentile(times[std::size(kStages) - 1], 0.5))},
+                          {"peak_memory_mib", peakMemoryMebibytes()}};
+  for (std::size_t s = 0; s < std::size(kStages); ++s)
+    total["milliseconds"][kStages[s].name] = {{"median", number(percentile(times[s], 0.5))},
+                                              {"p95", number(percentile(times[s], 0.95))}};
+  return {{"method", method_}, {"total", total}, {"frames", frames}};
+}
+
+std::string Report::summary() const {
+  const nlohmann::json total = json()["total"];
+  const auto value = [](const nlohmann::json& v) { return v.is_number() ? v.get<double>() : std::nan(""); };
+  std::string text = method_ + ": " + format("%.0f frames, ", value(total["frames"])) +
+                     format("%.1f frames per second ", value(total["frames_per_second"])) +
+                     format("(median %.1f ms, ", value(total["milliseconds"]["total"]["median"])) +
+                     format("p95 %.1f ms), ", value(total["milliseconds"]["total"]["p95"])) +
+                     format("%.0f points in, ", value(total["points_in"])) +
+                     format("%.0f out a frame\n", value(total["points_out"]));
+  text += "  " + format("E_MC %.2f mm, ", value(total["e_mc_mm"])) +
+          format("over points with two or more views %.2f mm, ", value(total["e_mc_multi_view_mm"])) +
+          format("free-space violations %.2f %%, ", 100 * value(total["free_space_violations"])) +
+          format("coverage %.2f %%, ", 100 * value(total["coverage"])) +
+          format("peak memory %.0f MiB\n", value(total["peak_memory_mib"]));
+  return text;
+}
+
+}  // namespace fuse_flow::io

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <fuse_flow/fuse_flow.h>
+#include <fuse_flow/multi_camera_consistency.h>
+
+#include <nlohmann/json.hpp>
+
+#include <string>
+#include <vector>
+
+namespace fuse_flow::io {
+
+/** \brief Collects what a run did, frame by frame; errors in millimetres, shares from 0 to 1. */
+class Report {
+ public:
+  explicit Report(std::string method) : method_(std::move(method)) {}
+  void addFrame(std::size_t frame, const FrameStatistics& statistics, const Quality& quality);
+
+  /** \brief Per frame and in total; medians and 95th percentiles of the times, means of the quality. */
+  nlohmann::json json() const;
+  /** \brief A few lines for people. */
+  std::string summary() const;
+
+ private:
+  struct Frame {
+    std::size_t number;
+    FrameStatistics statistics;
+    Quality quality;
+  };
+  std::string method_;
+  std::vector<Frame> frames_;
+};
+
+/** \brief The quality figures as the tools print them. */
+nlohmann::json qualityJson(const Quality& quality);
+/** \brief The header and a row of the table of quality figures. */
+std::string qualityHeader(std::size_t name_width);
+std::string qualityRow(const std::string& name, std::size_t name_width, const Quality& quality);
+
+}  // namespace fuse_flow::io

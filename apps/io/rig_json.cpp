@@ -1,0 +1,168 @@
+#include "io/rig_json.h"
+
+#include "io/calibration.h"
+#include "io/error.h"
+#include "io/file_io.h"
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <cstdlib>
+#include <set>
+
+namespace fuse_flow::io {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/** \brief One JSON object, and what messages call it: "rig.json: camera 'left'". */
+struct Entry {
+  const Json& object;
+  std::string owner;
+
+  [[noreturn]] void fail(const std::string& key, const std::string& problem) const {
+    throw InputError(owner + ": " + key + " " + problem);
+  }
+  bool has(const char* key) const { return object.contains(key); }
+  const Json& get(const char* key) const {
+    if (!has(key)) fail(key, "is missing");
+    return object[key];
+  }
+  double number(const char* key) const {
+    const Json& value = get(key);
+    if (!value.is_number()) fail(key, "is " + value.dump() + ", must be a number");
+    return value.get<double>();
+  }
+  double positive(const char* key) const {
+    const double value = number(key);
+    if (!(value > 0)) fail(key, "is " + get(key).dump() + ", must be positive");
+    return value;
+  }
+  int size(const char* key) const {
+    const double value = positive(key);
+    if (value != std::floor(value) || value > 65535) fail(key, "is " + get(key).dump() + ", must be a whole number of pixels");
+    return static_cast<int>(value);
+  }
+  std::vector<double> numbers(const char* key, std::size_t count) const {
+    const Json& values = get(key);
+    const auto is_number = [](const Json& value) { return value.is_number(); };
+    if (!values.is_array() || !std::all_of(values.begin(), values.end(), is_number))
+      fail(key, "must be a list of " + std::to_string(count) + " numbers");
+    if (values.size() != count)
+      fail(key, "has " + std::to_string(values.size()) + " numbers, must be " + std::to_string(count));
+    return values.get<std::vector<double>>();
+  }
+};
+
+Intrinsics parseIntrinsics(const Entry& entry) {
+  Intrinsics K;
+  K.width = entry.size("width");
+  K.height = entry.size("height");
+  K.fx = static_cast<float>(entry.positive("fx"));
+  K.fy = static_cast<float>(entry.positive("fy"));
+  K.cx = static_cast<float>(entry.number("cx"));
+  K.cy = static_cast<float>(entry.number("cy"));
+  if (entry.has("distortion")) {
+    const std::vector<double> values = entry.numbers("distortion", 8);
+    const std::vector<float> d(values.begin(), values.end());
+    K.distortion = {d[0], d[1], d[2], d[3], d[4], d[5], d[6], d[7]};
+  }
+  return K;
+}
+
+RigCamera parseCamera(const Entry& entry, const std::string& name) {
+  RigCamera result;
+  result.camera.name = name;
+  result.camera.intrinsics = parseIntrinsics(entry);
+  result.depth_scale = static_cast<float>(entry.positive("depth_scale"));
+  result.camera.T_world_camera = rigidPose(entry.owner + ": T_world_camera", entry.numbers("T_world_camera", 16));
+  if (entry.has("color")) {
+    const Entry color{entry.get("color"), entry.owner + " color"};
+    if (!color.object.is_object()) entry.fail("color", "must be an object with width, height, fx, fy, cx, cy, T_depth_color");
+    result.camera.color = ColorCamera{
+        parseIntrinsics(color), rigidPose(color.owner + ": T_depth_color", color.numbers("T_depth_color", 16))};
+  }
+  return result;
+}
+
+/** \brief The shortest decimal that reads back as the same float: 0.001 and not 0.0010000000474974513. */
+double shortest(float value) {
+  char text[32];
+  const auto end = std::to_chars(text, text + sizeof text - 1, value).ptr;
+  *end = '\0';
+  return std::strtod(text, nullptr);
+}
+
+void putIntrinsics(Json& json, const Intrinsics& K) {
+  json["width"] = K.width;
+  json["height"] = K.height;
+  json["fx"] = shortest(K.fx);
+  json["fy"] = shortest(K.fy);
+  json["cx"] = shortest(K.cx);
+  json["cy"] = shortest(K.cy);
+  const Distortion& d = K.distortion;
+  if (isIdeal(d)) return;
+  for (const float k : {d.k1, d.k2, d.p1, d.p2, d.k3, d.k4, d.k5, d.k6}) json["distortion"].push_back(shortest(k));
+}
+
+Json poseNumbers(const Eigen::Isometry3d& T) {
+  Json numbers = Json::array();
+  for (int row = 0; row < 4; ++row)
+    for (int col = 0; col < 4; ++col) numbers.push_back(T.matrix()(row, col));
+  return numbers;
+}
+
+/** \brief A camera's name is the name of its folder. */
+bool isFolderName(const std::string& name) {
+  return !name.empty() && name != "." && name != ".." && name.find_first_of("/\\\n") == std::string::npos;
+}
+
+}  // namespace
+
+std::vector<RigCamera> readRigJson(const std::string& path) {
+  Json json;
+  try {
+    json = Json::parse(readFile(path));
+  } catch (const Json::parse_error& error) {
+    throw InputError(path + ": is not JSON: error at byte " + std::to_string(error.byte));
+  }
+  if (!json.is_object() || !json.contains("cameras") || !json["cameras"].is_array() || json["cameras"].empty())
+    throw InputError(path + ": cameras is missing or empty, must be a list with an object for each camera");
+
+  std::vector<RigCamera> cameras;
+  std::set<std::string> names;
+  for (const Json& object : json["cameras"]) {
+    const std::string number = path + ": camera number " + std::to_string(cameras.size());
+    if (!object.is_object()) throw InputError(number + ": is " + object.dump() + ", must be an object");
+    const Json& name = Entry{object, number}.get("name");
+    if (!name.is_string() || !isFolderName(name.get<std::string>()))
+      throw InputError(number + ": name is " + name.dump() + ", must be the name of a folder beside the file");
+    if (!names.insert(name.get<std::string>()).second)
+      throw InputError(number + ": name is " + name.dump() + ", which another camera has");
+    const std::string owner = path + ": camera '" + name.get<std::string>() + "'";
+    cameras.push_back(parseCamera(Entry{object, owner}, name.get<std::string>()));
+    checkCameraInput(path, cameras.back().camera);
+  }
+  return cameras;
+}
+
+void writeRigJson(const std::string& path, const std::vector<RigCamera>& cameras) {
+  Json json;
+  for (const RigCamera& rig_camera : cameras) {
+    Json entry;
+    entry["name"] = rig_camera.camera.name;
+    putIntrinsics(entry, rig_camera.camera.intrinsics);
+    entry["depth_scale"] = shortest(rig_camera.depth_scale);
+    entry["T_world_camera"] = poseNumbers(rig_camera.camera.T_world_camera);
+    if (rig_camera.camera.color) {
+      putIntrinsics(entry["color"], rig_camera.camera.color->intrinsics);
+      entry["color"]["T_depth_color"] = poseNumbers(rig_camera.camera.color->T_depth_color);
+    }
+    json["cameras"].push_back(std::move(entry));
+  }
+  writeFile(path, json.dump(2) + "\n");
+}
+
+}  // namespace fuse_flow::io

@@ -1,0 +1,124 @@
+#include "io/sequence_recording.h"
+
+#include "io/calibration.h"
+#include "io/range.h"
+
+#include <algorithm>
+#include <filesystem>
+
+namespace fuse_flow::io {
+namespace {
+
+class SequenceRecording : public Recording {
+ public:
+  SequenceRecording(Sequence sequence, std::vector<std::size_t> views, std::size_t slide)
+      : sequence_(std::move(sequence)), views_(std::move(views)), slide_(slide) {
+    while (slide_ > 0 && allExist(frame_count_)) ++frame_count_;
+    for (std::size_t view = 0; view < views_.size(); ++view) cameras_.push_back(cameraOf(frameOf(view, 0)));
+  }
+
+  std::string kind() const override { return sequence_.kind; }
+  std::size_t frameCount() const override { return frame_count_; }
+  const std::vector<Camera>& cameras() const override { return cameras_; }
+
+  void read(std::size_t frame, LoadedFrame& out) override {
+    out.images.resize(views_.size());
+    out.rig.cameras.resize(views_.size());
+    out.rig.views.resize(views_.size());
+    out.rig.stamp = frameOf(0, frame).stamp;
+    for (std::size_t view = 0; view < views_.size(); ++view) {
+      const SequenceFrame& source = frameOf(view, frame);
+      out.rig.cameras[view] = cameraOf(source);
+      loadView(source.files, out.rig.cameras[view], sequence_.depth_scale, out.images[view], out.rig.views[view]);
+    }
+  }
+
+ private:
+  bool allExist(std::size_t frame) const {
+    return std::all_of(views_.begin(), views_.end(),
+                       [&](std::size_t number) { return sequence_.frames.count(number + frame * slide_) > 0; });
+  }
+  const SequenceFrame& frameOf(std::size_t view, std::size_t frame) const {
+    return sequence_.frames.at(views_[view] + frame * slide_);
+  }
+  Camera cameraOf(const SequenceFrame& frame) const {
+    Camera camera;
+    camera.name = frame.name;
+    camera.intrinsics = sequence_.intrinsics;
+    camera.T_world_camera = frame.T_world_camera;
+    return camera;
+  }
+
+  Sequence sequence_;
+  std::vector<std::size_t> views_;
+  std::size_t slide_;
+  std::size_t frame_count_{1};
+  std::vector<Camera> cameras_;
+};
+
+/** \brief "40 frames, 0, 5, 10, ... 195" */
+std::string listFrames(const std::map<std::size_t, SequenceFrame>& frames) {
+  std::string list = std::to_string(frames.size()) + " frames: ";
+  std::size_t listed = 0;
+  for (const auto& [number, frame] : frames) {
+    if (listed++ == 3) break;
+    list += (listed > 1 ? ", " : "") + std::to_string(number);
+  }
+  if (frames.size() > 3) list += (frames.size() > 4 ? " ... " : ", ") + std::to_string(frames.rbegin()->first);
+  return list;
+}
+
+/** \brief Up to four frames, evenly spread. */
+std::string suggestViews(const std::map<std::size_t, SequenceFrame>& frames) {
+  const std::size_t wanted = std::min<std::size_t>(4, frames.size());
+  std::string views;
+  for (std::size_t i = 0; i < wanted; ++i) {
+    const auto frame = std::next(frames.begin(), static_cast<std::ptrdiff_t>(i * frames.size() / wanted));
+    views += (i ? "," : "") + std::to_string(frame->first);
+  }
+  return views;
+}
+
+std::vector<std::size_t> chooseViews(const Sequence& sequence, const std::string& spec) {
+  if (spec.empty())
+    throw InputError(sequence.path + ": is a recording of one moving camera, --views must say which frames act as the cameras " +
+                     "of one instant, e.g. --views " + suggestViews(sequence.frames) + "; it has " + listFrames(sequence.frames));
+  const std::vector<std::size_t> views = parseRange(spec, sequence.frames.rbegin()->first + 1, "--views");
+  for (const std::size_t number : views)
+    if (sequence.frames.count(number) == 0)
+      throw InputError("--views " + spec + ": frame " + std::to_string(number) + " is not in " + sequence.path +
+                       ", which has " + listFrames(sequence.frames));
+  return views;
+}
+
+void takeSizeFromFirstImage(Sequence& sequence) {
+  for (const auto& [number, frame] : sequence.frames) {
+    std::error_code error;
+    if (!std::filesystem::exists(frame.files.depth, error)) continue;
+    DepthImage image;
+    readDepthPng(frame.files.depth, image);
+    sequence.intrinsics.width = image.width;
+    sequence.intrinsics.height = image.height;
+    return;
+  }
+  throw InputError(sequence.path + ": has no depth image");
+}
+
+}  // namespace
+
+std::unique_ptr<Recording> openSequence(Sequence sequence, const RecordingOptions& options) {
+  if (sequence.frames.empty()) throw InputError(sequence.path + ": has no frame with a pose and a depth image");
+  if (options.slide < 0) throw InputError("--slide is " + std::to_string(options.slide) + ", must be 0 or more");
+  if (options.depth_scale) sequence.depth_scale = *options.depth_scale;
+  if (sequence.intrinsics.width == 0) takeSizeFromFirstImage(sequence);
+  if (!options.read_color)
+    for (auto& [number, frame] : sequence.frames) frame.files.color.clear();
+  std::vector<std::size_t> views = chooseViews(sequence, options.views);
+  const std::string path = sequence.path;
+  auto recording = std::make_unique<SequenceRecording>(std::move(sequence), std::move(views),
+                                                       static_cast<std::size_t>(options.slide));
+  for (const Camera& camera : recording->cameras()) checkCameraInput(path, camera);
+  return recording;
+}
+
+}  // namespace fuse_flow::io

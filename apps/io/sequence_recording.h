@@ -1,0 +1,36 @@
+#pragma once
+
+#include "io/recording.h"
+#include "io/view_files.h"
+
+#include <map>
+#include <memory>
+#include <string>
+
+namespace fuse_flow::io {
+
+/** \brief One image pair of a moving camera. */
+struct SequenceFrame {
+  ViewFiles files;
+  Eigen::Isometry3d T_world_camera{Eigen::Isometry3d::Identity()};
+  /** \brief Microseconds; 0 where the format has no time. */
+  std::uint64_t stamp{0};
+  std::string name;
+};
+
+/** \brief A recording of one moving camera in a static scene: frames taken at different times act as the cameras of one instant.
+ *  The formats differ in how they list their frames; this is what they share. */
+struct Sequence {
+  std::string kind;
+  std::string path;
+  /** \brief By the number that --views uses. */
+  std::map<std::size_t, SequenceFrame> frames;
+  /** \brief Width and height 0: the size of the first depth image that there is. */
+  Intrinsics intrinsics;
+  float depth_scale{0.001f};
+};
+
+/** \brief Throws InputError if options name no views or views that do not exist. */
+std::unique_ptr<Recording> openSequence(Sequence sequence, const RecordingOptions& options);
+
+}  // namespace fuse_flow::io

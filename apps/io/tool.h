@@ -1,0 +1,59 @@
+#pragma once
+
+#include "io/error.h"
+
+#include <CLI/CLI.hpp>
+#include <pcl/exceptions.h>
+
+#include <csignal>
+#include <iostream>
+#include <new>
+
+namespace fuse_flow::io {
+
+/** \brief Exit codes of every tool. */
+enum ExitCode { kSuccess = 0, kBadInput = 1, kWrongCommandLine = 2, kInterrupted = 130 };
+
+inline volatile std::sig_atomic_t interrupt_requested = 0;
+
+/** \brief Ctrl-C finishes the frame at hand; a second one ends the program at once. */
+inline void catchInterrupts() {
+  std::signal(SIGINT, [](int) {
+    interrupt_requested = 1;
+    std::signal(SIGINT, SIG_DFL);
+  });
+}
+
+/** \brief One line, whatever the exception said. */
+inline int reportError(const CLI::App& app, std::string message) {
+  for (char& c : message)
+    if (c == '\n') c = ' ';
+  std::cerr << app.get_name() << ": " << message << std::endl;
+  return kBadInput;
+}
+
+/** \brief Parses, runs, and turns every exception into a line on the standard error stream and an exit code. */
+template <typename Run>
+int runTool(CLI::App& app, int argc, char** argv, const Run& run) {
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::Success& help) {
+    return app.exit(help);
+  } catch (const CLI::FileError& error) {
+    return reportError(app, error.what());
+  } catch (const CLI::ParseError& error) {
+    std::cerr << app.get_name() << ": " << error.what() << "; see --help" << std::endl;
+    return kWrongCommandLine;
+  }
+  try {
+    return run();
+  } catch (const pcl::PCLException& error) {
+    return reportError(app, error.detailedMessage());
+  } catch (const std::bad_alloc&) {
+    return reportError(app, "not enough memory");
+  } catch (const std::exception& error) {
+    return reportError(app, error.what());
+  }
+}
+
+}  // namespace fuse_flow::io

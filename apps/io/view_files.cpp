@@ -1,0 +1,59 @@
+#include "io/view_files.h"
+
+#include <filesystem>
+
+namespace fs = std::filesystem;
+
+namespace fuse_flow::io {
+namespace {
+
+bool isThere(const std::string& path) {
+  std::error_code error;
+  return !path.empty() && fs::exists(path, error);
+}
+
+template <typename Pixel>
+void checkSize(const std::string& path, const Image<Pixel>& image, const std::string& camera, const Intrinsics& K) {
+  if (image.width == K.width && image.height == K.height) return;
+  throw InputError(path + ": is " + std::to_string(image.width) + "x" + std::to_string(image.height) +
+                   " pixels, camera '" + camera + "' is calibrated for " + std::to_string(K.width) + "x" +
+                   std::to_string(K.height));
+}
+
+}  // namespace
+
+std::string frameStem(std::size_t frame) {
+  const std::string digits = std::to_string(frame);
+  return digits.size() < 6 ? std::string(6 - digits.size(), '0') + digits : digits;
+}
+
+std::string findImage(const std::string& folder, const std::string& stem) {
+  for (const char* extension : {".png", ".jpg", ".jpeg"}) {
+    const std::string path = (fs::path(folder) / (stem + extension)).string();
+    if (isThere(path)) return path;
+  }
+  return "";
+}
+
+void loadView(const ViewFiles& files, const Camera& camera, float depth_scale, LoadedView& images, DepthView& view) {
+  view = DepthView();
+  view.depth_scale = depth_scale;
+  if (!isThere(files.depth)) return;
+  readDepthPng(files.depth, images.depth16);
+  checkSize(files.depth, images.depth16, camera.name, camera.intrinsics);
+  view.depth16 = images.depth16.view();
+  if (isThere(files.color)) {
+    readColor(files.color, images.color);
+    const bool own = camera.color.has_value();
+    checkSize(files.color, images.color, camera.name + (own ? " color" : ""),
+              own ? camera.color->intrinsics : camera.intrinsics);
+    view.color = images.color.view();
+  }
+  if (isThere(files.confidence)) {
+    readConfidencePng(files.confidence, images.confidence);
+    checkSize(files.confidence, images.confidence, camera.name, camera.intrinsics);
+    view.confidence = images.confidence.view();
+  }
+}
+
+}  // namespace fuse_flow::io

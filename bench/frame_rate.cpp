@@ -1,0 +1,118 @@
+// Frame time over the number of cameras, ours and PCL's route in the same run. On the 7-Scenes frames where they are present,
+// else on the embedded recording.
+
+#include "io/demo_scene.h"
+#include "io/method.h"
+#include "io/recording.h"
+
+#include <benchmark/benchmark.h>
+
+#include <filesystem>
+#include <map>
+
+namespace {
+
+using namespace fuse_flow;
+
+const char* const kSevenScenes = FUSE_FLOW_SHARED_DATA "/seven_scenes";
+
+/** \brief One instant of n cameras at 640×480, with the memory behind it. */
+struct Input {
+  io::LoadedFrame loaded;
+  io::DemoRecording demo;
+  RigFrame rig;
+};
+
+/** \brief Every 20th frame; with four cameras or fewer, spread as wide as the recording allows. The embedded recording has four
+ *  cameras: beyond that they come again, from its next frame. */
+const RigFrame& frameOf(std::size_t cameras) {
+  static std::map<std::size_t, Input> inputs;
+  const auto [entry, fresh] = inputs.try_emplace(cameras);
+  Input& input = entry->second;
+  if (!fresh) return input.rig;
+  if (std::filesystem::is_directory(kSevenScenes)) {
+    io::RecordingOptions options;
+    for (std::size_t i = 0; i < cameras; ++i)
+      options.views += (i ? "," : "") + std::to_string(i * (cameras <= 4 ? 60 : 20));
+    io::openRecording({kSevenScenes}, options)->read(0, input.loaded);
+    input.rig = input.loaded.rig;
+    return input.rig;
+  }
+  io::DemoOptions options;
+  options.frames = 2;
+  input.demo = io::makeDemoRecording(options);
+  for (std::size_t i = 0; i < cameras; ++i) {
+    input.rig.cameras.push_back(input.demo.cameras[i % 4]);
+    DepthView view;
+    const io::DepthImage& depth = input.demo.depth[i / 4][i % 4];
+    const io::ColorImage& color = input.demo.color[i / 4][i % 4];
+    view.depth16 = {depth.data.data(), depth.width, depth.height};
+    view.depth_scale = input.demo.depth_scale;
+    view.color = {color.data.data(), color.width, color.height};
+    input.rig.views.push_back(view);
+  }
+  return input.rig;
+}
+
+void report(benchmark::State& state, const io::Method& method, const FrameStatistics& sums, std::size_t points) {
+  const auto mean = [&](double sum) { return benchmark::Counter(sum, benchmark::Counter::kAvgIterations); };
+  state.counters["generate_ms"] = mean(sums.generate_ms);
+  state.counters["merge_ms"] = mean(sums.merge_ms);
+  state.counters["fuse_ms"] = mean(sums.fuse_ms);
+  state.counters["output_ms"] = mean(sums.output_ms);
+  state.counters["points"] = static_cast<double>(points);
+  state.counters["ns/pixel"] =
+      benchmark::Counter(static_cast<double>(method.statistics().measured_points) * 1e-9,
+                         benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
+}
+
+void runMethod(benchmark::State& state, io::Method& method) {
+  const RigFrame& frame = frameOf(static_cast<std::size_t>(state.range(0)));
+  io::Method::Cloud cloud;
+  method.fuse(frame, cloud);
+  FrameStatistics sums;
+  for (auto _ : state) {
+    method.fuse(frame, cloud);
+    sums.generate_ms += method.statistics().generate_ms;
+    sums.merge_ms += method.statistics().merge_ms;
+    sums.fuse_ms += method.statistics().fuse_ms;
+    sums.output_ms += method.statistics().output_ms;
+  }
+  report(state, method, sums, cloud.size());
+}
+
+void fuseFlow(benchmark::State& state) {
+  io::MethodOptions options;
+  options.threads = 2;
+  runMethod(state, *io::makeMethod("fuse_flow", options));
+}
+
+/** \brief The leaf at which VoxelGrid gives our number of points, to 1 %. */
+float matchingLeaf(const RigFrame& frame) {
+  io::Method::Cloud cloud;
+  io::makeMethod("fuse_flow", {})->fuse(frame, cloud);
+  const double wanted = static_cast<double>(cloud.size());
+  io::MethodOptions options;
+  for (int round = 0; round < 6; ++round) {
+    io::makeMethod("voxel_grid", options)->fuse(frame, cloud);
+    const double ratio = static_cast<double>(cloud.size()) / wanted;
+    if (std::abs(ratio - 1) < 0.01) break;
+    options.leaf_size *= static_cast<float>(std::sqrt(ratio));  // points on surfaces: their number goes with 1 / leaf²
+  }
+  return options.leaf_size;
+}
+
+void pclVoxelGrid(benchmark::State& state) {
+  io::MethodOptions options;
+  options.threads = 2;
+  options.leaf_size = matchingLeaf(frameOf(static_cast<std::size_t>(state.range(0))));
+  runMethod(state, *io::makeMethod("voxel_grid", options));
+  state.counters["leaf_mm"] = 1e3 * static_cast<double>(options.leaf_size);
+}
+
+BENCHMARK(fuseFlow)->Arg(1)->Arg(2)->Arg(4)->Arg(6)->Arg(8)->Unit(benchmark::kMillisecond)->UseRealTime();
+BENCHMARK(pclVoxelGrid)->Arg(1)->Arg(2)->Arg(4)->Arg(6)->Arg(8)->Unit(benchmark::kMillisecond)->UseRealTime();
+
+}  // namespace
+
+BENCHMARK_MAIN();
