@@ -46,8 +46,8 @@ demo() {
   "$bin/fuse_flow_fuse" "$recording" -o "$out/concatenated" --method concatenate --report "$out/concatenated.json"
   "$bin/fuse_flow_fuse" "$recording" -o "$out/voxel_grid" --method voxel_grid --report "$out/voxel_grid.json"
   "$bin/fuse_flow_fuse" "$recording" -o "$out/fused" --report "$out/report.json"
-  with_display "$bin/fuse_flow_picture" "$out/concatenated/000000.ply" "$out/fused/000000.ply" \
-    -o "$out/fused_beside_concatenated.png"
+  with_display "$bin/fuse_flow_picture" "$out/concatenated/000003.ply" "$out/fused/000003.ply" \
+    -o "$out/fused_beside_concatenated.png" --from 2.6 1.5 1.9 --at -0.25 -0.15 0.35 --zoom 1.25 --point-size 4
   echo
   "$bin/fuse_flow_evaluate" "$recording" "$out/concatenated/000000.ply" "$out/voxel_grid/000000.ply" "$out/fused/000000.ply"
   echo

@@ -48,7 +48,8 @@ int run(const Options& options) {
 
 int main(int argc, char** argv) {
   Options options;
-  CLI::App app("Measures how well clouds agree with the depth views of one frame of a recording.", "fuse_flow_evaluate");
+  CLI::App app("Measures how well clouds agree with the depth views of one frame of a recording.",
+               "fuse_flow_evaluate");
   app.add_option("recording", options.recording, "as fuse_flow_fuse reads it")->required();
   app.add_option("cloud", options.clouds, "PLY or PCD files in the world frame")->required();
   app.add_option("--frame", options.frame, "frame of the recording to compare with")->capture_default_str();
@@ -57,7 +58,9 @@ int main(int argc, char** argv) {
   app.add_option("--visibility", options.quality.visibility, "largest |z - D| at which a view sees a point, m")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
-  app.add_option("--coverage-radius", options.quality.coverage_radius, "m")->check(CLI::PositiveNumber)->capture_default_str();
+  app.add_option("--coverage-radius", options.quality.coverage_radius, "m")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
   app.add_option("--min-range", options.quality.min_range, "m")->capture_default_str();
   app.add_option("--max-range", options.quality.max_range, "m")->capture_default_str();
   app.add_option("--json", options.json, "write the figures to this file too");

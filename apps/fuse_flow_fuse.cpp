@@ -57,8 +57,8 @@ void showProgress(std::size_t done, std::size_t count, std::chrono::steady_clock
   if (!isatty(STDERR_FILENO)) return;
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   const double rate = static_cast<double>(done) / seconds;
-  std::fprintf(stderr, "\r%zu of %zu frames, %.1f frames/s with reading, writing and measuring, %.0f s left   %s", done, count,
-               rate, static_cast<double>(count - done) / rate, done == count ? "\n" : "");
+  std::fprintf(stderr, "\r%zu of %zu frames, %.1f frames/s with reading, writing and measuring, %.0f s left   %s", done,
+               count, rate, static_cast<double>(count - done) / rate, done == count ? "\n" : "");
 }
 
 int run(const Options& options) {
@@ -103,8 +103,8 @@ int run(const Options& options) {
   }
   std::cout << report.summary();
   if (io::interrupt_requested) {
-    std::cerr << "fuse_flow_fuse: interrupted after " << done << " of " << frames.size() << " frames; those are complete"
-              << std::endl;
+    std::cerr << "fuse_flow_fuse: interrupted after " << done << " of " << frames.size()
+              << " frames; those are complete" << std::endl;
     return io::kInterrupted;
   }
   return io::kSuccess;
@@ -115,8 +115,9 @@ int run(const Options& options) {
 int main(int argc, char** argv) {
   Options options;
   CLI::App app("Fuses a recording of several depth cameras into one clean cloud a frame.", "fuse_flow_fuse");
-  app.add_option("input", options.inputs,
-                 "a rig recording (folder with rig.json), a 7-Scenes, TUM RGB-D or Redwood folder, or organised PCD files")
+  app.add_option(
+         "input", options.inputs,
+         "a rig recording (folder with rig.json), a 7-Scenes, TUM RGB-D or Redwood folder, or organised PCD files")
       ->required();
   app.add_option("-o,--output", options.output, "a .ply or .pcd file for one frame, else a folder")->required();
   app.add_option("--report", options.report, "write figures per frame and in total to this JSON file");
@@ -127,9 +128,11 @@ int main(int argc, char** argv) {
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
   app.add_option("--frames", options.frames, "A:B:STEP, B not included");
-  app.add_option("--views", options.recording.views, "frames that act as the cameras of one instant: 0,60,120 or A:B:STEP");
+  app.add_option("--views", options.recording.views,
+                 "frames that act as the cameras of one instant: 0,60,120 or A:B:STEP");
   app.add_option("--slide", options.recording.slide, "move those views on by this many frames, again and again");
-  app.add_option("--depth-scale", options.recording.depth_scale, "metres per unit of depth, instead of the recording's own");
+  app.add_option("--depth-scale", options.recording.depth_scale,
+                 "metres per unit of depth, instead of the recording's own");
   app.add_option("--format", options.format, "of the files in the output folder")
       ->check(CLI::IsMember({"ply", "pcd"}))
       ->capture_default_str();

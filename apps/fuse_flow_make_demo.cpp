@@ -51,12 +51,18 @@ std::string parseArguments(int argc, char** argv, fuse_flow::io::DemoOptions& op
     } else if (argument.rfind("--", 0) == 0) {
       if (i + 1 == argc) throw InputError(argument + " needs a value, or is not known; see --help");
       const char* value = argv[++i];
-      if (argument == "--frames") options.frames = parseInteger(argument, value);
-      else if (argument == "--seed") options.seed = static_cast<std::uint32_t>(parseInteger(argument, value));
-      else if (argument == "--size") parseSize(value, options);
-      else if (argument == "--pose-noise-mm") options.pose_noise = 0.001 * parseNumber(argument, value);
-      else if (argument == "--pose-noise-deg") options.pose_noise_deg = parseNumber(argument, value);
-      else throw InputError(argument + " is not an option; see --help");
+      if (argument == "--frames")
+        options.frames = parseInteger(argument, value);
+      else if (argument == "--seed")
+        options.seed = static_cast<std::uint32_t>(parseInteger(argument, value));
+      else if (argument == "--size")
+        parseSize(value, options);
+      else if (argument == "--pose-noise-mm")
+        options.pose_noise = 0.001 * parseNumber(argument, value);
+      else if (argument == "--pose-noise-deg")
+        options.pose_noise_deg = parseNumber(argument, value);
+      else
+        throw InputError(argument + " is not an option; see --help");
     } else if (folder.empty()) {
       folder = argument;
     } else {

@@ -89,7 +89,8 @@ int run(const Options& options) {
     const std::vector<double>& at = options.at;
     const std::vector<double>& from = options.from;
     camera->SetViewUp(options.up[0], options.up[1], options.up[2]);
-    camera->SetFocalPoint(at.empty() ? centre[0] : at[0], at.empty() ? centre[1] : at[1], at.empty() ? centre[2] : at[2]);
+    camera->SetFocalPoint(at.empty() ? centre[0] : at[0], at.empty() ? centre[1] : at[1],
+                          at.empty() ? centre[2] : at[2]);
     camera->SetPosition(from.empty() ? centre[0] + reach : from[0], from.empty() ? centre[1] - reach : from[1],
                         from.empty() ? centre[2] + reach : from[2]);
     if (from.empty()) renderer->ResetCamera(b);
@@ -119,11 +120,13 @@ int run(const Options& options) {
 
 int main(int argc, char** argv) {
   Options options;
-  CLI::App app("Draws clouds side by side, from one viewpoint, into a PNG. Needs a display, or xvfb-run.", "fuse_flow_picture");
+  CLI::App app("Draws clouds side by side, from one viewpoint, into a PNG. Needs a display, or xvfb-run.",
+               "fuse_flow_picture");
   app.add_option("cloud", options.clouds, "PLY or PCD files")->required();
   app.add_option("-o,--output", options.output, "PNG file")->required();
   app.add_option("--from", options.from, "where the viewer stands, m; default: outside the bounding box")->expected(3);
-  app.add_option("--at", options.at, "what the viewer looks at, m; default: the middle of the first cloud")->expected(3);
+  app.add_option("--at", options.at, "what the viewer looks at, m; default: the middle of the first cloud")
+      ->expected(3);
   app.add_option("--up", options.up, "which way is up")->expected(3)->capture_default_str();
   app.add_option("--size", options.size, "width and height, pixels")->expected(2)->capture_default_str();
   app.add_option("--zoom", options.zoom, "narrows the view")->check(CLI::PositiveNumber)->capture_default_str();

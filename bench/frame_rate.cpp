@@ -1,5 +1,5 @@
-// Frame time over the number of cameras, ours and PCL's route in the same run. On the 7-Scenes frames where they are present,
-// else on the embedded recording.
+// Frame time over the number of cameras, ours and PCL's route in the same run. On the 7-Scenes frames where they are
+// present, else on the embedded recording.
 
 #include "io/demo_scene.h"
 #include "io/method.h"
@@ -23,8 +23,8 @@ struct Input {
   RigFrame rig;
 };
 
-/** \brief Every 20th frame; with four cameras or fewer, spread as wide as the recording allows. The embedded recording has four
- *  cameras: beyond that they come again, from its next frame. */
+/** \brief Every 20th frame; with four cameras or fewer, spread as wide as the recording allows. The embedded recording
+ *  has four cameras: beyond that they come again, from its next frame. */
 const RigFrame& frameOf(std::size_t cameras) {
   static std::map<std::size_t, Input> inputs;
   const auto [entry, fresh] = inputs.try_emplace(cameras);

@@ -70,7 +70,8 @@ inline Surface nearest(const std::vector<Surface>& surfaces) {
 }
 
 /** \brief A camera at eye whose optical axis meets target; the world's y is down, as in a camera at rest. */
-inline fuse_flow::Camera lookAt(const Vector3d& eye, const Vector3d& target, int width = 96, int height = 72, float focal = 90) {
+inline fuse_flow::Camera lookAt(const Vector3d& eye, const Vector3d& target, int width = 96, int height = 72,
+                                float focal = 90) {
   fuse_flow::Camera camera;
   camera.name = "test camera";
   camera.intrinsics.width = width;
@@ -98,7 +99,8 @@ inline std::vector<fuse_flow::Camera> cameraRow(int n, int width = 96, int heigh
 
 /** \brief Cameras of one pose, at the origin, along z. */
 inline std::vector<fuse_flow::Camera> sameCameras(int n, int width, int height, float focal) {
-  return std::vector<fuse_flow::Camera>(static_cast<std::size_t>(n), lookAt({0, 0, 0}, {0, 0, 1}, width, height, focal));
+  return std::vector<fuse_flow::Camera>(static_cast<std::size_t>(n),
+                                        lookAt({0, 0, 0}, {0, 0, 1}, width, height, focal));
 }
 
 inline fuse_flow::io::FloatImage render(const fuse_flow::Camera& camera, const Surface& surface) {
@@ -108,8 +110,10 @@ inline fuse_flow::io::FloatImage render(const fuse_flow::Camera& camera, const S
   for (int v = 0; v < K.height; ++v)
     for (int u = 0; u < K.width; ++u) {
       const Vector3d ray((u - static_cast<double>(K.cx)) / static_cast<double>(K.fx),
-                         (v - static_cast<double>(K.cy)) / static_cast<double>(K.fy), 1);  // length 1 along the axis: t is the depth
-      depth.at(u, v) = static_cast<float>(surface(camera.T_world_camera.translation(), camera.T_world_camera.linear() * ray));
+                         (v - static_cast<double>(K.cy)) / static_cast<double>(K.fy),
+                         1);  // length 1 along the axis: t is the depth
+      depth.at(u, v) =
+          static_cast<float>(surface(camera.T_world_camera.translation(), camera.T_world_camera.linear() * ray));
     }
   return depth;
 }
@@ -121,8 +125,8 @@ inline fuse_flow::io::FloatImage uniform(int width, int height, float value) {
   return image;
 }
 
-/** \brief A rig frame with the memory behind it. Change an image's pixels at will; what changes which images there are calls
- *  attach(). */
+/** \brief A rig frame with the memory behind it. Change an image's pixels at will; what changes which images there are
+ *  calls attach(). */
 struct Scene {
   fuse_flow::RigFrame rig;
   std::vector<fuse_flow::io::FloatImage> depth;  ///< metres
@@ -240,7 +244,8 @@ inline std::vector<Vector3d> backProjected(const Scene& scene) {
       for (int u = 0; u < camera.intrinsics.width; ++u) {
         const auto z = static_cast<double>(scene.depth[i].at(u, v));
         const Vector3d ray((u - static_cast<double>(camera.intrinsics.cx)) / static_cast<double>(camera.intrinsics.fx),
-                           (v - static_cast<double>(camera.intrinsics.cy)) / static_cast<double>(camera.intrinsics.fy), 1);
+                           (v - static_cast<double>(camera.intrinsics.cy)) / static_cast<double>(camera.intrinsics.fy),
+                           1);
         if (z > 0) points.push_back(camera.T_world_camera * Vector3d(z * ray));
       }
   }

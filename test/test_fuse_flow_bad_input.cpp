@@ -29,7 +29,8 @@ std::string messageOf(const Action& action) {
 }
 
 void expectMentions(const std::string& message, const std::vector<std::string>& parts) {
-  for (const std::string& part : parts) EXPECT_NE(message.find(part), std::string::npos) << "'" << part << "' is not in: " << message;
+  for (const std::string& part : parts)
+    EXPECT_NE(message.find(part), std::string::npos) << "'" << part << "' is not in: " << message;
 }
 
 void expectRefused(const Scene& scene, const std::vector<std::string>& parts) {
@@ -61,8 +62,8 @@ TEST(FuseFlowBadInput, ACameraThatCannotBeIsRefusedByItsNameAndTheValue) {
 }
 
 TEST(FuseFlowBadInput, APoseThatIsNotRigidIsRefused) {
-  for (const Eigen::Matrix3d& wrong : {Eigen::Matrix3d(1.01 * Eigen::Matrix3d::Identity()),               // scaled
-                                       Eigen::Matrix3d(Eigen::Vector3d(1, 1, -1).asDiagonal()),           // mirrored
+  for (const Eigen::Matrix3d& wrong : {Eigen::Matrix3d(1.01 * Eigen::Matrix3d::Identity()),      // scaled
+                                       Eigen::Matrix3d(Eigen::Vector3d(1, 1, -1).asDiagonal()),  // mirrored
                                        Eigen::Matrix3d(Eigen::Matrix3d::Zero())}) {
     Scene scene = wall(2);
     scene.rig.cameras[0].name = "bent";
@@ -194,7 +195,8 @@ TEST(FuseFlowBadInput, TwoIdenticalCamerasAgreeCompletely) {
 
 TEST(FuseFlowBadInput, SixtyFourCamerasFuse) {
   std::vector<fuse_flow::Camera> cameras;
-  for (int i = 0; i < 64; ++i) cameras.push_back(scenes::lookAt({0.1 * (i % 8) - 0.35, 0.1 * (i / 8) - 0.35, 0}, {0, 0, 1.5}, 12, 8, 20));
+  for (int i = 0; i < 64; ++i)
+    cameras.push_back(scenes::lookAt({0.1 * (i % 8) - 0.35, 0.1 * (i / 8) - 0.35, 0}, {0, 0, 1.5}, 12, 8, 20));
   const Scene scene = scenes::makeScene(cameras, scenes::plane({0, 0, 1}, 1.5));
   FrameStatistics statistics;
   const Cloud cloud = scenes::fuse(scene.rig, {}, 2, &statistics);
@@ -257,7 +259,8 @@ TEST(FuseFlowBadInput, AParameterOutOfItsRangeIsRefusedByClassNameAndValueAndCha
       {[](auto& p) { p.preprocessing.min_range = -1; }, {"DepthBackprojection", "min_range", "-1"}},
       {[](auto& p) { p.preprocessing.max_range = 0; }, {"DepthBackprojection", "max_range", "0"}},
       {[](auto& p) { p.preprocessing.min_range = 30; }, {"DepthBackprojection", "max_range is 20", "min_range, 30"}},
-      {[](auto& p) { p.preprocessing.max_range = std::numeric_limits<float>::infinity(); }, {"DepthBackprojection", "max_range", "inf"}},
+      {[](auto& p) { p.preprocessing.max_range = std::numeric_limits<float>::infinity(); },
+       {"DepthBackprojection", "max_range", "inf"}},
       {[](auto& p) { p.preprocessing.fill_neighbours = 9; }, {"DepthBackprojection", "fill_neighbours", "9"}},
       {[](auto& p) { p.preprocessing.fill_neighbours = 2; }, {"DepthBackprojection", "fill_neighbours", "2"}},
       {[](auto& p) { p.preprocessing.bilateral_sigma_r = 0; }, {"DepthBackprojection", "bilateral_sigma_r", "0"}},
@@ -268,7 +271,8 @@ TEST(FuseFlowBadInput, AParameterOutOfItsRangeIsRefusedByClassNameAndValueAndCha
       {[](auto& p) { p.confidence.max_incidence = 2; }, {"ConfidenceEstimation", "max_incidence", "2"}},
       {[=](auto& p) { p.consistency.sigma = nan; }, {"MultiViewConsistency", "sigma", "nan"}},
       {[](auto& p) { p.consistency.margin = 0; }, {"MultiViewConsistency", "margin", "0"}},
-      {[](auto& p) { p.consistency.free_space_penalty = 1.25f; }, {"MultiViewConsistency", "free_space_penalty", "1.25"}},
+      {[](auto& p) { p.consistency.free_space_penalty = 1.25f; },
+       {"MultiViewConsistency", "free_space_penalty", "1.25"}},
       {[](auto& p) { p.consistency.max_views = 1; }, {"MultiViewConsistency", "max_views", "1"}},
       {[](auto& p) { p.consistency.max_candidates = 6; }, {"MultiViewConsistency", "max_candidates", "6"}},
       {[](auto& p) { p.aggregation.cell_size = 0; }, {"AdaptiveHashFusion", "cell_size", "0"}},

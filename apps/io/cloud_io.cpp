@@ -17,12 +17,13 @@
 namespace fuse_flow::io {
 namespace {
 
-// Both formats are written here and not by PCL: its writers do not report a full disk, and its PLY carries a camera element
-// that other programs stumble over.
+// Both formats are written here and not by PCL: its writers do not report a full disk, and its PLY carries a camera
+// element that other programs stumble over.
 
 std::string extensionOf(const std::string& path) {
   std::string extension = std::filesystem::path(path).extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(), [](unsigned char c) { return std::tolower(c); });
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return std::tolower(c); });
   return extension;
 }
 
@@ -55,14 +56,22 @@ bool isFinite(const std::vector<pcl::PCLPointField>& fields, const std::uint8_t*
 
 std::string plyType(const pcl::PCLPointField& field) {
   switch (field.datatype) {
-    case pcl::PCLPointField::INT8: return "char";
-    case pcl::PCLPointField::UINT8: return "uchar";
-    case pcl::PCLPointField::INT16: return "short";
-    case pcl::PCLPointField::UINT16: return "ushort";
-    case pcl::PCLPointField::INT32: return "int";
-    case pcl::PCLPointField::UINT32: return "uint";
-    case pcl::PCLPointField::FLOAT64: return "double";
-    default: return "float";
+    case pcl::PCLPointField::INT8:
+      return "char";
+    case pcl::PCLPointField::UINT8:
+      return "uchar";
+    case pcl::PCLPointField::INT16:
+      return "short";
+    case pcl::PCLPointField::UINT16:
+      return "ushort";
+    case pcl::PCLPointField::INT32:
+      return "int";
+    case pcl::PCLPointField::UINT32:
+      return "uint";
+    case pcl::PCLPointField::FLOAT64:
+      return "double";
+    default:
+      return "float";
   }
 }
 
@@ -79,8 +88,8 @@ void appendPlyProperties(std::ostream& header, const pcl::PCLPointField& field) 
     return;
   }
   for (std::size_t i = 0; i < valueCount(field); ++i)
-    header << "property " << plyType(field) << ' ' << plyName(field.name) << (valueCount(field) > 1 ? "_" + std::to_string(i) : "")
-           << '\n';
+    header << "property " << plyType(field) << ' ' << plyName(field.name)
+           << (valueCount(field) > 1 ? "_" + std::to_string(i) : "") << '\n';
 }
 
 std::string toPly(const pcl::PCLPointCloud2& cloud) {
@@ -123,21 +132,23 @@ std::string toPcd(const pcl::PCLPointCloud2& cloud, const SensorPose& pose) {
   const std::size_t points = static_cast<std::size_t>(cloud.width) * cloud.height;
   std::ostringstream header;
   header.precision(9);
-  header << "# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\nFIELDS" << names.str() << "\nSIZE" << sizes.str() << "\nTYPE"
-         << types.str() << "\nCOUNT" << counts.str() << "\nWIDTH " << cloud.width << "\nHEIGHT " << cloud.height << "\nVIEWPOINT "
-         << pose.origin.x() << ' ' << pose.origin.y() << ' ' << pose.origin.z() << ' ' << pose.orientation.w() << ' '
-         << pose.orientation.x() << ' ' << pose.orientation.y() << ' ' << pose.orientation.z() << "\nPOINTS " << points
-         << "\nDATA binary\n";
+  header << "# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\nFIELDS" << names.str() << "\nSIZE" << sizes.str()
+         << "\nTYPE" << types.str() << "\nCOUNT" << counts.str() << "\nWIDTH " << cloud.width << "\nHEIGHT "
+         << cloud.height << "\nVIEWPOINT " << pose.origin.x() << ' ' << pose.origin.y() << ' ' << pose.origin.z() << ' '
+         << pose.orientation.w() << ' ' << pose.orientation.x() << ' ' << pose.orientation.y() << ' '
+         << pose.orientation.z() << "\nPOINTS " << points << "\nDATA binary\n";
   std::string bytes = header.str();
   bytes.reserve(bytes.size() + cloud.data.size());
   for (std::size_t i = 0; i < points; ++i)
     for (const pcl::PCLPointField& field : fields)
-      bytes.append(reinterpret_cast<const char*>(cloud.data.data() + i * cloud.point_step + field.offset), byteSize(field));
+      bytes.append(reinterpret_cast<const char*>(cloud.data.data() + i * cloud.point_step + field.offset),
+                   byteSize(field));
   return bytes;
 }
 
 /** \brief PCL's return code; its exceptions count as failure. */
-int readByExtension(const std::string& path, const std::string& extension, pcl::PCLPointCloud2& cloud, SensorPose& pose) {
+int readByExtension(const std::string& path, const std::string& extension, pcl::PCLPointCloud2& cloud,
+                    SensorPose& pose) {
   const SilencePcl silence;
   int version = 0;
   try {

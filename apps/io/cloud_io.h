@@ -17,8 +17,9 @@ struct SensorPose {
   Eigen::Quaternionf orientation{Eigen::Quaternionf::Identity()};
 };
 
-/** \brief Writes a binary PLY or PCD, chosen by the extension. The file appears complete or not at all; see writeFile(). PLY
- *  leaves out points that are not finite, and names normals and colours as other programs expect. Throws OutputError. */
+/** \brief Writes a binary PLY or PCD, chosen by the extension. The file appears complete or not at all; see
+ *  writeFile(). PLY leaves out points that are not finite, and names normals and colours as other programs expect.
+ *  Throws OutputError. */
 void writeCloud(const std::string& path, const pcl::PCLPointCloud2& cloud, const SensorPose& pose = {});
 
 template <typename PointT>
@@ -28,8 +29,8 @@ void writeCloud(const std::string& path, const pcl::PointCloud<PointT>& cloud) {
   writeCloud(path, blob, {cloud.sensor_origin_, cloud.sensor_orientation_});
 }
 
-/** \brief Reads a PLY or PCD, chosen by the extension. Throws InputError if it is missing, damaged, without points or x, y, z, or
- *  of another type. */
+/** \brief Reads a PLY or PCD, chosen by the extension. Throws InputError if it is missing, damaged, without points or
+ *  x, y, z, or of another type. */
 SensorPose readCloud(const std::string& path, pcl::PCLPointCloud2& cloud);
 
 /** \brief Keeps PCL's readers from printing while it lives: what matters is thrown. */

@@ -35,7 +35,8 @@ std::vector<Camera> makeCameras(const DemoOptions& options) {
     double azimuth, height;  // degrees about the scene's middle; metres
   };
   std::vector<Camera> cameras;
-  for (const Place& place : {Place{"south_east", -30, 1.25}, {"east", 20, 1.45}, {"north", 70, 1.35}, {"north_west", 120, 1.2}}) {
+  for (const Place& place :
+       {Place{"south_east", -30, 1.25}, {"east", 20, 1.45}, {"north", 70, 1.35}, {"north_west", 120, 1.2}}) {
     Camera camera;
     camera.name = place.name;
     Intrinsics& K = camera.intrinsics;
@@ -106,7 +107,8 @@ void checkOptions(const DemoOptions& options) {
   require(options.frames >= 1 && options.frames <= 100,
           "frames is " + std::to_string(options.frames) + ", must be in [1, 100]: all are held in memory");
   require(options.width >= 16 && options.width <= 4096 && options.height >= 16 && options.height <= 4096,
-          "the size is " + std::to_string(options.width) + "x" + std::to_string(options.height) + ", sides must be in [16, 4096]");
+          "the size is " + std::to_string(options.width) + "x" + std::to_string(options.height) +
+              ", sides must be in [16, 4096]");
   require(options.pose_noise >= 0 && options.pose_noise <= 1,
           "pose noise is " + std::to_string(options.pose_noise) + " m, must be in [0, 1]");
   require(options.pose_noise_deg >= 0 && options.pose_noise_deg <= 45,
@@ -131,7 +133,8 @@ DemoRecording makeDemoRecording(const DemoOptions& options) {
   recording.color.assign(frame_count, std::vector<ColorImage>(recording.cameras.size()));
 #pragma omp parallel for schedule(dynamic)
   for (int image = 0; image < options.frames * camera_count; ++image) {
-    const auto frame = static_cast<std::size_t>(image / camera_count), camera = static_cast<std::size_t>(image % camera_count);
+    const auto frame = static_cast<std::size_t>(image / camera_count),
+               camera = static_cast<std::size_t>(image % camera_count);
     PortableRandom random(options.seed, static_cast<std::uint32_t>(frame), static_cast<std::uint32_t>(camera));
     TrueView truth;
     render(DemoScene(frame), recording.true_cameras[camera], random, truth, recording.color[frame][camera]);

@@ -41,7 +41,8 @@ struct DemoRecording {
 
 DemoRecording makeDemoRecording(const DemoOptions& options = {});
 
-/** \brief Distance in metres of a world point to the nearest true surface at a frame. World axes: z up, floor at z = 0. */
+/** \brief Distance in metres of a world point to the nearest true surface at a frame. World axes: z up, floor at z = 0.
+ */
 double demoSurfaceDistance(const Eigen::Vector3d& p_W, std::size_t frame);
 
 /** \brief Writes a rig recording: rig.json and NAME/{depth,color}/NNNNNN.png. Throws OutputError. */

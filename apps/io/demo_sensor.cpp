@@ -9,8 +9,8 @@ namespace {
 constexpr double disparity_metres = 525 * 0.075;  // focal length · baseline: disparity in pixels = this / z
 constexpr double disparity_step = 0.125;          // pixels
 constexpr double disparity_sigma = 0.0015 * disparity_metres;  // 1.5 mm at 1 m
-constexpr double max_range = 4.5;                 // metres
-constexpr double edge_step = 0.06;                // metres between neighbours that make a depth edge
+constexpr double max_range = 4.5;                              // metres
+constexpr double edge_step = 0.06;                             // metres between neighbours that make a depth edge
 constexpr double mixed_share = 0.35, edge_hole_share = 0.15;
 
 /** \brief The nearest and the farthest of a pixel and its eight neighbours. */
@@ -45,7 +45,8 @@ void punchBlobs(PortableRandom& random, DepthImage& depth) {
     for (int dv = -reach; dv <= reach; ++dv)
       for (int du = -reach; du <= reach; ++du) {
         const int u = centre_u + du, v = centre_v + dv;
-        if (u >= 0 && v >= 0 && u < depth.width && v < depth.height && du * du + dv * dv <= radius * radius) depth.at(u, v) = 0;
+        if (u >= 0 && v >= 0 && u < depth.width && v < depth.height && du * du + dv * dv <= radius * radius)
+          depth.at(u, v) = 0;
       }
   }
 }
@@ -71,7 +72,8 @@ void senseDepth(const TrueView& truth, PortableRandom& random, DepthImage& depth
 
 void roundDepth(const TrueView& truth, DepthImage& depth) {
   depth.resize(truth.depth.width, truth.depth.height);
-  std::transform(truth.depth.data.begin(), truth.depth.data.end(), depth.data.begin(), [](float z) { return toMillimetres(z); });
+  std::transform(truth.depth.data.begin(), truth.depth.data.end(), depth.data.begin(),
+                 [](float z) { return toMillimetres(z); });
 }
 
 }  // namespace fuse_flow::io

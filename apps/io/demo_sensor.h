@@ -7,8 +7,8 @@
 
 namespace fuse_flow::io {
 
-/** \brief Random numbers that are the same with every standard library: std::mt19937 is specified to the bit, the standard
- *  distributions are not. */
+/** \brief Random numbers that are the same with every standard library: std::mt19937 is specified to the bit, the
+ *  standard distributions are not. */
 class PortableRandom {
  public:
   PortableRandom(std::uint32_t seed, std::uint32_t frame, std::uint32_t camera) {
@@ -17,8 +17,8 @@ class PortableRandom {
   }
   /** \brief In [0, 1). */
   double uniform() { return generator_() * 0x1p-32; }
-  /** \brief Normal, mean 0, variance 1, within ±6: the sum of twelve uniform numbers, which needs no function whose last digit
-   *  differs between machines. */
+  /** \brief Normal, mean 0, variance 1, within ±6: the sum of twelve uniform numbers, which needs no function whose
+   *  last digit differs between machines. */
   double gaussian() {
     std::uint32_t sum = 0;
     for (int i = 0; i < 6; ++i) {
@@ -42,9 +42,9 @@ struct TrueView {
   FloatImage lit;
 };
 
-/** \brief A structured-light camera with a 75 mm baseline (Kinect v1): axial noise of 1.5 mm at 1 m that grows with z², depth
- *  quantised in disparity (3 mm at 1 m, 13 mm at 2 m), mixed pixels at depth edges, holes in the projector's shadow, at grazing
- *  angles and in small blobs, nothing past 4.5 m. Millimetres. */
+/** \brief A structured-light camera with a 75 mm baseline (Kinect v1): axial noise of 1.5 mm at 1 m that grows with z²,
+ *  depth quantised in disparity (3 mm at 1 m, 13 mm at 2 m), mixed pixels at depth edges, holes in the projector's
+ *  shadow, at grazing angles and in small blobs, nothing past 4.5 m. Millimetres. */
 void senseDepth(const TrueView& truth, PortableRandom& random, DepthImage& depth);
 
 /** \brief The true depth, rounded to a millimetre. */

@@ -42,7 +42,8 @@ class Sphere : public Shape {
 
   std::optional<Hit> intersect(const Vector3d& origin, const Vector3d& direction) const override {
     const Vector3d from_centre = origin - centre_;
-    const double a = direction.squaredNorm(), b = from_centre.dot(direction), c = from_centre.squaredNorm() - radius_ * radius_;
+    const double a = direction.squaredNorm(), b = from_centre.dot(direction),
+                 c = from_centre.squaredNorm() - radius_ * radius_;
     const double discriminant = b * b - a * c;
     if (discriminant < 0) return std::nullopt;
     const double t = (-b - std::sqrt(discriminant)) / a;

@@ -4,7 +4,8 @@
 
 namespace fuse_flow::io {
 
-/** \brief Something given to a tool cannot be used. The message is one line: the path, what is wrong, what would be right. */
+/** \brief Something given to a tool cannot be used. The message is one line: the path, what is wrong, what would be
+ *  right. */
 struct InputError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };

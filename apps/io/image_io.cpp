@@ -24,7 +24,9 @@ namespace {
 class ErrorCatcher : public vtkCommand {
  public:
   static ErrorCatcher* New() { return new ErrorCatcher; }
-  void Execute(vtkObject*, unsigned long event, void*) override { failed_ = failed_ || event == vtkCommand::ErrorEvent; }
+  void Execute(vtkObject*, unsigned long event, void*) override {
+    failed_ = failed_ || event == vtkCommand::ErrorEvent;
+  }
   bool failed() const { return failed_; }
 
  private:
@@ -51,7 +53,8 @@ template <typename Sample, typename CopyRow>
 void forEachRow(vtkImageData* image, CopyRow&& copy) {
   const int* size = image->GetDimensions();
   const auto* samples = static_cast<const Sample*>(image->GetScalarPointer());
-  const std::size_t row = static_cast<std::size_t>(size[0]) * static_cast<std::size_t>(image->GetNumberOfScalarComponents());
+  const std::size_t row =
+      static_cast<std::size_t>(size[0]) * static_cast<std::size_t>(image->GetNumberOfScalarComponents());
   for (int v = 0; v < size[1]; ++v) copy(samples + row * static_cast<std::size_t>(size[1] - 1 - v), v);
 }
 
@@ -104,7 +107,8 @@ void readDepthPng(const std::string& path, DepthImage& image) {
     throw InputError(path + ": is a " + describe(header) + " PNG, depth must be 16-bit grey");
   const auto source = decode<vtkPNGReader>(path, bytes);
   image.resize(header.width, header.height);
-  forEachRow<std::uint16_t>(source, [&](const std::uint16_t* from, int v) { std::copy_n(from, image.width, &image.at(0, v)); });
+  forEachRow<std::uint16_t>(source,
+                            [&](const std::uint16_t* from, int v) { std::copy_n(from, image.width, &image.at(0, v)); });
 }
 
 void readColor(const std::string& path, ColorImage& image) {

@@ -23,7 +23,9 @@ struct Image {
   }
   bool empty() const { return data.empty(); }
   Pixel& at(int u, int v) { return data[static_cast<std::size_t>(v) * static_cast<std::size_t>(width) + u]; }
-  const Pixel& at(int u, int v) const { return data[static_cast<std::size_t>(v) * static_cast<std::size_t>(width) + u]; }
+  const Pixel& at(int u, int v) const {
+    return data[static_cast<std::size_t>(v) * static_cast<std::size_t>(width) + u];
+  }
   /** \brief Points into this image; null when empty. */
   ImageView<Pixel> view() const { return empty() ? ImageView<Pixel>() : ImageView<Pixel>(data.data(), width, height); }
 };
@@ -33,8 +35,8 @@ using ColorImage = Image<Rgb8>;
 /** \brief Depth in metres, or confidence in [0, 1]. */
 using FloatImage = Image<float>;
 
-/** \brief Reads a 16-bit grey PNG into image, whose buffer is reused. Throws InputError if the file is missing, damaged, cut
- *  short, or of another type. */
+/** \brief Reads a 16-bit grey PNG into image, whose buffer is reused. Throws InputError if the file is missing,
+ *  damaged, cut short, or of another type. */
 void readDepthPng(const std::string& path, DepthImage& image);
 
 /** \brief Reads an 8-bit PNG or JPEG, chosen by content; grey is spread over the three channels, alpha dropped. Throws

@@ -31,8 +31,8 @@ class Fusion : public Method {
   FuseFlow<PointFused> fusion_;
 };
 
-/** \brief PCL's route: every view back-projected, all in one cloud, and perhaps a grid over it. The peers see the same ranges
- *  and crop box. */
+/** \brief PCL's route: every view back-projected, all in one cloud, and perhaps a grid over it. The peers see the same
+ *  ranges and crop box. */
 class Concatenation : public Method {
  public:
   explicit Concatenation(const MethodOptions& options) : options_(options) {

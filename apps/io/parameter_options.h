@@ -25,7 +25,8 @@ class ParameterOptions {
     add(app, "--bilateral-sigma-r", pre.bilateral_sigma_r, "m");
     ConfidenceParameters& c = given_.confidence;
     addEnum(app, "--confidence-form", c.form,
-            {{"published", ConfidenceForm::Published}, {"slope_compensated", ConfidenceForm::SlopeCompensated}}, "eq. 3");
+            {{"published", ConfidenceForm::Published}, {"slope_compensated", ConfidenceForm::SlopeCompensated}},
+            "eq. 3");
     add(app, "--alpha", c.alpha, "eq. 3");
     add(app, "--beta", c.beta, "eq. 3, per length unit");
     add(app, "--gamma", c.gamma, "eq. 3");

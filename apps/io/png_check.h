@@ -16,8 +16,8 @@ struct PngHeader {
 
 bool isPng(const std::string& bytes);
 
-/** \brief Walks all chunks of a PNG and verifies their checksums, because the decoder fills what is missing with black and
- *  says nothing. Throws InputError, naming path, unless the file is whole. */
+/** \brief Walks all chunks of a PNG and verifies their checksums, because the decoder fills what is missing with black
+ *  and says nothing. Throws InputError, naming path, unless the file is whole. */
 PngHeader checkPng(const std::string& path, const std::string& bytes);
 
 /** \brief Throws InputError unless the bytes begin and end as a JPEG does. */

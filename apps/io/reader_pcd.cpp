@@ -14,8 +14,9 @@ namespace {
 
 using Cloud = pcl::PointCloud<pcl::PointXYZRGB>;
 
-/** \brief Least squares of pixel = f · ray + c over an image, rays being x/z or y/z. Points in their camera's frame determine
- *  the camera so; the general projection matrix that pcl::estimateProjectionMatrix seeks is not determined by a flat scene. */
+/** \brief Least squares of pixel = f · ray + c over an image, rays being x/z or y/z. Points in their camera's frame
+ *  determine the camera so; the general projection matrix that pcl::estimateProjectionMatrix seeks is not determined by
+ *  a flat scene. */
 class PinholeFit {
  public:
   void add(double ray, double pixel) {
@@ -54,8 +55,9 @@ Intrinsics fitIntrinsics(const std::string& path, const Cloud& cloud) {
   constexpr double max_residual = 1.0;  // pixels
   if (!(horizontal.residual() < max_residual && vertical.residual() < max_residual && horizontal.focal() > 0 &&
         vertical.focal() > 0))
-    throw InputError(path + ": its points are not those of a pinhole camera at their origin, looking along +z; the cloud must " +
-                     "be as the sensor delivered it, with the pose in VIEWPOINT");
+    throw InputError(
+        path + ": its points are not those of a pinhole camera at their origin, looking along +z; the cloud must " +
+        "be as the sensor delivered it, with the pose in VIEWPOINT");
   Intrinsics K;
   K.width = static_cast<int>(cloud.width);
   K.height = static_cast<int>(cloud.height);
@@ -82,15 +84,16 @@ class PcdRecording : public Recording {
     Cloud cloud;
     const SensorPose pose = readCloud(path, blob);
     if (blob.height < 2 || blob.width < 2)
-      throw InputError(path + ": is an unorganised cloud (" + std::to_string(blob.width) + "x" + std::to_string(blob.height) +
-                       "), must be organised: a point for each pixel, in rows");
+      throw InputError(path + ": is an unorganised cloud (" + std::to_string(blob.width) + "x" +
+                       std::to_string(blob.height) + "), must be organised: a point for each pixel, in rows");
     {
       const SilencePcl silence;  // about the colour that the file may lack
       pcl::fromPCLPointCloud2(blob, cloud);
     }
     cameras_.push_back(cameraOf(path, cloud, pose));
     checkCameraInput(path, cameras_.back());
-    const bool has_color = read_color && (pcl::getFieldIndex(blob, "rgb") >= 0 || pcl::getFieldIndex(blob, "rgba") >= 0);
+    const bool has_color =
+        read_color && (pcl::getFieldIndex(blob, "rgb") >= 0 || pcl::getFieldIndex(blob, "rgba") >= 0);
 
     LoadedView& images = images_.emplace_back();
     images.depth32.resize(static_cast<int>(cloud.width), static_cast<int>(cloud.height));

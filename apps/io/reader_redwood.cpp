@@ -34,9 +34,11 @@ std::map<std::size_t, Eigen::Isometry3d> readTrajectory(const std::string& path)
                      " numbers, must be 19 a frame: three integers and a 4x4 pose");
   std::map<std::size_t, Eigen::Isometry3d> poses;
   for (auto at = numbers.begin(); at != numbers.end(); at += block) {
-    if (at[0] < 0 || at[0] > 1e9) throw InputError(path + ": pose number " + std::to_string(poses.size()) + " has no frame number");
+    if (at[0] < 0 || at[0] > 1e9)
+      throw InputError(path + ": pose number " + std::to_string(poses.size()) + " has no frame number");
     const auto number = static_cast<std::size_t>(at[0]);
-    poses[number] = rigidPose(path + ": pose of frame " + std::to_string(number), std::vector<double>(at + 3, at + block));
+    poses[number] =
+        rigidPose(path + ": pose of frame " + std::to_string(number), std::vector<double>(at + 3, at + block));
   }
   return poses;
 }
@@ -65,7 +67,8 @@ Intrinsics findIntrinsics(const std::string& folder) {
   Intrinsics K;
   for (const std::string& path : findFiles(folder, {".json"}))
     if (readIntrinsicsJson(path, K)) return K;
-  throw InputError(folder + ": has no camera intrinsics, expected a .json file with width, height and intrinsic_matrix");
+  throw InputError(folder +
+                   ": has no camera intrinsics, expected a .json file with width, height and intrinsic_matrix");
 }
 
 }  // namespace
@@ -86,7 +89,8 @@ std::unique_ptr<Recording> openRedwood(const std::string& folder, const Recordin
 
   const std::vector<std::string> depths = findFiles(fs::path(folder) / "depth", {".png"});
   const bool is_color = fs::is_directory(fs::path(folder) / "color");
-  const std::vector<std::string> colors = findFiles(fs::path(folder) / (is_color ? "color" : "image"), {".png", ".jpg", ".jpeg"});
+  const std::vector<std::string> colors =
+      findFiles(fs::path(folder) / (is_color ? "color" : "image"), {".png", ".jpg", ".jpeg"});
   // Depth and colour files carry timestamps in their names that differ: they belong together by their order.
   for (std::size_t i = 0; i < depths.size(); ++i) {
     const auto pose = poses.find(i);

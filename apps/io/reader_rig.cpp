@@ -17,7 +17,8 @@ std::size_t countFrames(const fs::path& folder) {
   std::error_code error;
   for (const fs::directory_entry& entry : fs::directory_iterator(folder, error)) {
     const std::string stem = entry.path().stem().string();
-    const bool numbered = stem.size() == 6 && std::all_of(stem.begin(), stem.end(), [](char c) { return c >= '0' && c <= '9'; });
+    const bool numbered =
+        stem.size() == 6 && std::all_of(stem.begin(), stem.end(), [](char c) { return c >= '0' && c <= '9'; });
     if (numbered && entry.path().extension() == ".png") count = std::max<std::size_t>(count, std::stoul(stem) + 1);
   }
   return count;

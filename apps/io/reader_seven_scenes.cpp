@@ -31,7 +31,8 @@ Intrinsics readIntrinsics(const std::string& path) {
   if (!fs::exists(path)) return K;
   const std::vector<double> numbers = readNumbers(path);
   if (numbers.size() != 9)
-    throw InputError(path + ": has " + std::to_string(numbers.size()) + " numbers, must be 9: a 3x3 matrix, row by row");
+    throw InputError(path + ": has " + std::to_string(numbers.size()) +
+                     " numbers, must be 9: a 3x3 matrix, row by row");
   K.fx = static_cast<float>(numbers[0]);
   K.fy = static_cast<float>(numbers[4]);
   K.cx = static_cast<float>(numbers[2]);

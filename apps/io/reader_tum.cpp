@@ -29,7 +29,8 @@ std::map<double, std::string> readTimeline(const std::string& path) {
     double stamp = 0;
     std::string rest;
     if (!(words >> stamp) || !std::getline(words >> std::ws, rest))
-      throw InputError(path + ": line " + std::to_string(line_number) + " is '" + line + "', must begin with a timestamp");
+      throw InputError(path + ": line " + std::to_string(line_number) + " is '" + line +
+                       "', must begin with a timestamp");
     entries[stamp] = rest;
   }
   if (entries.empty()) throw InputError(path + ": has no entry");
@@ -39,7 +40,8 @@ std::map<double, std::string> readTimeline(const std::string& path) {
 /** \brief The entry nearest in time, or null if none is near enough. */
 const std::pair<const double, std::string>* nearest(const std::map<double, std::string>& entries, double stamp) {
   auto best = entries.lower_bound(stamp);
-  if (best == entries.end() || (best != entries.begin() && stamp - std::prev(best)->first < best->first - stamp)) --best;
+  if (best == entries.end() || (best != entries.begin() && stamp - std::prev(best)->first < best->first - stamp))
+    --best;
   return std::abs(best->first - stamp) <= max_time_difference ? &*best : nullptr;
 }
 
@@ -51,7 +53,8 @@ Eigen::Isometry3d parsePose(const std::string& path, const std::string& text) {
   for (double& value : q) words >> value;
   Eigen::Quaterniond rotation(q[3], q[0], q[1], q[2]);
   if (!words || std::abs(rotation.norm() - 1) > 1e-2)
-    throw InputError(path + ": has '" + text + "' after a timestamp, must be tx ty tz qx qy qz qw with a unit quaternion");
+    throw InputError(path + ": has '" + text +
+                     "' after a timestamp, must be tx ty tz qx qy qz qw with a unit quaternion");
   rotation.normalize();
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
   T.linear() = rotation.toRotationMatrix();
@@ -100,7 +103,8 @@ std::unique_ptr<Recording> openTum(const std::string& folder, const RecordingOpt
     if (!pose) continue;  // the camera left the motion capture's sight
     SequenceFrame& frame = sequence.frames[sequence.frames.size()];
     frame.files.depth = (root / depth).string();
-    if (const auto* color = colors.empty() ? nullptr : nearest(colors, stamp)) frame.files.color = (root / color->second).string();
+    if (const auto* color = colors.empty() ? nullptr : nearest(colors, stamp))
+      frame.files.color = (root / color->second).string();
     frame.T_world_camera = parsePose(pose_path, pose->second);
     frame.stamp = static_cast<std::uint64_t>(std::llround(stamp * 1e6));
     frame.name = fs::path(depth).stem().string();

@@ -12,7 +12,8 @@ namespace fuse_flow::io {
 namespace {
 
 constexpr const char* recognised =
-    "recognised are a rig recording (rig.json), 7-Scenes (frame-000000.pose.txt), TUM RGB-D (depth.txt, groundtruth.txt), "
+    "recognised are a rig recording (rig.json), 7-Scenes (frame-000000.pose.txt), TUM RGB-D (depth.txt, "
+    "groundtruth.txt), "
     "Redwood/Open3D (depth/, a .log) and organised .pcd files";
 
 std::unique_ptr<Recording> openFolder(const std::string& folder, const RecordingOptions& options) {
@@ -28,13 +29,16 @@ std::unique_ptr<Recording> openFolder(const std::string& folder, const Recording
 std::unique_ptr<Recording> openRecording(const std::vector<std::string>& inputs, const RecordingOptions& options) {
   if (inputs.empty()) throw InputError(std::string("no input was given; ") + recognised);
   if (options.depth_scale && !(*options.depth_scale > 0 && std::isfinite(*options.depth_scale)))
-    throw InputError("--depth-scale is " + std::to_string(*options.depth_scale) + ", must be positive: metres per depth unit");
+    throw InputError("--depth-scale is " + std::to_string(*options.depth_scale) +
+                     ", must be positive: metres per depth unit");
   std::error_code error;
   for (const std::string& input : inputs)
     if (!fs::exists(input, error)) throw InputError(input + ": not found; " + recognised);
   if (std::all_of(inputs.begin(), inputs.end(), isPcdFile)) return openPcd(inputs, options);
   if (inputs.size() > 1)
-    throw InputError(inputs[1] + ": several inputs must all be .pcd files, one for each camera; of recordings only one can be given");
+    throw InputError(
+        inputs[1] +
+        ": several inputs must all be .pcd files, one for each camera; of recordings only one can be given");
   if (fs::is_directory(inputs[0])) return openFolder(inputs[0], options);
   if (fs::path(inputs[0]).extension() == ".json") return openRig(inputs[0], options);
   throw InputError(inputs[0] + ": is not a recording; " + recognised);

@@ -21,8 +21,8 @@ struct LoadedView {
   FloatImage confidence;
 };
 
-/** \brief One instant with the memory behind it: rig.views point into images. Read every frame into the same one: the buffers
- *  are reused. */
+/** \brief One instant with the memory behind it: rig.views point into images. Read every frame into the same one: the
+ *  buffers are reused. */
 struct LoadedFrame {
   LoadedFrame() = default;
   LoadedFrame(LoadedFrame&&) = default;
@@ -47,17 +47,18 @@ class Recording {
   virtual const std::vector<Camera>& cameras() const = 0;
   /** \brief What one camera's files are called, for messages and reports: "frame-000060", "left". */
   std::string viewName(std::size_t view) const { return cameras()[view].name; }
-  /** \brief Replaces what out holds by a frame in [0, frameCount()). A camera whose depth file is not there becomes a missing
-   *  view. Throws InputError on a damaged file or an image that does not fit its camera. */
+  /** \brief Replaces what out holds by a frame in [0, frameCount()). A camera whose depth file is not there becomes a
+   *  missing view. Throws InputError on a damaged file or an image that does not fit its camera. */
   virtual void read(std::size_t frame, LoadedFrame& out) = 0;
 };
 
 /** \brief How to look at a recording. */
 struct RecordingOptions {
-  /** \brief "0,60,120,180" or "A:B:STEP", B exclusive. In a recording of one moving camera: the frame numbers that act as the
-   *  cameras of one instant, required. In a rig: the cameras to use, by position; empty means all. */
+  /** \brief "0,60,120,180" or "A:B:STEP", B exclusive. In a recording of one moving camera: the frame numbers that act
+   *  as the cameras of one instant, required. In a rig: the cameras to use, by position; empty means all. */
   std::string views;
-  /** \brief One moving camera only: frame k uses views + k · slide, as long as all of them exist. 0: a single instant. */
+  /** \brief One moving camera only: frame k uses views + k · slide, as long as all of them exist. 0: a single instant.
+   */
   int slide{0};
   /** \brief Metres per depth unit, in place of what the recording says or its format implies. */
   std::optional<float> depth_scale;
@@ -65,8 +66,8 @@ struct RecordingOptions {
   bool read_color{true};
 };
 
-/** \brief Looks at what it is given and picks the reader. One path: a folder, or its rig.json; several: organised PCD files,
- *  each a camera of one instant. Throws InputError. */
+/** \brief Looks at what it is given and picks the reader. One path: a folder, or its rig.json; several: organised PCD
+ *  files, each a camera of one instant. Throws InputError. */
 std::unique_ptr<Recording> openRecording(const std::vector<std::string>& inputs, const RecordingOptions& options = {});
 
 }  // namespace fuse_flow::io

@@ -28,11 +28,12 @@ double peakMemoryMebibytes() {
 
 struct Stage {
   const char* name;
-  double FrameStatistics::* milliseconds;
+  double FrameStatistics::*milliseconds;
 };
-constexpr Stage kStages[] = {{"preprocess", &FrameStatistics::preprocess_ms}, {"generate", &FrameStatistics::generate_ms},
-                             {"merge", &FrameStatistics::merge_ms},           {"fuse", &FrameStatistics::fuse_ms},
-                             {"output", &FrameStatistics::output_ms},         {"total", &FrameStatistics::total_ms}};
+constexpr Stage kStages[] = {
+    {"preprocess", &FrameStatistics::preprocess_ms}, {"generate", &FrameStatistics::generate_ms},
+    {"merge", &FrameStatistics::merge_ms},           {"fuse", &FrameStatistics::fuse_ms},
+    {"output", &FrameStatistics::output_ms},         {"total", &FrameStatistics::total_ms}};
 
 std::string format(const char* pattern, double value) {
   char text[64];

@@ -42,7 +42,8 @@ struct Entry {
   }
   int size(const char* key) const {
     const double value = positive(key);
-    if (value != std::floor(value) || value > 65535) fail(key, "is " + get(key).dump() + ", must be a whole number of pixels");
+    if (value != std::floor(value) || value > 65535)
+      fail(key, "is " + get(key).dump() + ", must be a whole number of pixels");
     return static_cast<int>(value);
   }
   std::vector<double> numbers(const char* key, std::size_t count) const {
@@ -80,9 +81,10 @@ RigCamera parseCamera(const Entry& entry, const std::string& name) {
   result.camera.T_world_camera = rigidPose(entry.owner + ": T_world_camera", entry.numbers("T_world_camera", 16));
   if (entry.has("color")) {
     const Entry color{entry.get("color"), entry.owner + " color"};
-    if (!color.object.is_object()) entry.fail("color", "must be an object with width, height, fx, fy, cx, cy, T_depth_color");
-    result.camera.color = ColorCamera{
-        parseIntrinsics(color), rigidPose(color.owner + ": T_depth_color", color.numbers("T_depth_color", 16))};
+    if (!color.object.is_object())
+      entry.fail("color", "must be an object with width, height, fx, fy, cx, cy, T_depth_color");
+    result.camera.color = ColorCamera{parseIntrinsics(color),
+                                      rigidPose(color.owner + ": T_depth_color", color.numbers("T_depth_color", 16))};
   }
   return result;
 }

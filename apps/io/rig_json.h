@@ -14,8 +14,8 @@ struct RigCamera {
   float depth_scale{0.001f};
 };
 
-/** \brief Reads a rig's calibration; doc/formats.md describes the file. Throws InputError, naming file, camera, key, value and
- *  what is expected. */
+/** \brief Reads a rig's calibration; doc/formats.md describes the file. Throws InputError, naming file, camera, key,
+ *  value and what is expected. */
 std::vector<RigCamera> readRigJson(const std::string& path);
 
 /** \brief Writes one, such that reading it gives the same numbers. Throws OutputError. */

@@ -81,8 +81,9 @@ std::string suggestViews(const std::map<std::size_t, SequenceFrame>& frames) {
 
 std::vector<std::size_t> chooseViews(const Sequence& sequence, const std::string& spec) {
   if (spec.empty())
-    throw InputError(sequence.path + ": is a recording of one moving camera, --views must say which frames act as the cameras " +
-                     "of one instant, e.g. --views " + suggestViews(sequence.frames) + "; it has " + listFrames(sequence.frames));
+    throw InputError(
+        sequence.path + ": is a recording of one moving camera, --views must say which frames act as the cameras " +
+        "of one instant, e.g. --views " + suggestViews(sequence.frames) + "; it has " + listFrames(sequence.frames));
   const std::vector<std::size_t> views = parseRange(spec, sequence.frames.rbegin()->first + 1, "--views");
   for (const std::size_t number : views)
     if (sequence.frames.count(number) == 0)

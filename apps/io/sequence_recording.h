@@ -18,8 +18,8 @@ struct SequenceFrame {
   std::string name;
 };
 
-/** \brief A recording of one moving camera in a static scene: frames taken at different times act as the cameras of one instant.
- *  The formats differ in how they list their frames; this is what they share. */
+/** \brief A recording of one moving camera in a static scene: frames taken at different times act as the cameras of one
+ *  instant. The formats differ in how they list their frames; this is what they share. */
 struct Sequence {
   std::string kind;
   std::string path;

@@ -18,11 +18,12 @@ namespace fuse_flow {
 /** \brief Section 5: adaptive cells, representatives and eq. 11, for a cloud in the world frame. A drop-in for
  *  pcl::VoxelGrid whose cells are fixed to the world, cannot overflow, and follow the local density.
  *
- *  C is the points' confidence field, where PointT has one, else 1. Points with C ≤ 0, and points that are not finite, do not
- *  take part. With setCameraIndices() points are told apart by camera; with setFrame() representatives are weighed with V.
- *  Colours and normals are averaged with the shares of eq. 11; the output's confidence (else intensity) is ω, its view_count
- *  the number of cameras that contributed; all other fields are those of the representative with the largest share.
- *  With extract_removed_indices, the removed indices are those of the points that represent no output point. */
+ *  C is the points' confidence field, where PointT has one, else 1. Points with C ≤ 0, and points that are not finite,
+ *  do not take part. With setCameraIndices() points are told apart by camera; with setFrame() representatives are
+ *  weighed with V. Colours and normals are averaged with the shares of eq. 11; the output's confidence (else intensity)
+ *  is ω, its view_count the number of cameras that contributed; all other fields are those of the representative with
+ *  the largest share. With extract_removed_indices, the removed indices are those of the points that represent no output
+ *  point. */
 template <typename PointT, typename Device = device::Host>
 class AdaptiveHashFusion;
 
@@ -48,8 +49,8 @@ class AdaptiveHashFusion<PointT, device::Host> : public pcl::Filter<PointT> {
   /** \brief Which camera each point of the input cloud came from; empty: all from camera 0. */
   void setCameraIndices(const std::vector<std::uint32_t>& cameras) { cameras_ = cameras; }
 
-  /** \brief Weigh with V over this frame, whose cameras setCameraIndices() counts. The frame is copied, its images are not:
-   *  they must outlive filter(). */
+  /** \brief Weigh with V over this frame, whose cameras setCameraIndices() counts. The frame is copied, its images are
+   *  not: they must outlive filter(). */
   inline void setFrame(const RigFrame& frame, const ConsistencyParameters& parameters = {});
 
   /** \brief Threads to use; 0, the default, is one per core. */

@@ -28,8 +28,8 @@ struct Camera {
   std::optional<ColorCamera> color;
 };
 
-/** \brief Throws pcl::BadArgumentException, naming the camera and the value, unless sizes and focal lengths are positive,
- *  all numbers finite, and the poses rigid (rotation orthonormal to 1e-3, determinant +1). */
+/** \brief Throws pcl::BadArgumentException, naming the camera and the value, unless sizes and focal lengths are
+ *  positive, all numbers finite, and the poses rigid (rotation orthonormal to 1e-3, determinant +1). */
 inline void checkCamera(const Camera& camera);
 
 /** \brief An Eigen pose as the plain numbers that the per-pixel maths uses. */

@@ -9,14 +9,15 @@
 
 namespace fuse_flow {
 
-/** \brief Eq. 2, 3 and 9: the measurement confidence C of each pixel of an organised cloud; keeps the points with C > τ.
+/** \brief Eq. 2, 3 and 9: the measurement confidence C of each pixel of an organised cloud; keeps the points with C >
+ *  τ.
  *
- *  The depth of a point is its distance along the optical axis of the sensor pose in the cloud's header (sensor_origin_,
- *  sensor_orientation_), taken, as PCL's NormalEstimation takes it, in the frame of the points. A cloud in the camera's own
- *  frame has the default, identity pose.
+ *  The depth of a point is its distance along the optical axis of the sensor pose in the cloud's header
+ *  (sensor_origin_, sensor_orientation_), taken, as PCL's NormalEstimation takes it, in the frame of the points. A cloud
+ *  in the camera's own frame has the default, identity pose.
  *
- *  If PointT has a confidence field, the filtered cloud carries C in it. Points that are not finite, or not in front of the
- *  sensor, have no measurement: C = 0, and they are removed whether setNegative() or not. */
+ *  If PointT has a confidence field, the filtered cloud carries C in it. Points that are not finite, or not in front of
+ *  the sensor, have no measurement: C = 0, and they are removed whether setNegative() or not. */
 template <typename PointT, typename Device = device::Host>
 class ConfidenceEstimation;
 
@@ -36,8 +37,8 @@ class ConfidenceEstimation<PointT, device::Host> : public pcl::FilterIndices<Poi
   inline void setParameters(const ConfidenceParameters& parameters);
   const ConfidenceParameters& getParameters() const { return parameters_; }
 
-  /** \brief Focal length of the camera, pixels, > 0; default 525. The slope-compensated form needs it to know how far apart
-   *  neighbouring pixels see. */
+  /** \brief Focal length of the camera, pixels, > 0; default 525. The slope-compensated form needs it to know how far
+   *  apart neighbouring pixels see. */
   inline void setFocalLength(float pixels);
   float getFocalLength() const { return focal_length_; }
 

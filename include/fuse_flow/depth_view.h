@@ -21,7 +21,8 @@ struct ImageView {
 
   explicit operator bool() const { return data != nullptr; }
   const Pixel* row(int v) const {
-    return reinterpret_cast<const Pixel*>(reinterpret_cast<const char*>(data) + row_stride * static_cast<std::size_t>(v));
+    return reinterpret_cast<const Pixel*>(reinterpret_cast<const char*>(data) +
+                                          row_stride * static_cast<std::size_t>(v));
   }
 };
 
@@ -32,8 +33,8 @@ struct Rgb8 {
 
 /** \brief What one camera measured at one instant. Owns nothing: the images must outlive the call that reads them.
  *
- *  Depth comes either as 16-bit integers with a scale, or as float metres; set one of the two. 0, 65535, NaN and ±inf mean
- *  "no measurement". With neither set, the camera is missing from this frame, which is not an error. */
+ *  Depth comes either as 16-bit integers with a scale, or as float metres; set one of the two. 0, 65535, NaN and ±inf
+ *  mean "no measurement". With neither set, the camera is missing from this frame, which is not an error. */
 struct DepthView {
   /** \brief Depth in units of depth_scale metres. */
   ImageView<std::uint16_t> depth16;
@@ -43,7 +44,8 @@ struct DepthView {
   ImageView<float> depth32;
   /** \brief Optional; the depth image's size, or the colour camera's where the Camera has one. */
   ImageView<Rgb8> color;
-  /** \brief Optional; the depth image's size; in [0, 1], multiplies into C, for depth that comes with its own confidence. */
+  /** \brief Optional; the depth image's size; in [0, 1], multiplies into C, for depth that comes with its own
+   *  confidence. */
   ImageView<float> confidence;
 
   bool missing() const { return !depth16 && !depth32; }

@@ -17,7 +17,8 @@
 
 namespace fuse_flow {
 
-/** \brief Everything that decides what a frame is fused into. The defaults are what measured best; see doc/parameters.md. */
+/** \brief Everything that decides what a frame is fused into. The defaults are what measured best; see
+ *  doc/parameters.md. */
 struct FuseFlowParameters {
   PreprocessingParameters preprocessing;
   ConfidenceParameters confidence;
@@ -54,7 +55,8 @@ struct FrameStatistics {
   double total_ms{0};
 };
 
-/** \brief The frame pipeline: the views of one instant to one fused cloud, with no state from frame to frame but memory.
+/** \brief The frame pipeline: the views of one instant to one fused cloud, with no state from frame to frame but
+ *  memory.
  *
  *  \code
  *  fuse_flow::FuseFlow<fuse_flow::PointFused> fusion;

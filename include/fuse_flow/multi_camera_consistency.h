@@ -10,7 +10,8 @@ namespace fuse_flow {
 
 /** \brief What eq. 12 leaves open, settled. */
 struct QualityParameters {
-  /** \brief A camera sees a point if the point projects inside, the depth there is valid and |z − D| is under this; metres. */
+  /** \brief A camera sees a point if the point projects inside, the depth there is valid and |z − D| is under this;
+   *  metres. */
   float visibility{0.05f};
   /** \brief An input pixel is covered if a fused point lies within this of it; metres. */
   float coverage_radius{0.015f};
@@ -20,7 +21,8 @@ struct QualityParameters {
   float max_range{20.0f};  ///< metres
 };
 
-/** \brief How well a cloud agrees with the views of a frame. Look at all of it: E_MC alone is won by throwing points away. */
+/** \brief How well a cloud agrees with the views of a frame. Look at all of it: E_MC alone is won by throwing points
+ *  away. */
 struct Quality {
   std::size_t points{0};
   std::size_t seen_points{0};        ///< by one view at least
@@ -31,12 +33,14 @@ struct Quality {
   double error{0};             ///< E_MC of eq. 12 over the seen points, metres; NaN if there are none
   double multi_view_error{0};  ///< E_MC over the points that two or more views see, metres; NaN if there are none
 
-  double violationShare() const { return points ? static_cast<double>(violating_points) / static_cast<double>(points) : 0.0; }
+  double violationShare() const {
+    return points ? static_cast<double>(violating_points) / static_cast<double>(points) : 0.0;
+  }
   double coverage() const { return pixels ? static_cast<double>(covered_pixels) / static_cast<double>(pixels) : 0.0; }
 };
 
-/** \brief Eq. 12, with the figures that keep it honest. \param cloud points in the world frame; any PCL point with x, y, z
- *  \param threads 0: one per core */
+/** \brief Eq. 12, with the figures that keep it honest. \param cloud points in the world frame; any PCL point with x,
+ *  y, z \param threads 0: one per core */
 template <typename PointT>
 Quality multiCameraConsistency(const pcl::PointCloud<PointT>& cloud, const RigFrame& frame,
                                const QualityParameters& parameters = {}, unsigned int threads = 0);

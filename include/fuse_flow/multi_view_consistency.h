@@ -11,11 +11,11 @@
 
 namespace fuse_flow {
 
-/** \brief Eq. 4–7: how well each point of a cloud in the world frame agrees with the depth images of a frame; keeps the points
- *  with V ≥ the threshold.
+/** \brief Eq. 4–7: how well each point of a cloud in the world frame agrees with the depth images of a frame; keeps the
+ *  points with V ≥ the threshold.
  *
- *  If PointT has a confidence field, the filtered cloud carries confidence · V, ω of eq. 10, in it. Points that are not finite
- *  are removed whether setNegative() or not. */
+ *  If PointT has a confidence field, the filtered cloud carries confidence · V, ω of eq. 10, in it. Points that are not
+ *  finite are removed whether setNegative() or not. */
 template <typename PointT, typename Device = device::Host>
 class MultiViewConsistency;
 
@@ -32,8 +32,8 @@ class MultiViewConsistency<PointT, device::Host> : public pcl::FilterIndices<Poi
   }
 
   /** \brief The views to compare with. The frame is copied, its images are not: they must outlive filter().
-   *  \param source_camera number of the camera that the input cloud came from, which is not asked about its own points; −1:
-   *  none, all views are asked, nearest to the rig's first camera first */
+   *  \param source_camera number of the camera that the input cloud came from, which is not asked about its own points;
+   *  −1: none, all views are asked, nearest to the rig's first camera first */
   inline void setFrame(const RigFrame& frame, int source_camera = -1);
 
   /** \brief Throws pcl::BadArgumentException for a value out of range. */

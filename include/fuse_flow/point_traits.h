@@ -1,9 +1,9 @@
 #pragma once
 
 /** \file
- *  \brief The one seam between the algorithms and point types: which optional fields a point has, found by PCL's field traits
- *  at compile time, and how to read and write them. Everything goes through the registered offset, so that a point type whose
- *  members are named differently from its fields works too. */
+ *  \brief The one seam between the algorithms and point types: which optional fields a point has, found by PCL's field
+ *  traits at compile time, and how to read and write them. Everything goes through the registered offset, so that a
+ *  point type whose members are named differently from its fields works too. */
 
 #include <fuse_flow/math/vec3.h>
 #include <fuse_flow/point_types.h>
@@ -21,8 +21,8 @@ constexpr bool has = pcl::traits::has_field<PointT, Field>::value;
 template <typename PointT>
 constexpr bool has_color = has<PointT, pcl::fields::rgb> || has<PointT, pcl::fields::rgba>;
 template <typename PointT>
-constexpr bool has_normal = has<PointT, pcl::fields::normal_x> && has<PointT, pcl::fields::normal_y> &&
-                            has<PointT, pcl::fields::normal_z>;
+constexpr bool has_normal =
+    has<PointT, pcl::fields::normal_x>&& has<PointT, pcl::fields::normal_y>&& has<PointT, pcl::fields::normal_z>;
 
 template <typename Field, typename Value, typename PointT>
 void setField(PointT& point, const Value& value) {

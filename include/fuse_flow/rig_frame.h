@@ -7,8 +7,8 @@
 
 namespace fuse_flow {
 
-/** \brief The views of one instant: views[i] is what cameras[i] measured. Keep one and refill views from frame to frame:
- *  what depends on the calibration alone is then computed once. */
+/** \brief The views of one instant: views[i] is what cameras[i] measured. Keep one and refill views from frame to
+ *  frame: what depends on the calibration alone is then computed once. */
 struct RigFrame {
   std::vector<Camera> cameras;
   std::vector<DepthView> views;
@@ -16,7 +16,8 @@ struct RigFrame {
   std::uint64_t stamp{0};
 };
 
-/** \brief Throws pcl::BadArgumentException, naming the camera and what is wrong, unless every present view fits its camera. */
+/** \brief Throws pcl::BadArgumentException, naming the camera and what is wrong, unless every present view fits its
+ *  camera. */
 inline void checkRigFrame(const RigFrame& frame);
 
 }  // namespace fuse_flow

@@ -18,7 +18,8 @@ void AdaptiveHashFusion<PointT, device::Host>::setParameters(const AggregationPa
 }
 
 template <typename PointT>
-void AdaptiveHashFusion<PointT, device::Host>::setFrame(const RigFrame& frame, const ConsistencyParameters& parameters) {
+void AdaptiveHashFusion<PointT, device::Host>::setFrame(const RigFrame& frame,
+                                                        const ConsistencyParameters& parameters) {
   checkRigFrame(frame);
   checkParameters(parameters);
   frame_ = frame;
@@ -30,7 +31,9 @@ void AdaptiveHashFusion<PointT, device::Host>::applyFilter(PointCloud& output) {
   constexpr const char* owner = "fuse_flow::AdaptiveHashFusion";
   if (!cameras_.empty() && cameras_.size() != input_->size())
     detail::throwBadArgument(owner, ": ", cameras_.size(), " camera indices for ", input_->size(), " points");
-  const auto camera_of_input = [this](pcl::index_t i) { return cameras_.empty() ? 0u : cameras_[static_cast<std::size_t>(i)]; };
+  const auto camera_of_input = [this](pcl::index_t i) {
+    return cameras_.empty() ? 0u : cameras_[static_cast<std::size_t>(i)];
+  };
 
   // Camera after camera, as the cells want them; within a camera in the order of the input.
   std::vector<pcl::index_t> order;

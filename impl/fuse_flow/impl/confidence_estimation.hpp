@@ -67,7 +67,8 @@ void ConfidenceEstimation<PointT, device::Host>::applyFilter(PointCloud& output)
     const bool keep_organized = this->keep_organized_;
     if (keep_organized) {
       pcl::FilterIndices<PointT>::applyFilter(output);
-      for (std::size_t i = 0; i < output.size(); ++i) point::setField<pcl::fields::confidence>(output[i], confidence_[i]);
+      for (std::size_t i = 0; i < output.size(); ++i)
+        point::setField<pcl::fields::confidence>(output[i], confidence_[i]);
     } else {
       pcl::Indices indices;
       applyFilter(indices);

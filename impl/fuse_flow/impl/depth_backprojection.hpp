@@ -44,8 +44,8 @@ void DepthBackprojection<PointT, device::Host>::applyFilter(PointCloud& output) 
   DepthView depth_view = view_;
   if (from_cloud) {
     if (static_cast<int>(input_->width) != K.width || static_cast<int>(input_->height) != K.height)
-      detail::throwBadArgument("fuse_flow::DepthBackprojection: the input cloud is ", input_->width, "x", input_->height,
-                               ", camera '", camera_.name, "' is ", K.width, "x", K.height);
+      detail::throwBadArgument("fuse_flow::DepthBackprojection: the input cloud is ", input_->width, "x",
+                               input_->height, ", camera '", camera_.name, "' is ", K.width, "x", K.height);
     z_of_cloud.reserve(size);
     for (const PointT& point : *input_) z_of_cloud.push_back(point.z);
     depth_view.depth32 = {z_of_cloud.data(), K.width, K.height};

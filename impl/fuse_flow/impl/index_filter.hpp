@@ -5,11 +5,11 @@
 namespace fuse_flow {
 namespace detail {
 
-/** \brief The loop that every pcl::FilterIndices needs: splits indices into kept and removed. As in PCL's own filters, what is
- *  not valid() is removed whether negative or not. */
+/** \brief The loop that every pcl::FilterIndices needs: splits indices into kept and removed. As in PCL's own filters,
+ *  what is not valid() is removed whether negative or not. */
 template <typename Valid, typename Keep>
-void splitIndices(const pcl::Indices& indices, bool negative, bool extract_removed, pcl::Indices& kept, pcl::Indices& removed,
-                  const Valid& valid, const Keep& keep) {
+void splitIndices(const pcl::Indices& indices, bool negative, bool extract_removed, pcl::Indices& kept,
+                  pcl::Indices& removed, const Valid& valid, const Keep& keep) {
   pcl::Indices selected;
   selected.reserve(indices.size());
   removed.clear();

@@ -21,7 +21,8 @@ inline void checkPositive(const char* owner, const char* name, float value) {
 }
 
 inline void checkNonNegative(const char* owner, const char* name, float value) {
-  if (!(value >= 0 && std::isfinite(value))) throwBadArgument(owner, ": ", name, " is ", value, ", must not be negative");
+  if (!(value >= 0 && std::isfinite(value)))
+    throwBadArgument(owner, ": ", name, " is ", value, ", must not be negative");
 }
 
 }  // namespace detail

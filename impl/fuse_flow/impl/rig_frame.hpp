@@ -9,8 +9,8 @@ template <typename Pixel>
 void checkImage(const std::string& owner, const char* what, const ImageView<Pixel>& image, const Intrinsics& expected) {
   if (!image) return;
   if (image.width != expected.width || image.height != expected.height)
-    throwBadArgument(owner, ": ", what, " image is ", image.width, "x", image.height, ", its camera is ", expected.width,
-                     "x", expected.height);
+    throwBadArgument(owner, ": ", what, " image is ", image.width, "x", image.height, ", its camera is ",
+                     expected.width, "x", expected.height);
   if (image.row_stride < sizeof(Pixel) * static_cast<std::size_t>(image.width))
     throwBadArgument(owner, ": ", what, " row stride is ", image.row_stride, " bytes, less than a row");
 }

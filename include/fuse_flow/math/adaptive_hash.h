@@ -23,8 +23,8 @@ struct AggregationParameters {
   Representatives representatives{Representatives::CameraMeans};
   /** \brief A fused point of smaller ω is dropped, whatever surrounds it; [0, 1]. */
   float min_weight{0.015f};
-  /** \brief A fused point of ω under this is weak: it is kept only if none of the 26 cells around it in the same coarse cell
-   *  keeps a better one. Where views disagree the measurements that agree stay, and a surface that only doubtful
+  /** \brief A fused point of ω under this is weak: it is kept only if none of the 26 cells around it in the same coarse
+   *  cell keeps a better one. Where views disagree the measurements that agree stay, and a surface that only doubtful
    *  measurements show thins out instead of vanishing; [0, 1], 0 keeps all. */
   float weak_weight{0.25f};
 };

@@ -6,8 +6,8 @@
 
 namespace fuse_flow {
 
-/** \brief Coarse cells are counted from the world's origin, not from the frame's minimum, so that a static surface falls
- *  into the same cells in every frame. 21 bits an axis: ±1,048,575 cells. */
+/** \brief Coarse cells are counted from the world's origin, not from the frame's minimum, so that a static surface
+ *  falls into the same cells in every frame. 21 bits an axis: ±1,048,575 cells. */
 struct CellIndex {
   std::int32_t x{0}, y{0}, z{0};
 };
@@ -26,7 +26,9 @@ FUSE_FLOW_HD std::int32_t floorToInt(float v) {
   return truncated - (v < static_cast<float>(truncated) ? 1 : 0);
 }
 
-FUSE_FLOW_HD CellIndex cellIndex(const Vec3& cells) { return {floorToInt(cells.x), floorToInt(cells.y), floorToInt(cells.z)}; }
+FUSE_FLOW_HD CellIndex cellIndex(const Vec3& cells) {
+  return {floorToInt(cells.x), floorToInt(cells.y), floorToInt(cells.z)};
+}
 
 /** \brief 64-bit key of a coarse cell; distinct cells have distinct keys. */
 FUSE_FLOW_HD std::uint64_t cellKey(const CellIndex& c) {
@@ -46,12 +48,12 @@ FUSE_FLOW_HD std::uint64_t hashCellKey(std::uint64_t key) {
   return key ^ key >> 29;
 }
 
-/** \brief Section 5 (1) d: the level L at which a coarse cell of count points is split into children of size/2^L. A surface
- *  fills about 4^L of the 8^L children; L is the smallest with at most points_per_cell in each of those. */
+/** \brief Section 5 (1) d: the level L at which a coarse cell of count points is split into children of size/2^L. A
+ *  surface fills about 4^L of the 8^L children; L is the smallest with at most points_per_cell in each of those. */
 FUSE_FLOW_HD int refinementLevel(std::uint32_t count, float points_per_cell, int max_level) {
   int level = 0;
   float children = 1.0f;
-  while (level < max_level && static_cast<float>(count) > points_per_cell * children) {
+  while (level<max_level&& static_cast<float>(count)> points_per_cell * children) {
     ++level;
     children *= 4.0f;
   }

@@ -8,8 +8,8 @@ namespace fuse_flow {
 
 /** \brief How the gradient G and the spread σ_local of eq. 3 are measured in the 3×3 neighbourhood of a pixel. */
 enum class ConfidenceForm {
-  /** \brief As published: G is the norm of the central differences, σ_local the standard deviation about the mean. A plane
-   *  seen at an angle looks like noise. */
+  /** \brief As published: G is the norm of the central differences, σ_local the standard deviation about the mean. A
+   *  plane seen at an angle looks like noise. */
   Published,
   /** \brief Both about the local plane, and relative to the sensor's axial noise at that depth: σ_local from the second
    *  differences, G from what exceeds the slope of a surface seen at max_incidence. */
@@ -27,18 +27,21 @@ struct ConfidenceParameters {
   float threshold{0.4f};
   /** \brief Metres in the unit that G and σ_local are measured in; > 0. The paper names none; centimetres. */
   float length_unit{0.01f};
-  /** \brief Standard deviation of the depth at z is noise_floor + noise_quadratic · z²; metres and 1/metres, ≥ 0. It is what
-   *  SlopeCompensated divides by, in units of the sensor's noise at noise_reference metres. Kinect v1's published
+  /** \brief Standard deviation of the depth at z is noise_floor + noise_quadratic · z²; metres and 1/metres, ≥ 0. It is
+   *  what SlopeCompensated divides by, in units of the sensor's noise at noise_reference metres. Kinect v1's published
    *  figures (Khoshelham and Elberink 2012: 1.425e-3 z²). */
   float noise_floor{0.0005f};
   float noise_quadratic{0.001425f};
   float noise_reference{1.0f};
-  /** \brief SlopeCompensated: a surface seen at more than this angle from its normal counts as a jump; radians, (0, π/2). */
+  /** \brief SlopeCompensated: a surface seen at more than this angle from its normal counts as a jump; radians, (0,
+   *  π/2). */
   float max_incidence{1.3f};
 };
 
 /** \brief Expected standard deviation of a depth measurement at depth z; metres. */
-FUSE_FLOW_HD float axialNoise(const ConfidenceParameters& p, float z) { return p.noise_floor + p.noise_quadratic * z * z; }
+FUSE_FLOW_HD float axialNoise(const ConfidenceParameters& p, float z) {
+  return p.noise_floor + p.noise_quadratic * z * z;
+}
 
 /** \brief Eq. 3, divided by α + γ so that C ∈ (0, 1] as eq. 2 says. G and sigma_local in length units. */
 FUSE_FLOW_HD float confidence(const ConfidenceParameters& p, float G, float sigma_local) {
@@ -54,7 +57,8 @@ struct DepthPatch {
 
 // The two forms below run for every pixel of every frame: no branches, so that compilers turn a row into vector code.
 
-/** \brief Published form: G from central differences (one-sided at holes), σ_local over the valid pixels about their mean. */
+/** \brief Published form: G from central differences (one-sided at holes), σ_local over the valid pixels about their
+ *  mean. */
 FUSE_FLOW_HD float confidencePublished(const ConfidenceParameters& p, const DepthPatch& patch) {
   const float* z = patch.z;
   const float centre = z[4];
@@ -96,10 +100,10 @@ FUSE_FLOW_HD SlopeScale slopeScale(const ConfidenceParameters& p, float pixel_an
   return {step, 1.41421356f * step, axialNoise(p, p.noise_reference) / p.length_unit};
 }
 
-/** \brief Slope-compensated form. Second differences r = z₋ − 2 z₀ + z₊ in the four directions through the pixel vanish on a
- *  plane, and of independent noise they have variance 6 σ². What the slope itself exceeds a surface at max_incidence by, is a
- *  jump. A direction with a missing neighbour counts as a quarter of a length unit in both terms: holes surround what sensors
- *  measure badly. */
+/** \brief Slope-compensated form. Second differences r = z₋ − 2 z₀ + z₊ in the four directions through the pixel vanish
+ *  on a plane, and of independent noise they have variance 6 σ². What the slope itself exceeds a surface at
+ *  max_incidence by, is a jump. A direction with a missing neighbour counts as a quarter of a length unit in both terms:
+ *  holes surround what sensors measure badly. */
 FUSE_FLOW_HD float confidenceSlopeCompensated(const ConfidenceParameters& p, const DepthPatch& patch,
                                               const SlopeScale& slope) {
   const float* z = patch.z;

@@ -8,9 +8,9 @@ namespace fuse_flow {
 enum class OcclusionForm {
   /** \brief As published: every view that the point projects into counts with its d². */
   Published,
-  /** \brief A view that measured something nearer than the point by more than the margin is skipped: the point is hidden from
-   *  it. One that measured well behind the point has seen through it: that multiplies V by free_space_penalty, and is not
-   *  averaged away by views that agree. */
+  /** \brief A view that measured something nearer than the point by more than the margin is skipped: the point is
+   *  hidden from it. One that measured well behind the point has seen through it: that multiplies V by
+   *  free_space_penalty, and is not averaged away by views that agree. */
   OcclusionAware
 };
 
@@ -28,7 +28,8 @@ struct ConsistencyParameters {
   DistanceForm distance{DistanceForm::AlongRay};
   /** \brief σ at 1 m, metres; > 0. */
   float sigma{0.02f};
-  /** \brief How σ grows: σ(z) = sigma + sigma_quadratic · (z² − 1) beyond 1 m, 1/metres, ≥ 0; 0 is the published constant. */
+  /** \brief How σ grows: σ(z) = sigma + sigma_quadratic · (z² − 1) beyond 1 m, 1/metres, ≥ 0; 0 is the published
+   *  constant. */
   float sigma_quadratic{0.0f};
   /** \brief Beyond this many σ a nearer measurement hides the point and a farther one has seen through it; > 0. */
   float margin{2.5f};
@@ -53,7 +54,8 @@ struct ViewOpinion {
 };
 
 /** \brief Eq. 5–6 in camera j's own frame, where no transformation of Q is needed: rigid motions keep distances.
- *  \param p_J the point in camera j's frame  \param ray_J the ray of the pixel it falls on  \param depth D_j there; > 0 */
+ *  \param p_J the point in camera j's frame  \param ray_J the ray of the pixel it falls on  \param depth D_j there; > 0
+ */
 FUSE_FLOW_HD ViewOpinion viewOpinion(const ConsistencyParameters& p, const Vec3& p_J, const Ray& ray_J, float depth) {
   const float sigma = consistencySigma(p, depth);
   const float inverse_sigma = 1.0f / sigma;
@@ -80,8 +82,8 @@ struct Consistency {
   }
 };
 
-/** \brief Eq. 7: V = exp(−mean d²/σ²), times the penalty for each view that sees through. A point that no other view can
- *  judge has V = 1. */
+/** \brief Eq. 7: V = exp(−mean d²/σ²), times the penalty for each view that sees through. A point that no other view
+ *  can judge has V = 1. */
 FUSE_FLOW_HD float consistency(const ConsistencyParameters& p, const Consistency& c) {
   float V = c.agreeing > 0 ? std::exp(-c.sum_squared_distance / static_cast<float>(c.agreeing)) : 1.0f;
   for (int k = 0; k < c.seeing_through; ++k) V *= p.free_space_penalty;

@@ -78,7 +78,8 @@ FUSE_FLOW_HD Pixel project(const Intrinsics& K, const Vec3& p_C) {
   return {K.fx * ray.x + K.cx, K.fy * ray.y + K.cy};
 }
 
-/** \brief K and T̂ of an ideal lens in one 3×4 matrix: u = m₀·p / m₂·p, v = m₁·p / m₂·p, z = m₂·p for p in the world frame. */
+/** \brief K and T̂ of an ideal lens in one 3×4 matrix: u = m₀·p / m₂·p, v = m₁·p / m₂·p, z = m₂·p for p in the world
+ *  frame. */
 struct ProjectionMatrix {
   float m[12];
 };

@@ -25,8 +25,8 @@ struct FusedPoint {
   std::uint16_t views{0};
 };
 
-/** \brief A measurement, or one camera's measurements, that may stand for a cell. Left uninitialised: there are hundreds of
- *  thousands, and filling them with zeros costs more than filling them in. */
+/** \brief A measurement, or one camera's measurements, that may stand for a cell. Left uninitialised: there are
+ *  hundreds of thousands, and filling them with zeros costs more than filling them in. */
 struct Candidate {
   /** \brief Σ C p and Σ C relative to the coarse cell's corner; of one point unless CameraMeans. */
   Vec3 sum;
@@ -103,8 +103,8 @@ FusedPoint fuseChild(Child& child, const Vec3& corner, const Evaluate& evaluate)
     const Candidate& c = child.candidates[static_cast<std::size_t>(k)];
     const Vec3 mean = (1.0f / c.sum_C) * c.sum;
     const float V = evaluate(corner + mean, c.camera);
-    const float share = c.sum_C * V;                // eq. 10; n measurements weigh n times one
-    sum = sum + share * mean;                       // eq. 11
+    const float share = c.sum_C * V;  // eq. 10; n measurements weigh n times one
+    sum = sum + share * mean;         // eq. 11
     total += share;
     sum_weights += share * (share / c.n);
     fused.source[static_cast<std::size_t>(k)] = c.best;
@@ -136,9 +136,9 @@ inline bool hasKeptNeighbour(const CellScratch& scratch, std::uint32_t position,
   return false;
 }
 
-/** \brief Marks what stays of a coarse cell's fused points: all that are strong, and of the weak ones, best first, those
- *  beside which nothing stays. So doubtful measurements never crowd out or double good ones, and a surface that only doubtful
- *  ones show thins out instead of vanishing. */
+/** \brief Marks what stays of a coarse cell's fused points: all that are strong, and of the weak ones, best first,
+ *  those beside which nothing stays. So doubtful measurements never crowd out or double good ones, and a surface that
+ *  only doubtful ones show thins out instead of vanishing. */
 inline void selectPoints(const AggregationParameters& p, int level, CellScratch& scratch) {
   const std::vector<FusedPoint>& fused = scratch.fused;
   scratch.kept.assign(fused.size(), 0);
@@ -159,8 +159,8 @@ inline void selectPoints(const AggregationParameters& p, int level, CellScratch&
     scratch.kept[k] = hasKeptNeighbour(scratch, scratch.children[k].position, level) ? 0 : 1;
 }
 
-/** \brief All of section 5 for one coarse cell; appends to scratch.output. Nothing here depends on the rest of the frame.
- *  \param camera_of index of a point → its camera */
+/** \brief All of section 5 for one coarse cell; appends to scratch.output. Nothing here depends on the rest of the
+ *  frame. \param camera_of index of a point → its camera */
 template <typename CameraOf, typename Evaluate>
 void fuseCell(const AggregationParameters& p, int max_level, const CoarseGrid& grid, const CoarseGrid::Cell& cell,
               const WeightedPoint* points, const CameraOf& camera_of, const Evaluate& evaluate, CellScratch& scratch) {
@@ -179,9 +179,9 @@ void fuseCell(const AggregationParameters& p, int max_level, const CoarseGrid& g
     const std::uint32_t camera = camera_of(run.begin);
     for (std::uint32_t index = run.begin; index < run.begin + run.count; ++index) {
       const Vec3 relative = points[index].p - corner;
-      const std::uint32_t position = static_cast<std::uint32_t>(
-          coordinate(to_child * relative.x) | coordinate(to_child * relative.y) << level |
-          coordinate(to_child * relative.z) << 2 * level);
+      const std::uint32_t position =
+          static_cast<std::uint32_t>(coordinate(to_child * relative.x) | coordinate(to_child * relative.y) << level |
+                                     coordinate(to_child * relative.z) << 2 * level);
       std::uint32_t& slot = scratch.slot[position];
       if (slot == 0) {
         scratch.children.emplace_back(position);
@@ -234,6 +234,7 @@ class HashAggregation {
       block.offset = total_;
       total_ += block.count;
     }
+    reserveForAnyThread();
   }
 
   std::size_t size() const { return total_; }
@@ -249,6 +250,24 @@ class HashAggregation {
   }
 
  private:
+  /** \brief Which thread fuses which block changes from frame to frame: every thread gets the memory that any may need,
+   *  so that a warm frame allocates nothing. */
+  void reserveForAnyThread() {
+    std::size_t children = 0, slots = 0;
+    for (const CellScratch& s : scratch_) {
+      children = std::max(children, s.children.capacity());
+      slots = std::max(slots, s.slot.size());
+    }
+    for (CellScratch& s : scratch_) {
+      s.output.reserve(total_);
+      s.children.reserve(children);
+      s.fused.reserve(children);
+      s.kept.reserve(children);
+      s.weak.reserve(children);
+      s.slot.resize(slots, 0);
+    }
+  }
+
   struct Block {
     int thread{0};
     std::size_t begin{0};

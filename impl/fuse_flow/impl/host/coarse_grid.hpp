@@ -79,8 +79,8 @@ class CellTable {
   std::vector<std::uint64_t> keys_;
 };
 
-/** \brief Cuts a stretch of points into runs of one coarse cell each. Neighbouring pixels nearly always share a cell, so
- *  that the hash table is asked once a run, not once a point. */
+/** \brief Cuts a stretch of points into runs of one coarse cell each. Neighbouring pixels nearly always share a cell,
+ *  so that the hash table is asked once a run, not once a point. */
 class RunBuilder {
  public:
   void start(float cell_size) {
@@ -146,8 +146,8 @@ class RunBuilder {
   std::uint32_t cell_{0};
 };
 
-/** \brief Section 5 (1) c: the frame's coarse cells with their points. Stretches are cut into runs independently, by any
- *  thread, and merged in their order, so that the result does not depend on who did which. */
+/** \brief Section 5 (1) c: the frame's coarse cells with their points. Stretches are cut into runs independently, by
+ *  any thread, and merged in their order, so that the result does not depend on who did which. */
 class CoarseGrid {
  public:
   struct Cell {

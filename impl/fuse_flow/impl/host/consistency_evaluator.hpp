@@ -10,11 +10,12 @@ namespace host {
 /** \brief Eq. 4–7 over the depth maps of a frame. */
 class ConsistencyEvaluator {
  public:
-  ConsistencyEvaluator(const ConsistencyParameters& parameters, const RigGeometry& rig, const std::vector<DepthMap>& depths)
+  ConsistencyEvaluator(const ConsistencyParameters& parameters, const RigGeometry& rig,
+                       const std::vector<DepthMap>& depths)
       : parameters_(parameters), rig_(&rig), depths_(&depths) {}
 
-  /** \brief Calls visit(j, pixel u, pixel v, opinion) for up to K − 1 views other than camera i that say something about a
-   *  point in the world frame. */
+  /** \brief Calls visit(j, pixel u, pixel v, opinion) for up to K − 1 views other than camera i that say something
+   *  about a point in the world frame. */
   template <typename Visit>
   void forEachOpinion(const Vec3& p_W, std::size_t i, const Visit& visit) const {
     int views = 0;

@@ -53,8 +53,8 @@ class FramePipeline {
     statistics.fuse_ms = since(merged);
   }
 
-  /** \brief The ablation's point-wise fusion: every gated point with the points that other views have in its place, each
-   *  with its own ω. Calls emit(index, fused point) in the order of the pixels. */
+  /** \brief The ablation's point-wise fusion: every gated point with the points that other views have in its place,
+   *  each with its own ω. Calls emit(index, fused point) in the order of the pixels. */
   template <typename Emit>
   void fusePointWise(const Emit& emit) const {
     const ConsistencyEvaluator evaluator(parameters.consistency, rig_, depths_);
@@ -74,7 +74,8 @@ class FramePipeline {
     return viewColor(frame_->cameras[i], rig_[i], frame_->views[i].color, u, v, depths_[i].row(v)[u]);
   }
 
-  /** \brief Unit normal of the depth surface at a point, world frame, facing its camera; zero where neighbours are missing. */
+  /** \brief Unit normal of the depth surface at a point, world frame, facing its camera; zero where neighbours are
+   *  missing. */
   Vec3 normal(std::uint32_t index) const {
     const std::uint32_t i = viewOf(index);
     int u = 0, v = 0;
@@ -185,7 +186,7 @@ class FramePipeline {
       points[u].C = 0;
       if (!(z[u] > 0)) continue;
       ++counts.measured;
-      if (!(c[u] > threshold)) continue;  // eq. 9
+      if (!(c[u] > threshold)) continue;                                 // eq. 9
       const Vec3 p = T_world_camera * pointOnRay(view.ray(u, v), z[u]);  // eq. 8
       if (parameters.crop_box && !parameters.crop_box->contains(Eigen::Vector3f(p.x, p.y, p.z))) continue;
       points[u] = {p, c[u]};

@@ -35,8 +35,8 @@ inline int resolveThreads(int n) {
 #endif
 }
 
-/** \brief Calls body(task, thread) for every task in [0, tasks), thread in [0, threads). Tasks are handed out one by one, so
- *  results must not depend on who runs which. Of the exceptions thrown, that of the smallest task is rethrown.
+/** \brief Calls body(task, thread) for every task in [0, tasks), thread in [0, threads). Tasks are handed out one by
+ *  one, so results must not depend on who runs which. Of the exceptions thrown, that of the smallest task is rethrown.
  *
  *  OpenMP carries it. Under the thread sanitizer, which cannot see into OpenMP's run time, plain threads do. */
 template <typename Body>

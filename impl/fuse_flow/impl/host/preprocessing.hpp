@@ -9,8 +9,8 @@
 namespace fuse_flow {
 namespace host {
 
-/** \brief Small-hole fill: the mean of the neighbours, if enough are there and they lie on one surface. Reads the raw depth
- *  only, so that holes do not close from their rim inwards. \param raw scratch of the caller */
+/** \brief Small-hole fill: the mean of the neighbours, if enough are there and they lie on one surface. Reads the raw
+ *  depth only, so that holes do not close from their rim inwards. \param raw scratch of the caller */
 inline void fillSmallHoles(const PreprocessingParameters& p, DepthMap& depth, DepthMap& raw) {
   raw = depth;
   for (int v = 0; v < depth.height(); ++v)

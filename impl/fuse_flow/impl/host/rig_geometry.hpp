@@ -40,7 +40,8 @@ struct ViewGeometry {
     for (const Ray& r : rays_) max_squared_radius_ = std::max(max_squared_radius_, r.x * r.x + r.y * r.y);
   }
 
-  /** \brief The pixel nearest to a point in the world frame, and the point's depth. False where the image does not reach. */
+  /** \brief The pixel nearest to a point in the world frame, and the point's depth. False where the image does not
+   *  reach. */
   bool locate(const Vec3& p_W, int& u, int& v, float& z) const {
     Vec3 q = P * p_W;
     z = q.z;
@@ -56,7 +57,8 @@ struct ViewGeometry {
     const float x = q.x * inverse_z + 0.5f;
     const float y = q.y * inverse_z + 0.5f;
     // Compared as floats, so that a far-off projection never overflows the integer.
-    if (!((x >= 0) & (x < static_cast<float>(intrinsics.width)) & (y >= 0) & (y < static_cast<float>(intrinsics.height))))
+    if (!((x >= 0) & (x < static_cast<float>(intrinsics.width)) & (y >= 0) &
+          (y < static_cast<float>(intrinsics.height))))
       return false;
     u = static_cast<int>(x);
     v = static_cast<int>(y);
@@ -65,8 +67,10 @@ struct ViewGeometry {
 
   /** \brief unproject() of an integer pixel, from a table. */
   Ray ray(int u, int v) const {
-    if (ideal_) return {column_x_[static_cast<std::size_t>(u)], (static_cast<float>(v) - intrinsics.cy) / intrinsics.fy};
-    return rays_[static_cast<std::size_t>(v) * static_cast<std::size_t>(intrinsics.width) + static_cast<std::size_t>(u)];
+    if (ideal_)
+      return {column_x_[static_cast<std::size_t>(u)], (static_cast<float>(v) - intrinsics.cy) / intrinsics.fy};
+    return rays_[static_cast<std::size_t>(v) * static_cast<std::size_t>(intrinsics.width) +
+                 static_cast<std::size_t>(u)];
   }
 
  private:

@@ -5,9 +5,10 @@
 namespace fuse_flow {
 namespace host {
 
-/** \brief Colour, channels 0 … 255, of the depth pixel (u, v) with depth z; black where there is none. With a colour camera of
- *  its own, the point is projected into that, to the nearest pixel of the border where it just misses. */
-inline Vec3 viewColor(const Camera& camera, const ViewGeometry& geometry, const ImageView<Rgb8>& image, int u, int v, float z) {
+/** \brief Colour, channels 0 … 255, of the depth pixel (u, v) with depth z; black where there is none. With a colour
+ *  camera of its own, the point is projected into that, to the nearest pixel of the border where it just misses. */
+inline Vec3 viewColor(const Camera& camera, const ViewGeometry& geometry, const ImageView<Rgb8>& image, int u, int v,
+                      float z) {
   if (!image) return {};
   if (camera.color) {
     const Vec3 p_C = geometry.T_color_depth * pointOnRay(geometry.ray(u, v), z);
