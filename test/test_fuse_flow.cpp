@@ -320,7 +320,7 @@ TEST(FuseFlow, WithoutMeasurementConfidenceEveryMeasurementPassesTheGate) {
 
 TEST(FuseFlow, WithoutDistanceConsistencyDisagreementCostsNoWeight) {
   const Scene scene = scenes::makeFlatScene(scenes::sameCameras(2, 1, 1, 40), {1.0f, 1.01f});
-  FuseFlowParameters parameters;
+  FuseFlowParameters parameters = FuseFlowParameters::published();  // V at each representative
   parameters.use_measurement_confidence = false;
   const Cloud with = scenes::fuse(scene.rig, parameters);
   ASSERT_EQ(with.size(), 1u);

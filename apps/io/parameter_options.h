@@ -54,6 +54,9 @@ class ParameterOptions {
              {"different_cameras", Representatives::DifferentCameras},
              {"camera_means", Representatives::CameraMeans}},
             "section 5 (2) a");
+    addEnum(app, "--consistency-at", a.consistency_at,
+            {{"representatives", ConsistencyAt::Representatives}, {"cell_mean", ConsistencyAt::CellMean}},
+            "section 5 (2) b");
     add(app, "--cell-size", a.cell_size, "coarse cell, m");
     add(app, "--min-cell-size", a.min_cell_size, "smallest cell, m");
     add(app, "--points-per-cell", a.points_per_cell, "wanted in a refined cell");

@@ -65,7 +65,7 @@ struct FrameStatistics {
  *  \endcode
  *
  *  If PointT has rgb or rgba, colour is fused; if it has confidence (else intensity), that receives ω; if it has
- *  view_count, the number of cameras that contributed; if it has a normal and setComputeNormals(true), the mean normal,
+ *  view_count, the number of cameras among its (at most three) representatives; if it has a normal and setComputeNormals(true), the mean normal,
  *  facing the cameras. The same frame gives the same bytes for any number of threads. */
 template <typename PointT, typename Device = device::Host>
 class FuseFlow;

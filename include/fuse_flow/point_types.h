@@ -8,13 +8,13 @@
 
 namespace fuse_flow {
 
-/** \brief A fused point: position, colour, ω and the number of cameras it came from. */
+/** \brief A fused point: position, colour, ω and the number of cameras that contributed. */
 struct EIGEN_ALIGN16 PointFused {
   PCL_ADD_POINT4D
   PCL_ADD_RGB
   /** \brief ω of eq. 10, in (0, 1]. */
   float confidence{0};
-  /** \brief Cameras that contributed. */
+  /** \brief Cameras that contributed: those of the representatives, at most three. */
   std::uint32_t view_count{0};
 
   PointFused() {

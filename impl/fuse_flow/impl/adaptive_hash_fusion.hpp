@@ -79,10 +79,9 @@ void AdaptiveHashFusion<PointT, device::Host>::applyFilter(PointCloud& output) {
     host::FrameViews views;
     views.assign(*frame_, PreprocessingParameters{}, threads);
     const host::ConsistencyEvaluator evaluator(consistency_, views.rig, views.depths);
-    aggregation.fuse(parameters_, threads, points.data(), camera_of,
-                     [&](const Vec3& p, std::uint32_t camera) { return evaluator.V(p, camera); });
+    aggregation.fuse(parameters_, threads, points.data(), camera_of, &evaluator);
   } else {
-    aggregation.fuse(parameters_, threads, points.data(), camera_of, [](const Vec3&, std::uint32_t) { return 1.0f; });
+    aggregation.fuse(parameters_, threads, points.data(), camera_of, nullptr);
   }
 
   PointCloud result;

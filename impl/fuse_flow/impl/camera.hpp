@@ -17,7 +17,18 @@ template <typename... Parts>
   throw pcl::BadArgumentException(message.str());
 }
 
-inline void checkIntrinsics(const std::string& owner, const Intrinsics& K) {
+/** \brief What a message calls a camera or its view. Put together only for a message: frames are checked without allocating. */
+struct Owner {
+  const char* before;
+  const std::string& name;
+  const char* after;
+};
+
+inline std::ostream& operator<<(std::ostream& out, const Owner& owner) {
+  return out << owner.before << owner.name << owner.after;
+}
+
+inline void checkIntrinsics(const Owner& owner, const Intrinsics& K) {
   if (K.width <= 0 || K.height <= 0)
     throwBadArgument(owner, ": image size is ", K.width, "x", K.height, ", must be positive");
   if (!(std::isfinite(K.fx) && K.fx > 0)) throwBadArgument(owner, ": fx is ", K.fx, ", must be positive");
@@ -29,7 +40,7 @@ inline void checkIntrinsics(const std::string& owner, const Intrinsics& K) {
     if (!std::isfinite(k)) throwBadArgument(owner, ": a distortion coefficient is ", k, ", must be finite");
 }
 
-inline void checkPose(const std::string& owner, const char* pose, const Eigen::Isometry3d& T) {
+inline void checkPose(const Owner& owner, const char* pose, const Eigen::Isometry3d& T) {
   if (!T.matrix().allFinite()) throwBadArgument(owner, ": ", pose, " holds a number that is not finite");
   const Eigen::Matrix3d R = T.linear();
   const double error = (R.transpose() * R - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
@@ -49,12 +60,13 @@ inline bool sameIntrinsics(const Intrinsics& a, const Intrinsics& b) {
 }  // namespace detail
 
 inline void checkCamera(const Camera& camera) {
-  const std::string owner = "fuse_flow::Camera '" + camera.name + "'";
+  const detail::Owner owner{"fuse_flow::Camera '", camera.name, "'"};
   detail::checkIntrinsics(owner, camera.intrinsics);
   detail::checkPose(owner, "T_world_camera", camera.T_world_camera);
   if (camera.color) {
-    detail::checkIntrinsics(owner + " color", camera.color->intrinsics);
-    detail::checkPose(owner + " color", "T_depth_color", camera.color->T_depth_color);
+    const detail::Owner color{"fuse_flow::Camera '", camera.name, "' color"};
+    detail::checkIntrinsics(color, camera.color->intrinsics);
+    detail::checkPose(color, "T_depth_color", camera.color->T_depth_color);
   }
 }
 

@@ -13,6 +13,7 @@ inline FuseFlowParameters FuseFlowParameters::published() {
   p.consistency.distance = DistanceForm::Euclidean;
   p.consistency.sigma_quadratic = 0;
   p.aggregation.representatives = Representatives::HighestConfidence;
+  p.aggregation.consistency_at = ConsistencyAt::Representatives;
   p.aggregation.min_weight = 0;
   p.aggregation.weak_weight = 0;
   return p;

@@ -6,7 +6,7 @@ namespace fuse_flow {
 namespace detail {
 
 template <typename Pixel>
-void checkImage(const std::string& owner, const char* what, const ImageView<Pixel>& image, const Intrinsics& expected) {
+void checkImage(const Owner& owner, const char* what, const ImageView<Pixel>& image, const Intrinsics& expected) {
   if (!image) return;
   if (image.width != expected.width || image.height != expected.height)
     throwBadArgument(owner, ": ", what, " image is ", image.width, "x", image.height, ", its camera is ",
@@ -16,7 +16,7 @@ void checkImage(const std::string& owner, const char* what, const ImageView<Pixe
 }
 
 inline void checkView(const Camera& camera, const DepthView& view) {
-  const std::string owner = "fuse_flow::DepthView of camera '" + camera.name + "'";
+  const Owner owner{"fuse_flow::DepthView of camera '", camera.name, "'"};
   if (view.depth16 && view.depth32) throwBadArgument(owner, ": both depth16 and depth32 are set, must be one");
   if (view.depth16 && !(std::isfinite(view.depth_scale) && view.depth_scale > 0))
     throwBadArgument(owner, ": depth_scale is ", view.depth_scale, ", must be positive");

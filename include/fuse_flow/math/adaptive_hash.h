@@ -12,6 +12,14 @@ enum class Representatives {
   CameraMeans
 };
 
+/** \brief Where V of eq. 7 is measured for a cell. */
+enum class ConsistencyAt {
+  /** \brief As published: at each representative. */
+  Representatives,
+  /** \brief Once, at their confidence-weighted mean: within a cell much smaller than σ all have nearly the same V. */
+  CellMean
+};
+
 /** \brief Parameters of section 5. */
 struct AggregationParameters {
   /** \brief Side of a coarse cell, metres; > 0. */
@@ -21,6 +29,7 @@ struct AggregationParameters {
   /** \brief Points wanted in a refined cell; > 0. */
   float points_per_cell{1.0f};
   Representatives representatives{Representatives::CameraMeans};
+  ConsistencyAt consistency_at{ConsistencyAt::CellMean};
   /** \brief A fused point of smaller ω is dropped, whatever surrounds it; [0, 1]. */
   float min_weight{0.015f};
   /** \brief A fused point of ω under this is weak: it is kept only if none of the 26 cells around it in the same coarse

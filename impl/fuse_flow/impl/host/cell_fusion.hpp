@@ -1,6 +1,7 @@
 #pragma once
 
 #include <fuse_flow/impl/host/coarse_grid.hpp>
+#include <fuse_flow/impl/host/consistency_evaluator.hpp>
 #include <fuse_flow/math/adaptive_hash.h>
 
 #include <algorithm>
@@ -86,25 +87,58 @@ struct Child {
 struct CellScratch {
   std::vector<std::uint32_t> slot;  // child position → 1 + number of the child
   std::vector<Child> children;
+  std::vector<Vec3> judged;  // where V is measured, child after child
+  std::vector<std::uint32_t> judged_camera;
+  std::vector<ConsistencyEvaluator::Evaluation> opinions;
+  std::vector<float> V;
   std::vector<FusedPoint> fused;
   std::vector<std::uint8_t> kept;
   std::vector<std::uint32_t> weak;
   std::vector<FusedPoint> output;
 };
 
-/** \brief Section 5 (2) and (3) for one child. \param evaluate consistency V of (point in the world, camera) */
-template <typename Evaluate>
-FusedPoint fuseChild(Child& child, const Vec3& corner, const Evaluate& evaluate) {
-  child.dropLast();
+/** \brief Section 5 (2) b: V of every representative, or of every cell's mean, child after child. */
+inline void measureConsistency(ConsistencyAt at, const Vec3& corner, const ConsistencyEvaluator* evaluator,
+                               CellScratch& scratch) {
+  scratch.judged.clear();
+  scratch.judged_camera.clear();
+  for (Child& child : scratch.children) {
+    child.dropLast();
+    Vec3 sum{};
+    float sum_C = 0;
+    int main = 0;
+    for (int k = 0; k < child.count; ++k) {
+      const Candidate& c = child.candidates[static_cast<std::size_t>(k)];
+      if (at == ConsistencyAt::Representatives) {
+        scratch.judged.push_back(corner + (1.0f / c.sum_C) * c.sum);
+        scratch.judged_camera.push_back(c.camera);
+      }
+      sum = sum + c.sum;
+      sum_C += c.sum_C;
+      if (outranks(c, child.candidates[static_cast<std::size_t>(main)])) main = k;
+    }
+    if (at == ConsistencyAt::CellMean) {
+      scratch.judged.push_back(corner + (1.0f / sum_C) * sum);
+      scratch.judged_camera.push_back(child.candidates[static_cast<std::size_t>(main)].camera);
+    }
+  }
+  scratch.V.assign(scratch.judged.size(), 1.0f);
+  if (evaluator == nullptr) return;
+  scratch.opinions.resize(scratch.judged.size());
+  evaluator->evaluate(scratch.judged.data(), scratch.judged_camera.data(), scratch.judged.size(),
+                      scratch.opinions.data(), scratch.V.data());
+}
+
+/** \brief Section 5 (2) c and (3) for one child. \param V its representatives' consistency \param step 0: one V for all */
+inline FusedPoint fuseChild(const Child& child, const Vec3& corner, const float* V, int step) {
   FusedPoint fused;
   Vec3 sum{};
   float total = 0, sum_weights = 0;
   for (int k = 0; k < child.count; ++k) {
     const Candidate& c = child.candidates[static_cast<std::size_t>(k)];
-    const Vec3 mean = (1.0f / c.sum_C) * c.sum;
-    const float V = evaluate(corner + mean, c.camera);
-    const float share = c.sum_C * V;  // eq. 10; n measurements weigh n times one
-    sum = sum + share * mean;         // eq. 11
+    const float v = V[k * step];
+    const float share = c.sum_C * v;  // eq. 10; n measurements weigh n times one
+    sum = sum + v * c.sum;            // eq. 11: share times the mean
     total += share;
     sum_weights += share * (share / c.n);
     fused.source[static_cast<std::size_t>(k)] = c.best;
@@ -161,9 +195,10 @@ inline void selectPoints(const AggregationParameters& p, int level, CellScratch&
 
 /** \brief All of section 5 for one coarse cell; appends to scratch.output. Nothing here depends on the rest of the
  *  frame. \param camera_of index of a point → its camera */
-template <typename CameraOf, typename Evaluate>
+template <typename CameraOf>
 void fuseCell(const AggregationParameters& p, int max_level, const CoarseGrid& grid, const CoarseGrid::Cell& cell,
-              const WeightedPoint* points, const CameraOf& camera_of, const Evaluate& evaluate, CellScratch& scratch) {
+              const WeightedPoint* points, const CameraOf& camera_of, const ConsistencyEvaluator* evaluator,
+              CellScratch& scratch) {
   const int level = refinementLevel(cell.points, p.points_per_cell, max_level);
   const int side = 1 << level;
   const CellIndex c = cellOfKey(cell.key);
@@ -177,6 +212,11 @@ void fuseCell(const AggregationParameters& p, int max_level, const CoarseGrid& g
   for (std::uint32_t r = cell.begin_run; r < cell.end_run; ++r) {
     const CoarseGrid::Stretch run = grid.runs()[r];
     const std::uint32_t camera = camera_of(run.begin);
+#if defined(__GNUC__)
+    if (r + 2 < cell.end_run)  // the next rows of the image are far away in memory
+      for (std::uint32_t ahead = 0; ahead < grid.runs()[r + 2].count; ahead += 4)
+        __builtin_prefetch(points + grid.runs()[r + 2].begin + ahead);
+#endif
     for (std::uint32_t index = run.begin; index < run.begin + run.count; ++index) {
       const Vec3 relative = points[index].p - corner;
       const std::uint32_t position =
@@ -190,8 +230,14 @@ void fuseCell(const AggregationParameters& p, int max_level, const CoarseGrid& g
       scratch.children[slot - 1].add(p.representatives, relative, points[index].C, index, camera);
     }
   }
+  measureConsistency(p.consistency_at, corner, evaluator, scratch);
   scratch.fused.clear();
-  for (Child& child : scratch.children) scratch.fused.push_back(fuseChild(child, corner, evaluate));
+  const bool each = p.consistency_at == ConsistencyAt::Representatives;
+  const float* V = scratch.V.data();
+  for (const Child& child : scratch.children) {
+    scratch.fused.push_back(fuseChild(child, corner, V, each ? 1 : 0));
+    V += each ? child.count : 1;
+  }
   selectPoints(p, level, scratch);
   for (std::size_t k = 0; k < scratch.fused.size(); ++k)
     if (scratch.kept[k]) scratch.output.push_back(scratch.fused[k]);
@@ -210,10 +256,10 @@ class HashAggregation {
     return level;
   }
 
-  /** \brief Fuses the merged grid's cells. The result's order is that of the cells, whoever fused them. */
-  template <typename CameraOf, typename Evaluate>
+  /** \brief Fuses the merged grid's cells; V = 1 without an evaluator. The result's order is that of the cells, whoever fused them. */
+  template <typename CameraOf>
   void fuse(const AggregationParameters& p, int threads, const WeightedPoint* points, const CameraOf& camera_of,
-            const Evaluate& evaluate) {
+            const ConsistencyEvaluator* evaluator) {
     constexpr std::size_t cells_per_block = 32;
     const int max_level = maxLevel(p);
     const std::vector<CoarseGrid::Cell>& cells = grid.cells();
@@ -226,7 +272,7 @@ class HashAggregation {
       blocks_[block] = {thread, s.output.size(), 0, 0};
       const std::size_t end = std::min(cells.size(), (block + 1) * cells_per_block);
       for (std::size_t c = block * cells_per_block; c < end; ++c)
-        fuseCell(p, max_level, grid, cells[c], points, camera_of, evaluate, s);
+        fuseCell(p, max_level, grid, cells[c], points, camera_of, evaluator, s);
       blocks_[block].count = s.output.size() - blocks_[block].begin;
     });
     total_ = 0;
@@ -253,14 +299,19 @@ class HashAggregation {
   /** \brief Which thread fuses which block changes from frame to frame: every thread gets the memory that any may need,
    *  so that a warm frame allocates nothing. */
   void reserveForAnyThread() {
-    std::size_t children = 0, slots = 0;
+    std::size_t children = 0, slots = 0, judged = 0;
     for (const CellScratch& s : scratch_) {
+      judged = std::max(judged, s.judged.capacity());
       children = std::max(children, s.children.capacity());
       slots = std::max(slots, s.slot.size());
     }
     for (CellScratch& s : scratch_) {
       s.output.reserve(total_);
       s.children.reserve(children);
+      s.judged.reserve(judged);
+      s.judged_camera.reserve(judged);
+      s.opinions.reserve(judged);
+      s.V.reserve(judged);
       s.fused.reserve(children);
       s.kept.reserve(children);
       s.weak.reserve(children);

@@ -4,6 +4,8 @@
 #include <fuse_flow/impl/host/rig_geometry.hpp>
 #include <fuse_flow/math/consistency.h>
 
+#include <algorithm>
+
 namespace fuse_flow {
 namespace host {
 
@@ -42,10 +44,66 @@ class ConsistencyEvaluator {
     return result;
   }
 
-  /** \brief Eq. 7. */
-  float V(const Vec3& p_W, std::size_t i) const { return consistency(parameters_, (*this)(p_W, i)); }
+  /** \brief What evaluate() remembers of one point. */
+  struct Evaluation {
+    Consistency opinions;
+    /** \brief Where the point falls in the view being asked; null: nowhere. */
+    const float* depth;
+    float z;
+    std::uint16_t u, v;
+  };
+
+  /** \brief Eq. 7 for the points of one coarse cell: V[k] of p[k], which camera[k] measured. All of them walk one list, that
+   *  of the first point's camera, view by view: neighbouring points fall on neighbouring pixels, so that each view's
+   *  matrix and its few pixels stay at hand. */
+  void evaluate(const Vec3* p, const std::uint32_t* camera, std::size_t n, Evaluation* scratch, float* V) const {
+    for (std::size_t k = 0; k < n; ++k) scratch[k].opinions = {};
+    const std::uint32_t first = camera[0];
+    bool open = askAbout(first, p, camera, n, scratch);
+    int candidates = 0;
+    for (const std::uint32_t j : (*rig_)[first].neighbours) {
+      if ((*depths_)[j].empty()) continue;
+      if (!open || ++candidates > parameters_.max_candidates) break;
+      open = askAbout(j, p, camera, n, scratch);
+    }
+    for (std::size_t k = 0; k < n; ++k) V[k] = consistency(parameters_, scratch[k].opinions);
+  }
 
  private:
+  /** \brief Asks view j about all points that still want to know; returns whether any does afterwards. First where each
+   *  falls, then what is there: the depths are on their way from memory while the next points are projected. */
+  bool askAbout(std::uint32_t j, const Vec3* p, const std::uint32_t* camera, std::size_t n, Evaluation* points) const {
+    const ViewGeometry& view = (*rig_)[j];
+    const DepthMap& depth = (*depths_)[j];
+    if (depth.empty()) return true;
+    for (std::size_t k = 0; k < n; ++k) {
+      int u = 0, v = 0;
+      // In its own camera a point is always right.
+      const bool wanted = camera[k] != j && points[k].opinions.views() < parameters_.max_views - 1;
+      points[k].depth = nullptr;
+      if (!wanted || !view.locate(p[k], u, v, points[k].z)) continue;
+      points[k].depth = depth.row(v) + u;
+      points[k].u = static_cast<std::uint16_t>(u);
+      points[k].v = static_cast<std::uint16_t>(v);
+#if defined(__GNUC__)
+      __builtin_prefetch(points[k].depth);
+#endif
+    }
+    bool open = false;
+    for (std::size_t k = 0; k < n; ++k) {
+      if (points[k].depth != nullptr && *points[k].depth > 0)
+        points[k].opinions.add(opinion(view, p[k], points[k].u, points[k].v, points[k].z, *points[k].depth));
+      open |= points[k].opinions.views() < parameters_.max_views - 1;
+    }
+    return open;
+  }
+
+  ViewOpinion opinion(const ViewGeometry& view, const Vec3& p_W, int u, int v, float z, float D) const {
+    return parameters_.distance == DistanceForm::Euclidean
+               ? viewOpinion(parameters_, view.T_camera_world * p_W, view.ray(u, v), D)
+               : viewOpinion(parameters_, {0, 0, z}, {}, D);
+  }
+
   template <typename Visit>
   bool ask(const Vec3& p_W, std::uint32_t j, const Visit& visit) const {
     const ViewGeometry& view = (*rig_)[j];
@@ -54,11 +112,9 @@ class ConsistencyEvaluator {
     if (!view.locate(p_W, u, v, z)) return false;
     const float D = (*depths_)[j].row(v)[u];
     if (!(D > 0)) return false;
-    const bool euclidean = parameters_.distance == DistanceForm::Euclidean;
-    const ViewOpinion opinion = euclidean ? viewOpinion(parameters_, view.T_camera_world * p_W, view.ray(u, v), D)
-                                          : viewOpinion(parameters_, {0, 0, z}, {}, D);
-    if (opinion.verdict == ViewOpinion::Hidden) return false;
-    visit(j, u, v, opinion);
+    const ViewOpinion said = opinion(view, p_W, u, v, z, D);
+    if (said.verdict == ViewOpinion::Hidden) return false;
+    visit(j, u, v, said);
     return true;
   }
 

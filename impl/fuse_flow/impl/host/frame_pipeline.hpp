@@ -44,11 +44,9 @@ class FramePipeline {
     const auto camera_of = [this](std::uint32_t index) { return viewOf(index); };
     if (parameters.use_distance_consistency) {
       const ConsistencyEvaluator evaluator(parameters.consistency, rig_, depths_);
-      aggregation_.fuse(parameters.aggregation, threads_, points_.data(), camera_of,
-                        [&](const Vec3& p, std::uint32_t camera) { return evaluator.V(p, camera); });
+      aggregation_.fuse(parameters.aggregation, threads_, points_.data(), camera_of, &evaluator);
     } else {
-      aggregation_.fuse(parameters.aggregation, threads_, points_.data(), camera_of,
-                        [](const Vec3&, std::uint32_t) { return 1.0f; });
+      aggregation_.fuse(parameters.aggregation, threads_, points_.data(), camera_of, nullptr);
     }
     statistics.fuse_ms = since(merged);
   }
@@ -156,6 +154,9 @@ class FramePipeline {
   void generatePoints() {
     std::vector<RunBuilder>& builders = aggregation_.grid.start(stretches_.size());
     if (rows_.size() < static_cast<std::size_t>(threads_)) rows_.resize(static_cast<std::size_t>(threads_));
+    std::size_t width = 0;
+    for (const DepthMap& depth : depths_) width = std::max(width, static_cast<std::size_t>(depth.width()));
+    for (std::vector<float>& row : rows_) row.reserve(width);
     parallelFor(threads_, stretches_.size(), [&](std::size_t s, int thread) {
       builders[s].start(parameters.aggregation.cell_size);
       Counts counts;  // on this thread's stack: neighbours in an array would fight for one cache line
@@ -225,7 +226,7 @@ class FramePipeline {
       ++fused.count;
     };
     if (parameters.use_distance_consistency) {
-      add(index, own.C * evaluator.V(own.p, i));
+      add(index, own.C * consistency(parameters.consistency, evaluator(own.p, i)));
       evaluator.forEachOpinion(own.p, i, [&](std::uint32_t j, int u, int v, const ViewOpinion& opinion) {
         const std::uint32_t other = offsets_[j] + static_cast<std::uint32_t>(v * depths_[j].width() + u);
         if (points_[other].C > 0 && opinion.verdict == ViewOpinion::Distance)

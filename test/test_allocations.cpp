@@ -1,0 +1,161 @@
+#include "io/demo_scene.h"
+#include "scenes.h"
+
+#include <atomic>
+#include <cerrno>
+#include <cstdlib>
+
+#if defined(__has_feature)
+#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer) || __has_feature(memory_sanitizer)
+#define FUSE_FLOW_TEST_SANITIZED 1
+#endif
+#endif
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#define FUSE_FLOW_TEST_SANITIZED 1
+#endif
+
+#if defined(__GLIBC__) && !defined(FUSE_FLOW_TEST_SANITIZED)
+#define FUSE_FLOW_TEST_COUNTS_ALLOCATIONS 1
+#endif
+
+namespace {
+
+std::atomic<bool> counting{false};
+std::atomic<long> allocations{0};
+
+#if defined(FUSE_FLOW_TEST_COUNTS_ALLOCATIONS)
+void count() noexcept {
+  if (counting.load(std::memory_order_relaxed)) allocations.fetch_add(1, std::memory_order_relaxed);
+}
+#endif
+
+}  // namespace
+
+#if defined(FUSE_FLOW_TEST_COUNTS_ALLOCATIONS)
+// malloc itself rather than operator new: new ends here, and so do Eigen's aligned allocations, which PCL's clouds use, and
+// the OpenMP run time's. The memory comes from glibc as before, so that its free() takes it back.
+extern "C" {
+void* __libc_malloc(std::size_t) noexcept;
+void* __libc_calloc(std::size_t, std::size_t) noexcept;
+void* __libc_realloc(void*, std::size_t) noexcept;
+void* __libc_memalign(std::size_t, std::size_t) noexcept;
+
+void* malloc(std::size_t size) noexcept {
+  count();
+  return __libc_malloc(size);
+}
+void* calloc(std::size_t n, std::size_t size) noexcept {
+  count();
+  return __libc_calloc(n, size);
+}
+void* realloc(void* memory, std::size_t size) noexcept {
+  count();
+  return __libc_realloc(memory, size);
+}
+void* aligned_alloc(std::size_t alignment, std::size_t size) noexcept {
+  count();
+  return __libc_memalign(alignment, size);
+}
+int posix_memalign(void** memory, std::size_t alignment, std::size_t size) noexcept {
+  count();
+  *memory = __libc_memalign(alignment, size);
+  return *memory || size == 0 ? 0 : ENOMEM;
+}
+}
+#endif
+
+namespace {
+
+using fuse_flow::FuseFlow;
+using fuse_flow::PointFused;
+
+template <typename Action>
+long allocationsOf(const Action& action) {
+  allocations = 0;
+  counting = true;
+  action();
+  counting = false;
+  return allocations;
+}
+
+class Allocations : public testing::Test {
+ protected:
+  void SetUp() override {
+#if !defined(FUSE_FLOW_TEST_COUNTS_ALLOCATIONS)
+    GTEST_SKIP() << "allocations are counted with glibc and without sanitizers only";
+#endif
+  }
+};
+
+TEST_F(Allocations, AreCounted) {
+  std::vector<int>* numbers = nullptr;
+  EXPECT_GE(allocationsOf([&] { numbers = new std::vector<int>(1000); }), 2);
+  delete numbers;
+  pcl::PointCloud<PointFused> cloud;
+  EXPECT_GE(allocationsOf([&] { cloud.resize(1000); }), 1);
+  EXPECT_EQ(allocationsOf([&] { cloud.resize(500); }), 0);
+}
+
+/** \brief Three frames of the demo recording. */
+class FrameAllocations : public Allocations {
+ protected:
+  void SetUp() override {
+    Allocations::SetUp();
+    if (IsSkipped()) return;
+    fuse_flow::io::DemoOptions options;
+    options.frames = 3;
+    options.width = 160;
+    options.height = 120;
+    recording_ = fuse_flow::io::makeDemoRecording(options);
+    for (std::size_t frame = 0; frame < 3; ++frame) {
+      fuse_flow::RigFrame rig;
+      rig.cameras = recording_.cameras;
+      rig.cameras[0].name = "a name too long for a string's own memory";
+      rig.views.resize(rig.cameras.size());
+      for (std::size_t i = 0; i < rig.views.size(); ++i) {
+        rig.views[i].depth16 = recording_.depth[frame][i].view();
+        rig.views[i].color = recording_.color[frame][i].view();
+      }
+      frames_.push_back(rig);
+    }
+  }
+
+  /** \brief Of frames that have been fused before, again and again: tasks go to threads as it happens. */
+  template <typename PointT>
+  void expectNone(const fuse_flow::FuseFlowParameters& parameters, unsigned int threads, bool normals = false) {
+    FuseFlow<PointT> fusion;
+    fusion.setParameters(parameters);
+    fusion.setNumberOfThreads(threads);
+    fusion.setComputeNormals(normals);
+    pcl::PointCloud<PointT> cloud;
+    for (const fuse_flow::RigFrame& frame : frames_) fusion.fuse(frame, cloud);
+    for (int repetition = 0; repetition < 10; ++repetition)
+      for (const fuse_flow::RigFrame& frame : frames_)
+        ASSERT_EQ(allocationsOf([&] { fusion.fuse(frame, cloud); }), 0)
+            << threads << " threads, repetition " << repetition;
+    ASSERT_FALSE(cloud.empty());
+  }
+
+  fuse_flow::io::DemoRecording recording_;
+  std::vector<fuse_flow::RigFrame> frames_;
+};
+
+TEST_F(FrameAllocations, ThereAreNoneOnOneThreadOnceTheMemoryIsThere) { expectNone<PointFused>({}, 1); }
+
+TEST_F(FrameAllocations, ThereAreNoneOnTwoThreadsOnceTheMemoryIsThere) { expectNone<PointFused>({}, 2); }
+
+TEST_F(FrameAllocations, ThereAreNoneOnSevenThreadsOnceTheMemoryIsThere) { expectNone<PointFused>({}, 7); }
+
+TEST_F(FrameAllocations, ThereAreNoneWithThePublishedParameters) {
+  expectNone<PointFused>(fuse_flow::FuseFlowParameters::published(), 2);
+}
+
+TEST_F(FrameAllocations, ThereAreNoneForNormals) { expectNone<pcl::PointXYZRGBNormal>({}, 2, true); }
+
+TEST_F(FrameAllocations, ThereAreNonePointWise) {
+  fuse_flow::FuseFlowParameters parameters;
+  parameters.use_spatial_hash = false;
+  expectNone<PointFused>(parameters, 2);
+}
+
+}  // namespace

@@ -1,0 +1,251 @@
+#include "io/demo_scene.h"
+#include "io/recording.h"
+#include "scenes.h"
+
+#include <fuse_flow/multi_camera_consistency.h>
+
+#include <pcl/filters/voxel_grid.h>
+
+#include <filesystem>
+
+namespace {
+
+using fuse_flow::multiCameraConsistency;
+using fuse_flow::Quality;
+using fuse_flow::QualityParameters;
+using scenes::Scene;
+using Points = pcl::PointCloud<pcl::PointXYZ>;
+
+// ---- The measures themselves, by hand
+
+/** \brief Two cameras of one pose on a wall that they put 2 cm apart. */
+Scene disagreeingCameras() { return scenes::makeFlatScene(scenes::sameCameras(2, 20, 15, 40), {1.0f, 1.02f}); }
+
+/** \brief One point on the ray of every pixel, at depth z. */
+Points onEveryRay(float z, int width = 20, int height = 15, float focal = 40) {
+  Points cloud;
+  for (int v = 0; v < height; ++v)
+    for (int u = 0; u < width; ++u)
+      cloud.push_back({(static_cast<float>(u) - 0.5f * static_cast<float>(width - 1)) / focal * z,
+                       (static_cast<float>(v) - 0.5f * static_cast<float>(height - 1)) / focal * z, z});
+  return cloud;
+}
+
+TEST(QualityMeasure, TheMiddleBetweenTwoCamerasIsOffByHalfTheirDisagreement) {
+  const Scene scene = disagreeingCameras();
+  const Quality quality = multiCameraConsistency(onEveryRay(1.01f), scene.rig);
+  EXPECT_NEAR(quality.error, 0.01, 1e-6);
+  EXPECT_NEAR(quality.multi_view_error, 0.01, 1e-6);
+  EXPECT_EQ(quality.points, 300u);
+  EXPECT_EQ(quality.seen_points, 300u);
+  EXPECT_EQ(quality.multi_view_points, 300u);
+  EXPECT_EQ(quality.violating_points, 0u);
+}
+
+TEST(QualityMeasure, EachPointCountsOnceHoweverManyCamerasSeeIt) {
+  // Where the second camera has no measurement only the first judges.
+  Scene scene = disagreeingCameras();
+  for (int u = 0; u < 20; ++u)
+    for (int v = 0; v < 15; ++v)
+      if (u >= 5) scene.depth[1].at(u, v) = 0;
+  const Quality quality = multiCameraConsistency(onEveryRay(1.0f), scene.rig);
+  EXPECT_EQ(quality.seen_points, 300u);
+  EXPECT_EQ(quality.multi_view_points, 75u);
+  EXPECT_NEAR(quality.multi_view_error, 0.01, 1e-6);           // (0 + 2 cm) / 2
+  EXPECT_NEAR(quality.error, 0.25 * 0.01 + 0.75 * 0.0, 1e-6);  // the mean over points, not over measurements
+}
+
+TEST(QualityMeasure, APointInFreeSpaceViolatesAndOneBehindTheWallDoesNot) {
+  const Scene scene = disagreeingCameras();
+  Points cloud;
+  cloud.push_back({0, 0, 0.5f});   // floats
+  cloud.push_back({0, 0, 0.96f});  // 4 cm before the first: seen by it; 6 cm before the second: violates
+  cloud.push_back({0, 0, 1.5f});   // hidden
+  cloud.push_back({0, 0, -1.0f});  // behind the cameras
+  cloud.push_back({9, 0, 1.0f});   // outside the images
+  cloud.push_back({std::numeric_limits<float>::quiet_NaN(), 0, 1});
+  const Quality quality = multiCameraConsistency(cloud, scene.rig);
+  EXPECT_EQ(quality.points, 6u);
+  EXPECT_EQ(quality.violating_points, 2u);
+  EXPECT_EQ(quality.seen_points, 1u);
+  EXPECT_EQ(quality.multi_view_points, 0u);
+  EXPECT_NEAR(quality.error, 0.04, 1e-6);
+  EXPECT_TRUE(std::isnan(quality.multi_view_error));
+  EXPECT_DOUBLE_EQ(quality.violationShare(), 2.0 / 6.0);
+}
+
+TEST(QualityMeasure, ACloudThatNobodySeesHasNoError) {
+  const Scene scene = disagreeingCameras();
+  Points hidden;
+  hidden.push_back({0, 0, 3.0f});
+  for (const Points& cloud : {Points(), hidden}) {
+    const Quality quality = multiCameraConsistency(cloud, scene.rig);
+    EXPECT_TRUE(std::isnan(quality.error));
+    EXPECT_TRUE(std::isnan(quality.multi_view_error));
+    EXPECT_EQ(quality.pixels, 600u);
+    EXPECT_EQ(quality.coverage(), 0.0);
+    EXPECT_EQ(quality.violationShare(), 0.0);
+  }
+}
+
+TEST(QualityMeasure, AllMeasurementsCoverThemselvesAndHalfOfThemHalf) {
+  const Scene scene = scenes::makeFlatScene(scenes::sameCameras(1, 20, 15, 40), {1.0f});  // pixels 25 mm apart
+  const Points all = onEveryRay(1.0f);
+  EXPECT_EQ(multiCameraConsistency(all, scene.rig).coverage(), 1.0);
+  Points half;
+  for (const auto& point : all)
+    if (point.x > 0) half.push_back(point);
+  EXPECT_EQ(multiCameraConsistency(half, scene.rig).covered_pixels, 150u);
+  QualityParameters wide;
+  wide.coverage_radius = 0.026f;  // reaches one column more
+  EXPECT_EQ(multiCameraConsistency(half, scene.rig, wide).covered_pixels, 165u);
+  QualityParameters sparse;
+  sparse.coverage_step = 4;  // columns 0, 4 … 16, rows 0, 4, 8, 12
+  EXPECT_EQ(multiCameraConsistency(all, scene.rig, sparse).pixels, 20u);
+}
+
+TEST(QualityMeasure, OnlyMeasurementsInRangeCount) {
+  const Scene scene = disagreeingCameras();
+  QualityParameters parameters;
+  parameters.max_range = 1.01f;  // the second camera's are beyond
+  const Quality quality = multiCameraConsistency(onEveryRay(1.0f), scene.rig, parameters);
+  EXPECT_EQ(quality.pixels, 300u);
+  EXPECT_EQ(quality.multi_view_points, 0u);
+  EXPECT_NEAR(quality.error, 0.0, 1e-6);
+}
+
+TEST(QualityMeasure, DoesNotDependOnTheNumberOfThreads) {
+  Scene scene = scenes::makeScene(scenes::cameraRow(3), scenes::ballAndWall());
+  scenes::addNoise(scene, 0.005f);
+  const scenes::Cloud cloud = scenes::fuse(scene.rig);
+  const Quality one = multiCameraConsistency(cloud, scene.rig, {}, 1);
+  const Quality three = multiCameraConsistency(cloud, scene.rig, {}, 3);
+  EXPECT_EQ(one.error, three.error);
+  EXPECT_EQ(one.multi_view_error, three.multi_view_error);
+  EXPECT_EQ(one.covered_pixels, three.covered_pixels);
+  EXPECT_EQ(one.violating_points, three.violating_points);
+}
+
+// ---- What fusion is worth
+
+/** \brief All measurements of a frame in one cloud: pixel by pixel, nothing fused. */
+Points concatenated(const fuse_flow::RigFrame& frame) {
+  fuse_flow::FuseFlowParameters parameters;
+  Points cloud;
+  for (std::size_t i = 0; i < frame.cameras.size(); ++i) {
+    const fuse_flow::Intrinsics& K = frame.cameras[i].intrinsics;
+    const fuse_flow::DepthView& view = frame.views[i];
+    for (int v = 0; v < K.height; ++v)
+      for (int u = 0; u < K.width; ++u) {
+        const std::uint16_t raw = view.depth16.row(v)[u];
+        const auto z = static_cast<double>(view.depth_scale) * raw;
+        if (raw == 0 || raw == 65535 || z < static_cast<double>(parameters.preprocessing.min_range) ||
+            z > static_cast<double>(parameters.preprocessing.max_range))
+          continue;
+        const auto ray = fuse_flow::unproject(K, {static_cast<float>(u), static_cast<float>(v)});
+        const Eigen::Vector3f p = (frame.cameras[i].T_world_camera *
+                                   (z * Eigen::Vector3d(static_cast<double>(ray.x), static_cast<double>(ray.y), 1)))
+                                      .cast<float>();
+        cloud.push_back({p.x(), p.y(), p.z()});
+      }
+  }
+  return cloud;
+}
+
+/** \brief Median and 95th percentile of the distance to the demo scene's surfaces. */
+template <typename Cloud>
+std::array<double, 2> surfaceDistances(const Cloud& cloud, std::size_t frame) {
+  std::vector<double> distances;
+  for (const auto& point : cloud)
+    distances.push_back(fuse_flow::io::demoSurfaceDistance(point.getVector3fMap().template cast<double>(), frame));
+  std::sort(distances.begin(), distances.end());
+  return {distances[distances.size() / 2], distances[distances.size() * 95 / 100]};
+}
+
+/** \brief The first measurement in each cell of 1 cm, which is about how dense the fused cloud is. Concatenation has most points
+ *  where cameras are near and good; this has as many everywhere. */
+Points onePerCentimetre(const Points& cloud) {
+  std::vector<std::pair<std::array<int, 3>, std::size_t>> cells;
+  for (std::size_t k = 0; k < cloud.size(); ++k)
+    cells.push_back({{static_cast<int>(std::floor(100 * cloud[k].x)), static_cast<int>(std::floor(100 * cloud[k].y)),
+                      static_cast<int>(std::floor(100 * cloud[k].z))},
+                     k});
+  std::sort(cells.begin(), cells.end());
+  Points thinned;
+  for (std::size_t k = 0; k < cells.size(); ++k)
+    if (k == 0 || cells[k].first != cells[k - 1].first) thinned.push_back(cloud[cells[k].second]);
+  return thinned;
+}
+
+/** \brief The demo recording at 320x240, fused with its calibrated cameras, or where the cameras really were. */
+class DemoQuality : public testing::TestWithParam<bool> {};
+
+TEST_P(DemoQuality, ComesOutNearerToTheTruthCleanerAndCovered) {
+  fuse_flow::io::DemoOptions options;
+  options.frames = 2;
+  options.width = 320;
+  options.height = 240;
+  const auto recording = fuse_flow::io::makeDemoRecording(options);
+  for (std::size_t frame = 0; frame < 2; ++frame) {
+    fuse_flow::RigFrame rig;
+    rig.cameras = GetParam() ? recording.cameras : recording.true_cameras;
+    rig.views.resize(rig.cameras.size());
+    for (std::size_t i = 0; i < rig.views.size(); ++i) rig.views[i].depth16 = recording.depth[frame][i].view();
+    const scenes::Cloud fused = scenes::fuse(rig);
+    const Points raw = concatenated(rig);
+    const auto fused_distance = surfaceDistances(fused, frame), raw_distance = surfaceDistances(raw, frame);
+    const auto thinned_distance = surfaceDistances(onePerCentimetre(raw), frame);
+    EXPECT_LT(fused_distance[1], raw_distance[1]);
+    // With exact poses the median of all measurements is that of the near surfaces, which have most pixels; only a cloud of the
+    // same density is comparable.
+    if (GetParam()) {
+      EXPECT_LT(fused_distance[0], raw_distance[0]);
+    }
+    EXPECT_LT(fused_distance[0], 0.9 * thinned_distance[0]);
+    EXPECT_LT(fused_distance[1], 0.9 * thinned_distance[1]);
+    const Quality quality = multiCameraConsistency(fused, rig), raw_quality = multiCameraConsistency(raw, rig);
+    EXPECT_EQ(raw_quality.coverage(), 1.0);
+    EXPECT_GE(quality.coverage(), 0.95);
+    EXPECT_LT(quality.violationShare(), raw_quality.violationShare() / 3);
+    EXPECT_LT(quality.multi_view_error, raw_quality.multi_view_error);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(WithCalibratedCameras, DemoQuality, testing::Values(true));
+INSTANTIATE_TEST_SUITE_P(WithTrueCameras, DemoQuality, testing::Values(false));
+
+class RealRecording : public testing::TestWithParam<const char*> {};
+
+TEST_P(RealRecording, AgreesBetterThanAVoxelGridWithAsManyPointsAndCoversAsMuch) {
+  const std::string folder = std::string(FUSE_FLOW_TEST_SHARED_DATA) + "/seven_scenes";
+  if (!std::filesystem::exists(folder)) GTEST_SKIP() << folder << " is not there";
+  fuse_flow::io::RecordingOptions options;
+  options.views = GetParam();
+  options.read_color = false;
+  fuse_flow::io::LoadedFrame frame;
+  fuse_flow::io::openRecording({folder}, options)->read(0, frame);
+
+  Points raw = concatenated(frame.rig), voxels;
+  pcl::VoxelGrid<pcl::PointXYZ> grid;
+  grid.setInputCloud(raw.makeShared());
+  grid.setLeafSize(0.01f, 0.01f, 0.01f);
+  grid.filter(voxels);
+  const scenes::Cloud fused = scenes::fuse(frame.rig);
+
+  const Quality quality = multiCameraConsistency(fused, frame.rig),
+                reference = multiCameraConsistency(voxels, frame.rig);
+  EXPECT_LE(quality.multi_view_error, 0.80 * reference.multi_view_error);
+  EXPECT_NEAR(static_cast<double>(fused.size()), static_cast<double>(voxels.size()),
+              0.15 * static_cast<double>(voxels.size()));
+  EXPECT_LE(quality.violationShare(), 0.01);
+  EXPECT_GE(quality.coverage(), 0.97);
+  RecordProperty("multi_view_error_ratio", std::to_string(quality.multi_view_error / reference.multi_view_error));
+  RecordProperty("coverage", std::to_string(quality.coverage()));
+  RecordProperty("violations", std::to_string(quality.violationShare()));
+  RecordProperty("points_ratio",
+                 std::to_string(static_cast<double>(fused.size()) / static_cast<double>(voxels.size())));
+}
+
+INSTANTIATE_TEST_SUITE_P(SevenScenes, RealRecording, testing::Values("0,60,120,180", "0:160:20"));
+
+}  // namespace
