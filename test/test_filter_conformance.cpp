@@ -484,6 +484,7 @@ TYPED_TEST(IndexFilterConformance, ConfidenceGoesWithItsPointEvenIfAllPointsAreG
       p.z = 1;
       setConfidence(p, 0.001f * static_cast<float>(i + 1));
     }
+    (*this->cloud)[15].z = 1.005f;  // less good than the rest, but good enough
     typename TestFixture::Cloud straight, reversed;
     this->filter.filter(straight);
     ASSERT_EQ(straight.size(), this->cloud->size());
@@ -1282,8 +1283,8 @@ TEST_F(SixPointsOfFourCameras, WithoutCameraIndicesAllAreOfOneCamera) {
   EXPECT_EQ(p.view_count, 1u);
 }
 
-TEST(AdaptiveHashFusion, WithAFrameRepresentativesAreWeighedWithV) {
-  // Two cameras face a wall at 2 m; camera 1's point lies 20 mm = σ behind what camera 0 sees: its V is 1/e.
+TEST(AdaptiveHashFusion, WithAFrameCellsAreWeighedWithVOfTheRepresentativesOrOfTheirMean) {
+  // Two cameras face a wall at 2 m, each has one point in the cell: the first on the wall, the second 20 mm = σ behind.
   const std::vector<float> wall(41 * 31, 2.0f);
   RigFrame frame;
   for (int i = 0; i < 2; ++i) {
@@ -1308,14 +1309,25 @@ TEST(AdaptiveHashFusion, WithAFrameRepresentativesAreWeighedWithV) {
   AggregationParameters parameters;
   parameters.points_per_cell = 2;
   AdaptiveHashFusion<pcl::PointXYZI> filter;
-  filter.setParameters(parameters);
   filter.setFrame(frame);
   filter.setCameraIndices({0, 1});
-  const auto output = fuse(filter, cloud);
+
+  // V is 1 for the first and 1/e for the second.
+  parameters.consistency_at = ConsistencyAt::Representatives;
+  filter.setParameters(parameters);
+  auto output = fuse(filter, cloud);
   ASSERT_EQ(output.size(), 1u);
   const float V = std::exp(-1.0f);
   EXPECT_NEAR(output[0].z, (2.0f + V * 2.02f) / (1 + V), 1e-5f);
   EXPECT_NEAR(output[0].intensity, (1 + V * V) / (1 + V), 1e-4f);
+
+  // Their mean is half a σ behind the wall, whichever camera is asked.
+  parameters.consistency_at = ConsistencyAt::CellMean;
+  filter.setParameters(parameters);
+  output = fuse(filter, cloud);
+  ASSERT_EQ(output.size(), 1u);
+  EXPECT_NEAR(output[0].z, 2.01f, 1e-5f);
+  EXPECT_NEAR(output[0].intensity, std::exp(-0.25f), 1e-4f);
 
   filter.setCameraIndices({0, 2});
   expectThrow([&] { fuse(filter, cloud); }, {"AdaptiveHashFusion", "point 1", "camera 2", "has 2"});

@@ -7,8 +7,6 @@
 #include <fuse_flow/impl/parameters.hpp>
 #include <fuse_flow/point_traits.h>
 
-#include <pcl/filters/impl/filter_indices.hpp>
-
 namespace fuse_flow {
 
 template <typename PointT>
@@ -75,7 +73,8 @@ void ConfidenceEstimation<PointT, device::Host>::applyFilter(PointCloud& output)
       output.is_dense = true;
       pcl::copyPointCloud(*input_, indices, output);
       for (std::size_t i = 0; i < output.size(); ++i)
-        point::setField<pcl::fields::confidence>(output[i], confidence_[static_cast<std::size_t>(indices[i])]);
+        point::setField<pcl::fields::confidence>(output[i],
+                                                 confidence_[detail::copiedFrom(indices, input_->size(), i)]);
     }
   }
 }

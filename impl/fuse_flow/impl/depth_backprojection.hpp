@@ -7,6 +7,8 @@
 #include <fuse_flow/impl/parameters.hpp>
 #include <fuse_flow/point_traits.h>
 
+#include <pcl/impl/pcl_base.hpp>  // PCL compiles its base classes for its own point types only
+
 namespace fuse_flow {
 
 template <typename PointT>

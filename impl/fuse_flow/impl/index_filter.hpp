@@ -1,6 +1,8 @@
 #pragma once
 
-#include <pcl/types.h>
+#include <pcl/common/io.h>
+#include <pcl/filters/impl/filter_indices.hpp>
+#include <pcl/impl/pcl_base.hpp>  // PCL compiles its base classes for its own point types only
 
 namespace fuse_flow {
 namespace detail {
@@ -21,6 +23,12 @@ void splitIndices(const pcl::Indices& indices, bool negative, bool extract_remov
     }
   }
   kept.swap(selected);  // indices and kept may be the same object
+}
+
+/** \brief Which point of the input pcl::copyPointCloud() made point i of the output from: given as many indices as there are
+ *  points, it copies the whole cloud, whatever the order of the indices. */
+inline std::size_t copiedFrom(const pcl::Indices& indices, std::size_t input_size, std::size_t i) {
+  return indices.size() == input_size ? i : static_cast<std::size_t>(indices[i]);
 }
 
 }  // namespace detail

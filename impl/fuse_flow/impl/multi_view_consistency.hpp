@@ -7,8 +7,6 @@
 #include <fuse_flow/multi_view_consistency.h>
 #include <fuse_flow/point_traits.h>
 
-#include <pcl/filters/impl/filter_indices.hpp>
-
 namespace fuse_flow {
 
 template <typename PointT>
@@ -85,7 +83,7 @@ void MultiViewConsistency<PointT, device::Host>::applyFilter(PointCloud& output)
       applyFilter(indices);
       output.is_dense = true;
       pcl::copyPointCloud(*input_, indices, output);
-      for (std::size_t i = 0; i < output.size(); ++i) weigh(output[i], static_cast<std::size_t>(indices[i]));
+      for (std::size_t i = 0; i < output.size(); ++i) weigh(output[i], detail::copiedFrom(indices, input_->size(), i));
     }
   }
 }
