@@ -15,7 +15,7 @@ namespace fuse_flow {
  *  The depth comes from setView(), or from setInputCloud() as the z of an organised cloud of the camera's image size,
  *  whose other fields are then carried over. Pixels without a measurement become NaN (or the user filter value), and
  *  with extract_removed_indices are the removed indices; setIndices() restricts the output to some of the pixels. The
- *  output's sensor pose is the camera's. */
+ *  output's sensor pose is the camera's; in place, filter(*input), PCL puts the input's back. */
 template <typename PointT, typename Device = device::Host>
 class DepthBackprojection;
 

@@ -1,4 +1,5 @@
 // A project that uses the library from outside: two cameras look at a wall, one metre away.
+#include <fuse_flow/adaptive_hash_fusion.h>
 #include <fuse_flow/fuse_flow.h>
 #include <fuse_flow/point_types.h>
 
@@ -23,6 +24,12 @@ int main() {
   fusion.fuse(frame, cloud);
   std::cout << cloud.size() << " points\n";
   bool on_the_wall = cloud.size() > 100;
+
+  // A filter by itself, over a point type that PCL knows nothing of, must link too.
+  fuse_flow::AdaptiveHashFusion<fuse_flow::PointFused> filter;
+  filter.setInputCloud(cloud.makeShared());
+  filter.filter(cloud);
+  on_the_wall = on_the_wall && !cloud.empty();
   for (const auto& point : cloud) on_the_wall = on_the_wall && std::abs(point.z - 1.0f) < 1e-4f;
   return on_the_wall ? 0 : 1;
 }

@@ -77,7 +77,8 @@ void MultiViewConsistency<PointT, device::Host>::applyFilter(PointCloud& output)
     };
     if (this->keep_organized_) {
       pcl::FilterIndices<PointT>::applyFilter(output);
-      for (std::size_t i = 0; i < output.size(); ++i) weigh(output[i], i);
+      for (const pcl::index_t index : *indices_)  // nobody was asked about the others
+        weigh(output[static_cast<std::size_t>(index)], static_cast<std::size_t>(index));
     } else {
       pcl::Indices indices;
       applyFilter(indices);
