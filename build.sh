@@ -4,9 +4,10 @@ set -euo pipefail
 cd "$(dirname "$0")"
 
 packages=(build-essential cmake ninja-build ccache clang-format
-          libpcl-dev libeigen3-dev libflann-dev libvtk9-dev libopenmpi-dev libthrust-dev libtbb-dev
+          libpcl-dev libeigen3-dev libflann-dev libvtk9-dev libopenmpi-dev libtbb-dev
           libcli11-dev nlohmann-json3-dev libgtest-dev libbenchmark-dev
           xvfb xauth libgl1-mesa-dri)
+optional=(libthrust-dev)  # for the GPU classes; installed where the distribution has it
 
 fail() { echo "build.sh: $*" >&2; exit 1; }
 
@@ -24,6 +25,9 @@ install_missing() {
   fi
   echo "Installing ${missing[*]}"
   "${root[@]}" apt-get update -q
+  for package in "${optional[@]}"; do
+    if apt-cache show "$package" > /dev/null 2>&1; then missing+=("$package"); fi
+  done
   "${root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -q -y --no-install-recommends "${missing[@]}"
 }
 
