@@ -48,7 +48,8 @@ int runTool(CLI::App& app, int argc, char** argv, const Run& run) {
   try {
     return run();
   } catch (const pcl::PCLException& error) {
-    return reportError(app, error.detailedMessage());
+    const std::string message = error.what();  // PCL puts ": " before a message without a place in the source
+    return reportError(app, message.rfind(": ", 0) == 0 ? message.substr(2) : message);
   } catch (const std::bad_alloc&) {
     return reportError(app, "not enough memory");
   } catch (const std::exception& error) {
