@@ -1,0 +1,38 @@
+#pragma once
+
+#include "simulation/mesh.h"
+
+#include <Eigen/Geometry>
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace fuse_flow::simulation {
+
+/** \brief A world of exact surfaces. Axes: z up, the floor at z = 0; metres and seconds. */
+class Scene {
+ public:
+  virtual ~Scene() = default;
+
+  /** \brief What never moves. */
+  virtual std::vector<Object> fixedObjects() const = 0;
+  /** \brief What moves or bends, at a time; the same objects with the same triangles at every time. Empty in a static
+   *  scene. */
+  virtual std::vector<Object> movingObjects(double time) const;
+
+  /** \brief What the cameras of a ring look at. */
+  virtual Eigen::AlignedBox3f subject() const = 0;
+  /** \brief Inside of the walls: cameras stand within. */
+  virtual Eigen::AlignedBox3f room() const = 0;
+};
+
+/** \brief "room", "person", "thin" or "table"; the seed places the small things. Throws io::InputError on another
+ *  name. */
+std::unique_ptr<Scene> makeScene(const std::string& name, std::uint32_t seed);
+
+/** \brief The names that makeScene() knows. */
+std::vector<std::string> sceneNames();
+
+}  // namespace fuse_flow::simulation
