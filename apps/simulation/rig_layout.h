@@ -1,0 +1,24 @@
+#pragma once
+
+#include "simulation/scene.h"
+
+#include <fuse_flow/camera.h>
+
+#include <string>
+#include <vector>
+
+namespace fuse_flow::simulation {
+
+/** \brief Poses of the cameras of a rig in a scene. Names are LAYOUT-N[-narrow], N from 1 to 64:
+ *  - ring: on a circle around the subject, looking at its middle, in turn lower and higher; up to three cameras stand
+ *    60° apart, more share the circle evenly.
+ *  - walls: along the four walls, 2.2 m up, looking at the middle of the subject.
+ *
+ *  Cameras overlap widely: each sees most of the subject. In a narrow rig they stand closer and look at different parts
+ *  of it, so that neighbours share a strip. Throws io::InputError on another name. */
+std::vector<Eigen::Isometry3d> placeCameras(const std::string& rig, const Scene& scene);
+
+/** \brief A camera at a place looking at a point, its x axis level; optical frame → world. */
+Eigen::Isometry3d lookAt(const Eigen::Vector3d& from, const Eigen::Vector3d& at);
+
+}  // namespace fuse_flow::simulation

@@ -1,0 +1,325 @@
+#include "simulation/sensor.h"
+
+#include "io/error.h"
+#include "simulation/random.h"
+#include "simulation/true_view.h"
+
+#include <fuse_flow/impl/host/parallel.hpp>
+
+#include <algorithm>
+#include <cmath>
+
+namespace fuse_flow::simulation {
+namespace {
+
+using Eigen::Vector3f;
+using host::parallelFor;
+
+constexpr float kPi = 3.14159265f;
+
+/** \brief 0 below a, 1 above b, smooth between. */
+float smoothStep(float a, float b, float x) {
+  const float t = std::clamp((x - a) / (b - a), 0.0f, 1.0f);
+  return t * t * (3 - 2 * t);
+}
+
+Intrinsics scaledIntrinsics(int width, int height, float f, double scale) {
+  Intrinsics K;
+  K.width = std::max(1, static_cast<int>(std::lround(width * scale)));
+  K.height = std::max(1, static_cast<int>(std::lround(height * scale)));
+  K.fx = K.fy = static_cast<float>(f * scale);
+  K.cx = 0.5f * static_cast<float>(K.width - 1);
+  K.cy = 0.5f * static_cast<float>(K.height - 1);
+  return K;
+}
+
+/** \brief A seed of its own for a noise image of a shot. */
+std::uint64_t imageSeed(const ShotNumber& shot, std::uint64_t purpose) {
+  return shot.seed * 1000003 + shot.frame * 8191 + shot.camera * 131 + purpose;
+}
+
+/** \brief Calls body(u, v, random) for every pixel. */
+template <typename Body>
+void forEachPixel(const Intrinsics& K, const ShotNumber& shot, int threads, const Body& body) {
+  parallelFor(threads, static_cast<std::size_t>(K.height), [&](std::size_t row, int) {
+    for (int u = 0; u < K.width; ++u) {
+      Random random(shot.seed, shot.frame, shot.camera,
+                    row * static_cast<std::uint64_t>(K.width) + static_cast<std::uint64_t>(u));
+      body(u, static_cast<int>(row), random);
+    }
+  });
+}
+
+/** \brief Exact depth in tenths of a millimetre: no errors but rounding. */
+class IdealSensor : public Sensor {
+ public:
+  explicit IdealSensor(double scale) : K_(scaledIntrinsics(640, 480, 525.0f, scale)) {}
+  Intrinsics intrinsics() const override { return K_; }
+  float depthScale() const override { return 0.0001f; }
+  float minRange() const override { return 0.1f; }
+  float maxRange() const override { return 6.5f; }  // of what 16 bits hold
+
+  void measure(const RayScene& scene, const Eigen::Isometry3d& T_world_camera, const ShotNumber&, int threads,
+               io::FloatImage& depth) const override {
+    depth = renderTrueView(scene, K_, T_world_camera, Vector3f::Zero(), threads).depth;
+  }
+
+ private:
+  Intrinsics K_;
+};
+
+/** \brief Kinect v1: a projector 75 mm beside the camera, disparity in eighths of a pixel.
+ *
+ *  Axial noise as Nguyen, Izadi and Lovell measured it (3DIMPVT 2012): 1.2 mm + 1.9 mm (z − 0.4)² + 0.1 mm / √z · θ² /
+ *  (π/2 − θ)² at incidence θ. Of its variance we give half to an error that neighbours share, since matching windows
+ *  overlap; their paper does not say how much is. A pixel's measurement comes from half a pixel beside it (Barron and Malik,
+ *  CVPR 2013: σ = 0.5 pixels). Holes: in the projector's shadow, at grazing angles, where little light comes back. */
+class StructuredLight : public Sensor {
+ public:
+  explicit StructuredLight(double scale) : K_(scaledIntrinsics(640, 480, 575.8f, scale)) {}
+  Intrinsics intrinsics() const override { return K_; }
+  float minRange() const override { return 0.5f; }
+  float maxRange() const override { return 4.5f; }
+
+  void measure(const RayScene& scene, const Eigen::Isometry3d& T_world_camera, const ShotNumber& shot, int threads,
+               io::FloatImage& depth) const override {
+    const TrueView truth = renderTrueView(scene, K_, T_world_camera, Vector3f(kBaseline, 0, 0), threads);
+    const io::FloatImage shared = correlatedNoise(K_.width, K_.height, 1.5f, imageSeed(shot, 1), threads);
+    depth.resize(K_.width, K_.height);
+    forEachPixel(K_, shot, threads, [&](int u, int v, Random& random) {
+      const float z = beside(truth, u, v, random);
+      const float theta = std::acos(std::clamp(truth.cosine.at(u, v), 0.0f, 1.0f));
+      const bool dropped = random.uniform() < dropRate(truth, u, v, theta);
+      const float both = 0.70711f * (static_cast<float>(random.gaussian()) + shared.at(u, v));
+      depth.at(u, v) = z > 0 && !dropped ? quantised(z + both * axialDeviation(z, theta)) : 0.0f;
+    });
+  }
+
+ private:
+  static constexpr float kBaseline = 0.075f;
+
+  static float axialDeviation(float z, float theta) {
+    const float from_nearest = z - 0.4f;
+    const float open = std::max(kPi / 2 - theta, 0.05f);
+    return 0.0012f + 0.0019f * from_nearest * from_nearest + 0.0001f / std::sqrt(z) * theta * theta / (open * open);
+  }
+
+  /** \brief The focal length that disparities are counted with: of the full image, whatever the scale. */
+  float quantised(float z) const {
+    const float steps = 8 * 575.8f * kBaseline;  // eighths of a pixel times metres
+    const float count = std::floor(steps / z + 0.5f);
+    return count > 0 ? steps / count : 0.0f;
+  }
+
+  float dropRate(const TrueView& truth, int u, int v, float theta) const {
+    const float z = truth.depth.at(u, v);
+    if (!(z > 0) || truth.seen_twice.at(u, v) == 0) return 1;
+    const float light = truth.infrared.at(u, v) * truth.cosine.at(u, v) / (z * z);
+    return std::max(smoothStep(1.22f, 1.48f, theta), 1 - smoothStep(0.002f, 0.01f, light));  // 70° … 85°
+  }
+
+  /** \brief Depth of the surface where the measurement really comes from. Across an edge mostly of one side, at times a
+   *  mixture of both. */
+  float beside(const TrueView& truth, int u, int v, Random& random) const {
+    const float x = std::clamp(static_cast<float>(u + 0.5 * random.gaussian()), 0.0f, static_cast<float>(K_.width - 1));
+    const float y = std::clamp(static_cast<float>(v + 0.5 * random.gaussian()), 0.0f, static_cast<float>(K_.height - 1));
+    const int u0 = static_cast<int>(x), v0 = static_cast<int>(y);
+    const int u1 = std::min(u0 + 1, K_.width - 1), v1 = std::min(v0 + 1, K_.height - 1);
+    const float a = x - static_cast<float>(u0), b = y - static_cast<float>(v0);
+    const float z[4] = {truth.depth.at(u0, v0), truth.depth.at(u1, v0), truth.depth.at(u0, v1), truth.depth.at(u1, v1)};
+    const float low = std::min({z[0], z[1], z[2], z[3]}), high = std::max({z[0], z[1], z[2], z[3]});
+    const bool edge = high - low > 0.05f * high;
+    if (edge && (low == 0 || random.uniform() < 0.85)) return z[(a > 0.5f ? 1 : 0) + (b > 0.5f ? 2 : 0)];
+    return (1 - b) * ((1 - a) * z[0] + a * z[1]) + b * ((1 - a) * z[2] + a * z[3]);
+  }
+
+  Intrinsics K_;
+};
+
+/** \brief Azure Kinect in its narrow field of view without binning.
+ *
+ *  Noise is shot noise, inverse to the light that comes back: 0.4 mm + 0.2 mm z² at reflectance 0.7 seen straight on;
+ *  that is 3 mm at 3.5 m, and 17 mm on black, the bound that Tölgyessy et al. (Sensors 2021, 21, 413) confirm. A pixel mixes all
+ *  it sees, weighted with its light: flying pixels at edges, unless the surfaces are so far apart that the phases contradict
+ *  each other. Light that took a detour over another surface (multipath) lengthens what corners measure. */
+class TimeOfFlight : public Sensor {
+ public:
+  TimeOfFlight(double scale, bool multipath)
+      : K_(scaledIntrinsics(640, 576, 504.0f, scale)), multipath_(multipath) {}
+  Intrinsics intrinsics() const override { return K_; }
+  float minRange() const override { return 0.5f; }
+  float maxRange() const override { return 3.86f; }
+
+  void measure(const RayScene& scene, const Eigen::Isometry3d& T_world_camera, const ShotNumber& shot, int threads,
+               io::FloatImage& depth) const override {
+    const PixelRays rays(K_, T_world_camera);
+    depth.resize(K_.width, K_.height);
+    forEachPixel(K_, shot, threads, [&](int u, int v, Random& random) {
+      const Echo echo = gather(scene, rays, u, v, random);
+      depth.at(u, v) = decide(echo, random);
+    });
+  }
+
+ private:
+  /** \brief All light that falls on one pixel. */
+  struct Echo {
+    float light{0};
+    float light_depth{0};
+    float nearest{std::numeric_limits<float>::infinity()};
+    float farthest{0};
+  };
+
+  Echo gather(const RayScene& scene, const PixelRays& rays, int u, int v, Random& random) const {
+    // The lens blurs a little beyond the pixel's own square.
+    constexpr float offsets[5][2] = {{0, 0}, {-0.45f, -0.3f}, {0.45f, 0.3f}, {-0.3f, 0.45f}, {0.3f, -0.45f}};
+    Echo echo;
+    for (const auto& offset : offsets) {
+      const Vector3f direction = rays.direction(static_cast<float>(u) + offset[0], static_cast<float>(v) + offset[1]);
+      const RayHit hit = scene.intersect(rays.origin(), direction);
+      if (!hit) continue;
+      const float light = returned(scene, hit, rays.origin());
+      echo.light += light;
+      echo.light_depth += light * hit.t;
+      echo.nearest = std::min(echo.nearest, hit.t);
+      echo.farthest = std::max(echo.farthest, hit.t);
+      if (multipath_ && &offset == &offsets[0]) addDetours(scene, rays, hit, direction.norm(), random, echo);
+    }
+    return echo;
+  }
+
+  /** \brief Share of the emitted light that a surface point sends back to where it came from. */
+  static float returned(const RayScene& scene, const RayHit& hit, const Vector3f& from) {
+    const Vector3f towards = from - hit.position;
+    const float squared = std::max(towards.squaredNorm(), 1e-4f);
+    return scene.object(hit.object).material.infrared * std::fabs(hit.normal.dot(towards)) / (squared * std::sqrt(squared));
+  }
+
+  /** \brief One bounce: light that reached another surface first. Five times the central ray's, like the direct light. */
+  void addDetours(const RayScene& scene, const PixelRays& rays, const RayHit& hit, float length_per_depth, Random& random,
+                  Echo& echo) const {
+    constexpr int samples = 12;
+    const Vector3f towards = rays.origin() - hit.position;
+    const Vector3f normal = hit.normal.dot(towards) > 0 ? hit.normal : Vector3f(-hit.normal);
+    const Vector3f tangent = normal.unitOrthogonal(), other = normal.cross(tangent);
+    for (int k = 0; k < samples; ++k) {
+      // Cosine-weighted over the hemisphere.
+      const float angle = 2 * kPi * static_cast<float>(random.uniform());
+      const float squared_radius = static_cast<float>((k + random.uniform()) / samples);
+      const float radius = std::sqrt(squared_radius);
+      const Vector3f direction = radius * std::cos(angle) * tangent + radius * std::sin(angle) * other +
+                                 std::sqrt(1 - squared_radius) * normal;
+      const RayHit bounce = scene.intersect(hit.position + 1e-3f * normal, direction);
+      if (!bounce || scene.occluded(rays.origin(), bounce.position, 2e-3f)) continue;
+      const float light = 5.0f / samples * scene.object(hit.object).material.infrared * returned(scene, bounce, rays.origin());
+      const float detour = (bounce.position - rays.origin()).norm() + bounce.t + towards.norm();
+      echo.light += light;
+      echo.light_depth += light * 0.5f * detour / length_per_depth;
+    }
+  }
+
+  static float decide(const Echo& echo, Random& random) {
+    const double doubt = random.uniform(), error = random.gaussian();
+    if (!(echo.light > 0)) return 0;
+    const float z = echo.light_depth / echo.light;
+    const float reference = 5 * 0.7f / (z * z);  // reflectance 0.7 straight on
+    const float weakness = reference / echo.light;
+    if (weakness > 12 || (echo.farthest - echo.nearest > 0.3f && doubt < 0.7)) return 0;
+    return z + static_cast<float>(error) * (0.0004f + 0.0002f * z * z) * std::max(1.0f, weakness);
+  }
+
+  Intrinsics K_;
+  bool multipath_;
+};
+
+/** \brief RealSense D435: two imagers 50 mm apart.
+ *
+ *  The error of the disparity is 0.08 pixels RMS, within what Intel gives for textured scenes (Grunnet-Jepsen et al.,
+ *  Best-Known-Methods for Tuning RealSense D400: z error = z² · subpixel / (f · baseline)), shared by neighbours, as matching windows
+ *  overlap. Windows that reach over an edge take the nearer surface: objects grow by up to three pixels. Beside nearer
+ *  objects lies a band that the second imager does not see. */
+class ActiveStereo : public Sensor {
+ public:
+  explicit ActiveStereo(double scale) : K_(scaledIntrinsics(848, 480, 424.0f, scale)) {}
+  Intrinsics intrinsics() const override { return K_; }
+  float minRange() const override { return 0.28f; }
+  float maxRange() const override { return 6.0f; }
+
+  void measure(const RayScene& scene, const Eigen::Isometry3d& T_world_camera, const ShotNumber& shot, int threads,
+               io::FloatImage& depth) const override {
+    const TrueView truth = renderTrueView(scene, K_, T_world_camera, Vector3f(kBaseline, 0, 0), threads);
+    const io::FloatImage shared = correlatedNoise(K_.width, K_.height, 2.0f, imageSeed(shot, 1), threads);
+    const io::FloatImage ragged = correlatedNoise(K_.width, K_.height, 3.0f, imageSeed(shot, 2), threads);
+    depth.resize(K_.width, K_.height);
+    forEachPixel(K_, shot, threads, [&](int u, int v, Random& random) {
+      const float growth = std::clamp(1.5f + ragged.at(u, v), 0.0f, 3.0f);
+      const float z = nearestAround(truth, u, v, growth);
+      const float theta = std::acos(std::clamp(truth.cosine.at(u, v), 0.0f, 1.0f));
+      const double doubt = random.uniform(), own = random.gaussian();
+      const bool fattened = z < 0.97f * truth.depth.at(u, v);
+      const bool unseen = truth.seen_twice.at(u, v) == 0 && doubt < 0.9;
+      depth.at(u, v) = 0;
+      if (!(z > 0) || (!fattened && (unseen || doubt < smoothStep(1.22f, 1.48f, theta)))) return;
+      const float disparity = 424.0f * kBaseline / z + 0.08f * (0.95f * shared.at(u, v) + 0.31f * static_cast<float>(own));
+      const float rounded = std::floor(disparity * 32 + 0.5f) / 32;  // five bits below the pixel
+      if (rounded > 0) depth.at(u, v) = 424.0f * kBaseline / rounded;
+    });
+  }
+
+ private:
+  static constexpr float kBaseline = 0.05f;
+
+  float nearestAround(const TrueView& truth, int u, int v, float radius) const {
+    const int reach = static_cast<int>(radius);
+    float nearest = std::numeric_limits<float>::infinity();
+    for (int b = std::max(v - reach, 0); b <= std::min(v + reach, K_.height - 1); ++b)
+      for (int a = std::max(u - reach, 0); a <= std::min(u + reach, K_.width - 1); ++a)
+        if (truth.depth.at(a, b) > 0) nearest = std::min(nearest, truth.depth.at(a, b));
+    const float own = truth.depth.at(u, v);
+    return nearest < 0.95f * own ? nearest : own;  // on one surface the match stays its own
+  }
+
+  Intrinsics K_;
+};
+
+}  // namespace
+
+std::vector<std::string> sensorNames() {
+  return {"ideal", "structured_light", "time_of_flight", "time_of_flight_multipath", "active_stereo"};
+}
+
+std::unique_ptr<Sensor> makeSensor(const std::string& name, double scale) {
+  if (!(scale > 0 && scale <= 2)) throw io::InputError("sensor scale is " + std::to_string(scale) + ", must be in (0, 2]");
+  if (name == "ideal") return std::make_unique<IdealSensor>(scale);
+  if (name == "structured_light") return std::make_unique<StructuredLight>(scale);
+  if (name == "time_of_flight") return std::make_unique<TimeOfFlight>(scale, false);
+  if (name == "time_of_flight_multipath") return std::make_unique<TimeOfFlight>(scale, true);
+  if (name == "active_stereo") return std::make_unique<ActiveStereo>(scale);
+  std::string known;
+  for (const std::string& sensor : sensorNames()) known += (known.empty() ? "" : ", ") + sensor;
+  throw io::InputError("sensor '" + name + "' is not known; must be one of " + known);
+}
+
+Vector3f litColor(const Material& material, const Vector3f& n, const Vector3f& rest) {
+  // Two far lamps and the light of the walls; no shadows.
+  const Vector3f lamp = Vector3f(0.3f, -0.5f, 0.81f), window = Vector3f(-0.8f, 0.5f, 0.33f);
+  const float light = 0.45f + 0.1f * (n.z() + 1) + 0.3f * std::max(0.0f, n.dot(lamp)) + 0.15f * std::max(0.0f, n.dot(window));
+  return (light * albedo(material, rest)).cwiseMin(255.0f);
+}
+
+void renderColor(const RayScene& scene, const Intrinsics& K, const Eigen::Isometry3d& T_world_camera,
+                 const ShotNumber& shot, int threads, io::ColorImage& color) {
+  color.resize(K.width, K.height);
+  const PixelRays rays(K, T_world_camera);
+  ShotNumber own = shot;
+  own.seed += 0x5bd1e995;  // not the depth image's noise
+  forEachPixel(K, own, threads, [&](int u, int v, Random& random) {
+    const RayHit hit = scene.intersect(rays.origin(), rays.direction(static_cast<float>(u), static_cast<float>(v)));
+    const Vector3f c = hit ? litColor(scene.object(hit.object).material, hit.normal, hit.rest) : Vector3f(Vector3f::Zero());
+    const auto channel = [&](float value) {
+      return static_cast<std::uint8_t>(std::clamp(value + 2.0f * static_cast<float>(random.gaussian()), 0.0f, 255.0f));
+    };
+    color.at(u, v) = {channel(c.x()), channel(c.y()), channel(c.z())};
+  });
+}
+
+}  // namespace fuse_flow::simulation

@@ -1,0 +1,123 @@
+#include "simulation/simulator.h"
+
+#include "io/error.h"
+#include "simulation/random.h"
+#include "simulation/rig_layout.h"
+
+#include <cmath>
+#include <sstream>
+
+namespace fuse_flow::simulation {
+namespace {
+
+// What is drawn once a camera has a frame number that no frame reaches.
+constexpr std::uint64_t kOnce = ~std::uint64_t{0};
+
+void require(bool good, const std::string& name, double value, const std::string& range) {
+  if (good) return;
+  std::ostringstream message;
+  message << name << " is " << value << ", must be " << range;
+  throw io::InputError(message.str());
+}
+
+void check(const SimulationOptions& o) {
+  require(o.frames_per_second > 0 && o.frames_per_second <= 1000, "frames per second", o.frames_per_second, "in (0, 1000]");
+  require(o.faults.position_error >= 0 && o.faults.position_error <= 1, "position error in metres", o.faults.position_error, "in [0, 1]");
+  require(o.faults.rotation_error >= 0 && o.faults.rotation_error <= 0.8, "rotation error in radians", o.faults.rotation_error, "in [0, 0.8]");
+  require(o.faults.depth_bias >= 0 && o.faults.depth_bias <= 0.5, "depth bias in metres", o.faults.depth_bias, "in [0, 0.5]");
+  require(o.faults.drop_rate >= 0 && o.faults.drop_rate <= 1, "drop rate", o.faults.drop_rate, "in [0, 1]");
+  require(o.faults.out_of_sync >= 0 && o.faults.out_of_sync <= 1, "time out of sync in seconds", o.faults.out_of_sync, "in [0, 1]");
+}
+
+Eigen::Vector3d randomDirection(Random& random) {
+  Eigen::Vector3d d;
+  do {
+    d = Eigen::Vector3d(random.gaussian(), random.gaussian(), random.gaussian());
+  } while (d.norm() < 1e-3);
+  return d.normalized();
+}
+
+Eigen::Isometry3d disturbed(const Eigen::Isometry3d& T, const Faults& faults, Random& random) {
+  Eigen::Isometry3d result = T;
+  result.pretranslate(faults.position_error * randomDirection(random));
+  result.rotate(Eigen::AngleAxisd(faults.rotation_error, randomDirection(random)));
+  return result;
+}
+
+/** \brief Metres to the sensor's units; out of its range: 0. */
+void encode(const io::FloatImage& metres, double bias, const Sensor& sensor, io::DepthImage& depth) {
+  depth.resize(metres.width, metres.height);
+  const double per_unit = 1.0 / static_cast<double>(sensor.depthScale());
+  for (std::size_t k = 0; k < metres.data.size(); ++k) {
+    const float z = metres.data[k];
+    const bool measured = z >= sensor.minRange() && z <= sensor.maxRange();
+    const double units = measured ? std::floor((static_cast<double>(z) + bias) * per_unit + 0.5) : 0.0;
+    depth.data[k] = units > 0 && units < 65535 ? static_cast<std::uint16_t>(units) : std::uint16_t{0};
+  }
+}
+
+std::string cameraName(std::size_t k) {
+  std::ostringstream name;
+  name << "camera_" << (k < 10 ? "0" : "") << k;
+  return name.str();
+}
+
+}  // namespace
+
+Simulator::Simulator(const SimulationOptions& options) : options_(options) {
+  check(options_);
+  scene_ = makeScene(options_.scene, static_cast<std::uint32_t>(options_.seed));
+  sensor_ = makeSensor(options_.sensor, options_.scale);
+  const std::vector<Eigen::Isometry3d> poses = placeCameras(options_.rig, *scene_);
+  for (std::size_t k = 0; k < poses.size(); ++k) {
+    Camera camera;
+    camera.name = cameraName(k);
+    camera.intrinsics = sensor_->intrinsics();
+    camera.T_world_camera = poses[k];
+    true_cameras_.push_back(camera);
+    Random random(options_.seed, kOnce, k, 0);
+    camera.T_world_camera = disturbed(poses[k], options_.faults, random);
+    cameras_.push_back(camera);
+    bias_.push_back(options_.faults.depth_bias * (2 * random.uniform() - 1));
+    delay_.push_back(options_.faults.out_of_sync * (2 * random.uniform() - 1));
+  }
+  fixed_ = scene_->fixedObjects();
+  rays_.setFixed(fixed_);
+}
+
+void Simulator::moveTo(double time) {
+  if (time == at_) return;
+  rays_.setMoving(scene_->movingObjects(time));
+  at_ = time;
+}
+
+void Simulator::measure(std::size_t frame, io::LoadedFrame& out) {
+  out.rig.cameras = cameras_;
+  out.rig.views.assign(cameras_.size(), DepthView());
+  out.rig.stamp = static_cast<std::uint64_t>(std::llround(1e6 * time(frame)));
+  out.images.resize(cameras_.size());
+  io::FloatImage metres;
+  for (std::size_t k = 0; k < cameras_.size(); ++k) {
+    Random random(options_.seed, frame, k, kOnce);
+    if (random.uniform() < options_.faults.drop_rate) continue;
+    moveTo(time(frame) + delay_[k]);
+    const ShotNumber shot{options_.seed, frame, k};
+    const Camera& camera = true_cameras_[k];
+    sensor_->measure(rays_, camera.T_world_camera, shot, options_.threads, metres);
+    io::LoadedView& images = out.images[k];
+    encode(metres, bias_[k], *sensor_, images.depth16);
+    DepthView& view = out.rig.views[k];
+    view.depth16 = images.depth16.view();
+    view.depth_scale = sensor_->depthScale();
+    if (!options_.color) continue;
+    renderColor(rays_, camera.intrinsics, camera.T_world_camera, shot, options_.threads, images.color);
+    view.color = images.color.view();
+  }
+}
+
+const RayScene& Simulator::truth(std::size_t frame) {
+  moveTo(time(frame));
+  return rays_;
+}
+
+}  // namespace fuse_flow::simulation

@@ -1,0 +1,79 @@
+#pragma once
+
+#include "io/recording.h"
+#include "simulation/ray_scene.h"
+#include "simulation/scene.h"
+#include "simulation/sensor.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace fuse_flow::simulation {
+
+/** \brief What is wrong with the rig, beyond its sensors' noise. All 0: nothing. */
+struct Faults {
+  /** \brief Every calibrated camera is this far from its true place, metres, in a random direction … */
+  double position_error{0};
+  /** \brief … and turned by this angle about a random axis, radians. */
+  double rotation_error{0};
+  /** \brief Each camera adds a constant to its depth, uniform in ± this, metres. */
+  double depth_bias{0};
+  /** \brief Probability that a camera's frame is lost; [0, 1]. */
+  double drop_rate{0};
+  /** \brief Each camera exposes earlier or later by a constant, uniform in ± this, seconds. */
+  double out_of_sync{0};
+};
+
+struct SimulationOptions {
+  std::string scene{"room"};
+  std::string rig{"ring-4"};
+  std::string sensor{"structured_light"};
+  /** \brief Of the images' sides and focal lengths. */
+  double scale{1};
+  double frames_per_second{30};
+  std::uint64_t seed{1};
+  Faults faults;
+  int threads{2};
+  bool color{true};
+};
+
+/** \brief A rig of depth cameras in a scene. The same options give the same images, frame by frame, in any order. */
+class Simulator {
+ public:
+  /** \brief Throws io::InputError for an unknown name or a number out of range. */
+  explicit Simulator(const SimulationOptions& options);
+
+  const SimulationOptions& options() const { return options_; }
+  const Sensor& sensor() const { return *sensor_; }
+  /** \brief As calibrated. */
+  const std::vector<Camera>& cameras() const { return cameras_; }
+  const std::vector<Camera>& trueCameras() const { return true_cameras_; }
+  const std::vector<Object>& fixedObjects() const { return fixed_; }
+  std::vector<Object> movingObjects(std::size_t frame) const { return scene_->movingObjects(time(frame)); }
+
+  /** \brief What the cameras measure; views of lost frames are missing. */
+  void measure(std::size_t frame, io::LoadedFrame& out);
+
+  /** \brief The surfaces of a frame, at its nominal time; valid until the next call of either. */
+  const RayScene& truth(std::size_t frame);
+
+ private:
+  double time(std::size_t frame) const { return static_cast<double>(frame) / options_.frames_per_second; }
+  void moveTo(double time);
+
+  SimulationOptions options_;
+  std::unique_ptr<Scene> scene_;
+  std::unique_ptr<Sensor> sensor_;
+  std::vector<Camera> cameras_;
+  std::vector<Camera> true_cameras_;
+  std::vector<double> bias_;
+  std::vector<double> delay_;
+  std::vector<Object> fixed_;
+  RayScene rays_;
+  double at_{-1e9};
+};
+
+}  // namespace fuse_flow::simulation

@@ -1,0 +1,53 @@
+#pragma once
+
+#include "io/image_io.h"
+#include "simulation/ray_scene.h"
+
+#include <fuse_flow/camera.h>
+
+#include <cmath>
+
+namespace fuse_flow::simulation {
+
+/** \brief A pinhole camera in a scene, for casting rays through its pixels. */
+class PixelRays {
+ public:
+  PixelRays(const Intrinsics& K, const Eigen::Isometry3d& T_world_camera)
+      : K_(K), R_(T_world_camera.linear().cast<float>()), origin_(T_world_camera.translation().cast<float>()) {}
+
+  const Eigen::Vector3f& origin() const { return origin_; }
+  /** \brief Through a position in the image, world frame, of depth 1 along the optical axis: lengths along it are
+   *  depths. */
+  Eigen::Vector3f direction(float u, float v) const {
+    return R_ * Eigen::Vector3f((u - K_.cx) / K_.fx, (v - K_.cy) / K_.fy, 1.0f);
+  }
+  /** \brief A point of the camera's own frame. */
+  Eigen::Vector3f toWorld(const Eigen::Vector3f& p_C) const { return R_ * p_C + origin_; }
+
+ private:
+  Intrinsics K_;
+  Eigen::Matrix3f R_;
+  Eigen::Vector3f origin_;
+};
+
+/** \brief What a perfect sensor would see; the depth image's size, depth 0 where there is nothing. */
+struct TrueView {
+  /** \brief Along the optical axis, metres. */
+  io::FloatImage depth;
+  /** \brief Cosine between the ray and the surface normal. */
+  io::FloatImage cosine;
+  /** \brief The material's infrared reflectance. */
+  io::FloatImage infrared;
+  /** \brief 0 where a second eye (projector or imager) at an offset cannot see the surface, else 1. */
+  io::FloatImage seen_twice;
+};
+
+/** \brief \param second_eye in the camera's frame, metres; zero: seen_twice is 1 everywhere. */
+TrueView renderTrueView(const RayScene& scene, const Intrinsics& K, const Eigen::Isometry3d& T_world_camera,
+                        const Eigen::Vector3f& second_eye, int threads);
+
+/** \brief White noise of unit variance, smoothed by a Gaussian of sigma pixels and scaled to unit variance again: how
+ *  errors of a matching window go together. */
+io::FloatImage correlatedNoise(int width, int height, float sigma, std::uint64_t seed, int threads);
+
+}  // namespace fuse_flow::simulation

@@ -1,0 +1,74 @@
+#pragma once
+
+#include "simulation/ray_scene.h"
+
+#include <fuse_flow/camera.h>
+
+#include <pcl/PCLPointCloud2.h>
+
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+namespace fuse_flow::simulation {
+
+/** \brief A cloud of any origin; normals and colors (channels 0 … 255) are empty where it has none. Points that are not finite
+ *  are left out. */
+struct PlainCloud {
+  std::vector<Eigen::Vector3f> positions;
+  std::vector<Eigen::Vector3f> normals;
+  std::vector<Eigen::Vector3f> colors;
+};
+
+PlainCloud plainCloud(const pcl::PCLPointCloud2& cloud);
+
+/** \brief What the cameras of a frame could have measured. */
+struct Visibility {
+  float min_range{0.1f};
+  float max_range{10.0f};
+  /** \brief A surface seen at more than this angle from its normal was not seen; radians. */
+  float max_incidence{1.4f};
+  /** \brief Samples are this far apart, metres. */
+  float spacing{0.015f};
+};
+
+/** \brief Samples of the true surface, evenly by area, that at least one camera sees unoccluded. present: which cameras
+ *  measured in this frame. The same for any number of threads. */
+std::vector<SurfacePoint> visibleSurface(const RayScene& scene, const std::vector<Camera>& cameras,
+                                         const std::vector<bool>& present, const Visibility& visibility, int threads);
+
+/** \brief A cloud against the exact surface. Distances in millimetres, shares from 0 to 1; NaN: cannot be said. */
+struct TruthQuality {
+  static constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+  std::size_t points{0};
+  std::size_t surface_samples{0};
+  /** \brief Distance of the points to the true surface. */
+  double accuracy_mean{kUnknown};
+  double accuracy_median{kUnknown};
+  double accuracy_p95{kUnknown};
+  /** \brief Share of the points within 5 and 10 mm of the true surface. */
+  double precision_5{kUnknown};
+  double precision_10{kUnknown};
+  /** \brief Recall: share of the visible true surface with a point within 5 and 10 mm. */
+  double completeness_5{kUnknown};
+  double completeness_10{kUnknown};
+  /** \brief Harmonic means of precision and recall. */
+  double f_score_5{kUnknown};
+  double f_score_10{kUnknown};
+  /** \brief Share of the points over 30 mm from any true surface. */
+  double ghosting{kUnknown};
+  /** \brief Mean angle between a point's normal and the true one, degrees, over points within 30 mm. */
+  double normal_error{kUnknown};
+  /** \brief Mean absolute difference to the true colour, per channel of 255, over points within 30 mm. */
+  double color_error{kUnknown};
+};
+
+/** \brief \param distances if given: of every point to the true surface, metres */
+TruthQuality compareWithTruth(const PlainCloud& cloud, const RayScene& scene, const std::vector<SurfacePoint>& visible,
+                              int threads, std::vector<float>* distances = nullptr);
+
+/** \brief How much a cloud changes from one frame to the next where nothing moved: the mean distance from a point beside a
+ *  fixed surface to the nearest point of the other frame, both ways, at most 30 mm each; millimetres. */
+double flicker(const PlainCloud& before, const PlainCloud& after, const RayScene& scene, int threads);
+
+}  // namespace fuse_flow::simulation
