@@ -125,8 +125,7 @@ TriangleMesh roundedBox(const Vector3f& size, float radius) {
           d[(axis + 2) % 3] = slopes[j];
           corner[(axis + 1) % 3] = sides[i];
           corner[(axis + 2) % 3] = sides[j];
-          const Vector3d squares = d.cwiseAbs2();  // summed in an order that all sides share, so that they meet exactly
-          const Vector3d normal = d / std::sqrt(squares.minCoeff() + (squares.sum() - squares.minCoeff()));
+          const Vector3d normal = d.normalized();
           addVertex(mesh, (core.cwiseProduct(corner) + static_cast<double>(radius) * normal).cast<float>(), normal.cast<float>());
         }
       }
