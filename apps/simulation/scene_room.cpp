@@ -1,6 +1,7 @@
 #include "simulation/random.h"
 #include "simulation/scenes.h"
 #include "simulation/shapes.h"
+#include "simulation/tableware.h"
 
 namespace fuse_flow::simulation {
 namespace {
@@ -12,18 +13,11 @@ constexpr float kPi = 3.14159265f;
 void addSmallThings(Objects& objects, const Place& table, Random& random) {
   const auto spread = [&](float reach) { return reach * (2 * static_cast<float>(random.uniform()) - 1); };
   const Eigen::Isometry3f on_table = table.pose(kTableHeight);
-  const Vector3f bowl(-0.3f + spread(0.08f), spread(0.12f), 0);
-  objects.push_back({"bowl",
-                     moved(lathe({{{0, 0}, {0.05f, 0}}, arc({0.02f, 0.1f}, 0.105f, -1.25f, -0.1f),
-                                  {{0.1245f, 0.0895f}, {0.12f, 0.0895f}}, arc({0.02f, 0.1f}, 0.1005f, -0.1045f, -1.45f),
-                                  {{0.0321f, 0.0002f}, {0, 0.004f}}}),
-                           on_table * placed(bowl, 0)),
+  const Vector3f at_bowl(-0.3f + spread(0.08f), spread(0.12f), 0);
+  objects.push_back({"bowl", moved(bowl(0.12f, 0.004f), on_table * placed(at_bowl, 0)),
                      {Material::Stripes, {226, 228, 232}, {70, 110, 170}, 0.03f, 0.75f}});
-  const Vector3f vase(0.25f + spread(0.08f), spread(0.1f), 0);
-  objects.push_back({"vase",
-                     moved(lathe({{{0, 0}, {0.045f, 0}}, {{0.045f, 0}, {0.07f, 0.07f}, {0.075f, 0.11f}, {0.06f, 0.16f}, {0.035f, 0.2f}},
-                                  {{0.035f, 0.2f}, {0.03f, 0.24f}}, {{0.03f, 0.24f}, {0, 0.24f}}}),
-                           on_table * placed(vase, 0)),
+  const Vector3f at_vase(0.25f + spread(0.08f), spread(0.1f), 0);
+  objects.push_back({"vase", moved(bottle(0.07f, 0.26f), on_table * placed(at_vase, 0)),
                      {Material::Checker, {180, 60, 90}, {236, 214, 190}, 0.03f, 0.7f}});
   const Eigen::Isometry3f book = on_table * placed({spread(0.1f), -0.2f, 0.015f}, spread(0.6f));
   objects.push_back({"book", moved(box({0.21f, 0.15f, 0.03f}), book), {Material::Stripes, {38, 70, 132}, {226, 220, 206}, 0.05f, 0.7f}});
