@@ -18,7 +18,10 @@ constexpr double kStance = 0.6;   // share of the time that a foot stands
 constexpr double kHipHeight = 0.865;
 constexpr int kSteps = 4096;
 
-Isometry3d about(const Vector3d& joint, const AngleAxisd& rotation) {
+/** \brief A turn by an angle in radians about an axis through the origin. */
+Eigen::Quaterniond turn(double angle, const Vector3d& axis) { return Eigen::Quaterniond(AngleAxisd(angle, axis)); }
+
+Isometry3d about(const Vector3d& joint, const Eigen::Quaterniond& rotation) {
   Isometry3d T = Isometry3d::Identity();
   T.translate(joint);
   T.rotate(rotation);
@@ -74,21 +77,21 @@ Isometry3d PersonWalk::onPath(double distance) const {
   const double u = 2 * kPi * (static_cast<double>(next - length_to_.begin() - 1) + part) / kSteps;
   Isometry3d T = Isometry3d::Identity();
   T.translate(Vector3d(half_length_ * std::sin(u), half_width_ * std::sin(2 * u), 0));
-  T.rotate(AngleAxisd(std::atan2(2 * half_width_ * std::cos(2 * u), half_length_ * std::cos(u)), Vector3d::UnitZ()));
+  T.rotate(turn(std::atan2(2 * half_width_ * std::cos(2 * u), half_length_ * std::cos(u)), Vector3d::UnitZ()));
   return T;
 }
 
 Isometry3d PersonWalk::foot(double walked, double side) const {
   // Stands half a stance ahead of the hip when it lands, and is passed while it stands.
-  const double turn = walked / kStride + (side > 0 ? 0.5 : 0.0);
-  const double step = std::floor(turn), part = turn - step;
+  const double steps = walked / kStride + (side > 0 ? 0.5 : 0.0);
+  const double step = std::floor(steps), part = steps - step;
   const double landed = (step + 0.5 * kStance - (side > 0 ? 0.5 : 0.0)) * kStride;
   const double swing = std::max(0.0, (part - kStance) / (1 - kStance));
   const double lift = std::sin(kPi * swing) * std::sin(kPi * swing);
   Isometry3d T = onPath(landed + smooth(swing) * kStride);
   const Vector3d ankle = rest_pose::ankle(side);
   T.translate(Vector3d(0, -0.03 * side, 0.1 * lift));  // steps are narrower than the rest pose
-  return T * about(ankle, AngleAxisd(0.4 * lift * (1 - 1.4 * swing), Vector3d::UnitY()));
+  return T * about(ankle, turn(0.4 * lift * (1 - 1.4 * swing), Vector3d::UnitY()));
 }
 
 Pose PersonWalk::pose(double time) const {
@@ -97,9 +100,9 @@ Pose PersonWalk::pose(double time) const {
   const Isometry3d ground = onPath(walked);
   const double sink = kHipHeight - rest_pose::hip(1).z() - 0.012 * std::cos(2 * swing);
   Pose pose;
-  pose[Pelvis] = ground * Eigen::Translation3d(0, 0, sink) * about(rest_pose::waist(), AngleAxisd(0.06 * std::cos(swing), Vector3d::UnitZ()));
-  pose[Chest] = pose[Pelvis] * about(rest_pose::waist(), AngleAxisd(-0.16 * std::cos(swing), Vector3d::UnitZ()) * AngleAxisd(0.05, Vector3d::UnitY()));
-  pose[Head] = pose[Chest] * about(rest_pose::neck(), AngleAxisd(0.1 * std::cos(swing) + 0.35 * std::sin(0.7 * time), Vector3d::UnitZ()));
+  pose[Pelvis] = ground * Eigen::Translation3d(0, 0, sink) * about(rest_pose::waist(), turn(0.06 * std::cos(swing), Vector3d::UnitZ()));
+  pose[Chest] = pose[Pelvis] * about(rest_pose::waist(), turn(-0.16 * std::cos(swing), Vector3d::UnitZ()) * turn(0.05, Vector3d::UnitY()));
+  pose[Head] = pose[Chest] * about(rest_pose::neck(), turn(0.1 * std::cos(swing) + 0.35 * std::sin(0.7 * time), Vector3d::UnitZ()));
   for (const double side : {-1.0, 1.0}) {
     const std::size_t left = side > 0 ? ThighLeft - ThighRight : 0;
     const Vector3d hip_rest = rest_pose::hip(side), knee_rest = rest_pose::knee(side), ankle_rest = rest_pose::ankle(side);
@@ -113,9 +116,9 @@ Pose PersonWalk::pose(double time) const {
     // The arm swings against the leg of its side; forward is a turn by a negative angle about y.
     const double ahead = side * 0.42 * std::cos(swing);
     const Vector3d shoulder = rest_pose::shoulder(side), elbow = rest_pose::elbow(side);
-    pose[UpperArmRight + left] = pose[Chest] * about(shoulder, AngleAxisd(-ahead, Vector3d::UnitY()) * AngleAxisd(-0.44 * side, Vector3d::UnitX()));
+    pose[UpperArmRight + left] = pose[Chest] * about(shoulder, turn(-ahead, Vector3d::UnitY()) * turn(-0.44 * side, Vector3d::UnitX()));
     const Vector3d hinge = (elbow - shoulder).cross(Vector3d::UnitX()).normalized();
-    pose[ForearmRight + left] = pose[UpperArmRight + left] * about(elbow, AngleAxisd(0.45 + 0.3 * ahead, hinge));
+    pose[ForearmRight + left] = pose[UpperArmRight + left] * about(elbow, turn(0.45 + 0.3 * ahead, hinge));
   }
   return pose;
 }
