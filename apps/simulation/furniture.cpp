@@ -14,7 +14,7 @@ using Eigen::Vector3f;
 
 constexpr float kPi = 3.14159265f;
 const Material kOak{Material::Wood, {196, 152, 98}, {120, 78, 40}, 0.02f, 0.7f};
-const Material kDarkWood{Material::Wood, {120, 72, 42}, {62, 34, 20}, 0.015f, 0.5f};
+const Material kDarkWood{Material::Wood, {126, 76, 44}, {72, 40, 24}, 0.02f, 0.5f};
 
 /** \brief A rectangle whose normal is u × v. */
 TriangleMesh rectangle(const Vector3f& corner, const Vector3f& u, const Vector3f& v) {
@@ -69,7 +69,7 @@ Eigen::Isometry3f Place::pose(float z) const { return placed({x, y, z}, angle); 
 void addRoom(Objects& objects, const Eigen::AlignedBox3f& room) {
   const Vector3f a = room.min(), s = room.sizes();
   const Vector3f x = s.x() * Vector3f::UnitX(), y = s.y() * Vector3f::UnitY(), z = s.z() * Vector3f::UnitZ();
-  objects.push_back({"floor", rectangle(a, x, y), {Material::Wood, {206, 168, 120}, {140, 96, 58}, 0.03f, 0.6f}});
+  objects.push_back({"floor", rectangle(a, x, y), {Material::Wood, {206, 168, 120}, {150, 106, 66}, 0.05f, 0.6f}});
   objects.push_back({"ceiling", rectangle(a + z, y, x), {Material::Plain, {238, 238, 232}, {}, 0.1f, 0.8f}});
   const Material paper{Material::Noise, {222, 214, 196}, {190, 186, 170}, 0.12f, 0.75f};
   const Material striped{Material::Stripes, {206, 214, 218}, {168, 186, 196}, 0.16f, 0.75f};
@@ -124,10 +124,8 @@ void addShelf(Objects& objects, const Place& place, float width, std::uint32_t s
   for (const float top : boards) append(frame, boxAt({0, 0, top - 0.5f * board}, {width - 2 * board, depth, board}));
   add(objects, "shelf", frame, kOak, place);
   Random random(seed, 0, 0, 11);
-  for (int k = 0; k < 4; ++k) {
-    const float left = k == 3 ? 0.1f * width : -0.5f * width + board + 0.01f;  // on top only at one end
-    addBooks(objects, place, left, 0.5f * width - board - between(random, 0.02f, 0.2f), boards[k], random);
-  }
+  for (int k = 0; k < 3; ++k)
+    addBooks(objects, place, -0.5f * width + board + 0.01f, 0.5f * width - board - between(random, 0.02f, 0.2f), boards[k], random);
 }
 
 void addSofa(Objects& objects, const Place& place) {

@@ -57,7 +57,7 @@ std::vector<Part> makeParts() {
   parts.push_back({Chest, kSkin, {-0.01, 0, 1.42}, {0.0, 0, 1.52}, 0.058, 0.054});
   parts.push_back({Head, kSkin, {0.012, 0, 1.575}, {0.0, 0, 1.655}, 0.070, 0.088, 1.12});
   parts.push_back({Head, kSkin, {0.10, 0, 1.605}, {0.086, 0, 1.635}, 0.015, 0.009});  // nose
-  parts.push_back({Head, kHair, {-0.022, 0, 1.64}, {-0.02, 0, 1.658}, 0.090, 0.093, 1.1});
+  parts.push_back({Head, kHair, {-0.022, 0, 1.63}, {-0.014, 0, 1.668}, 0.087, 0.092, 1.12});
   for (const double side : {-1.0, 1.0}) {
     addSide(parts, side);
     parts.push_back({Head, kSkin, {-0.005, 0.084 * side, 1.595}, {-0.012, 0.09 * side, 1.63}, 0.010, 0.014});  // ears
