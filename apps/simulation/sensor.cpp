@@ -97,18 +97,21 @@ class StructuredLight : public Sensor {
 
  private:
   static constexpr float kBaseline = 0.075f;
+  /** \brief Disparity times depth: eighths of a pixel times metres, of the full image whatever the scale. */
+  static constexpr float kSteps = 8 * 575.8f * kBaseline;
 
   static float axialDeviation(float z, float theta) {
     const float from_nearest = z - 0.4f;
     const float open = std::max(kPi / 2 - theta, 0.05f);
-    return 0.0012f + 0.0019f * from_nearest * from_nearest + 0.0001f / std::sqrt(z) * theta * theta / (open * open);
+    const float measured = 0.0012f + 0.0019f * from_nearest * from_nearest + 0.0001f / std::sqrt(z) * theta * theta / (open * open);
+    // What they measured holds the error of rounding to a disparity, which quantised() adds.
+    const float step = z * z / kSteps;
+    return std::sqrt(std::max(measured * measured - step * step / 12, 0.0f));
   }
 
-  /** \brief The focal length that disparities are counted with: of the full image, whatever the scale. */
-  float quantised(float z) const {
-    const float steps = 8 * 575.8f * kBaseline;  // eighths of a pixel times metres
-    const float count = std::floor(steps / z + 0.5f);
-    return count > 0 ? steps / count : 0.0f;
+  static float quantised(float z) {
+    const float count = std::floor(kSteps / z + 0.5f);
+    return count > 0 ? kSteps / count : 0.0f;
   }
 
   float dropRate(const TrueView& truth, int u, int v, float theta) const {
