@@ -54,11 +54,19 @@ void addBooks(Objects& objects, const Place& place, float left, float right, flo
   }
 }
 
-/** \brief A closed blade from the origin along x, bending down towards its tip. */
+/** \brief A closed blade from the origin along x, bending down towards its tip; thickest in the middle, sharp at its rim. */
 TriangleMesh leaf(float length, float width, float thickness, float droop) {
-  return bent(ellipsoid({0.5f * length, 0.5f * width, 0.5f * thickness}), [=](const Vector3f& p) -> Vector3f {
-    const float along = p.x() / length + 0.5f;
-    return {length * along, p.y(), p.z() - droop * along * along + 1.2f * p.y() * p.y() / width};
+  const float half = 0.5f * length;
+  std::vector<Vector2f> below, above;
+  constexpr int steps = 10;
+  for (int k = 0; k <= steps; ++k) {
+    const float r = static_cast<float>(k) / steps;
+    below.emplace_back(half * r, -0.5f * thickness * (1 - r * r));
+    above.emplace_back(half * (1 - r), 0.5f * thickness * (1 - (1 - r) * (1 - r)));
+  }
+  return bent(lathe({below, above}), [=](const Vector3f& p) -> Vector3f {
+    const float along = p.x() / length + 0.5f, y = p.y() * width / length;
+    return {length * along, y, p.z() - droop * along * along + 1.2f * y * y / width};
   });
 }
 
@@ -96,11 +104,11 @@ void addTable(Objects& objects, const Place& place, const Vector2f& size) {
 }
 
 void addChair(Objects& objects, const Place& place) {
-  constexpr float seat = 0.45f, half = 0.19f;
+  constexpr float seat = 0.45f, half = 0.19f, low = 0.0015f;  // legs lean: their ends' rims reach below their middles
   TriangleMesh frame;
   for (const float side : {-1.0f, 1.0f}) {
-    append(frame, rod({side * (half + 0.01f), half + 0.01f, 0}, {side * half, half, seat}, 0.016f));
-    append(frame, rod({side * (half + 0.01f), -half - 0.03f, 0}, {side * half, -half, seat}, 0.016f));
+    append(frame, rod({side * (half + 0.01f), half + 0.01f, low}, {side * half, half, seat}, 0.016f));
+    append(frame, rod({side * (half + 0.01f), -half - 0.03f, low}, {side * half, -half, seat}, 0.016f));
     append(frame, rod({side * half, -half, seat}, {side * (half - 0.01f), -half - 0.09f, 0.92f}, 0.014f));
     append(frame, rod({side * (half + 0.006f), half, 0.2f}, {side * (half + 0.006f), -half - 0.016f, 0.2f}, 0.009f));
   }

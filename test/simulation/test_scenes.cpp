@@ -186,7 +186,9 @@ TEST_F(Person, StaysOnTheFloorInsideTheSubjectAndOffTheFurniture) {
         Eigen::AlignedBox3f subject = scene.subject();
         subject.min().z() -= 0.02f;
         ASSERT_TRUE(subject.contains(v)) << object.name << " at " << v.transpose() << ", time " << time;
-        if (k % 23 == 0) ASSERT_GT(furniture.nearest(v).t, 0.05f) << object.name << " at " << time;
+        if (k % 23 == 0) {
+          ASSERT_GT(furniture.nearest(v).t, 0.05f) << object.name << " at " << time;
+        }
       }
     }
     EXPECT_GT(lowest, -0.012f) << time;
