@@ -124,10 +124,8 @@ TEST(Sensor, SeesAPlaneButNotAtAGrazingAngle) {
     const auto sensor = makeSensor(name, 0.5);
     EXPECT_GT(measuredShare(middle(*sensor, wallAt(2, 0.5f), 1, 20)), 0.95) << name;
     const double grazing = measuredShare(middle(*sensor, wallAt(2, 1.54f), 1, 60));
-    if (name == "ideal")
-      EXPECT_EQ(grazing, 1) << name;
-    else
-      EXPECT_LT(grazing, 0.2) << name;
+    EXPECT_LT(grazing, name == "ideal" ? 1.01 : 0.2) << name;
+    EXPECT_GE(grazing, name == "ideal" ? 1 : 0) << name;
   }
 }
 
@@ -172,7 +170,8 @@ TEST(Sensor, GivesTheSameImageForTheSameShotWithAnyNumberOfThreads) {
   for (const std::string& name : sensorNames()) {
     const auto sensor = makeSensor(name, 0.2);
     EXPECT_EQ(shoot(*sensor, scene, 4, 1).data, shoot(*sensor, scene, 4, 3).data) << name;
-    if (name != "ideal") EXPECT_NE(shoot(*sensor, scene, 4).data, shoot(*sensor, scene, 5).data) << name;
+    if (name == "ideal") continue;
+    EXPECT_NE(shoot(*sensor, scene, 4).data, shoot(*sensor, scene, 5).data) << name << ": each frame has its own noise";
   }
 }
 
