@@ -27,8 +27,8 @@ Vector3d gradient(const ImplicitBody& body, const Vector3d& p) {
 }
 
 /** \brief The nearest point of the surface, by Newton's steps along the gradient. */
-Vector3d onSurface(const ImplicitBody& body, Vector3d p) {
-  for (int k = 0; k < 8; ++k) {
+Vector3d onSurface(const ImplicitBody& body, Vector3d p, int steps) {
+  for (int k = 0; k < steps; ++k) {
     const double f = body(p);
     if (std::fabs(f) < 1e-9) break;
     const Vector3d g = gradient(body, p);
@@ -42,6 +42,25 @@ struct Polygons {
   std::vector<std::array<std::uint32_t, 3>> triangles;
 };
 
+/** \brief The body at the points of a grid. In cubes of points that no surface can pass, one value stands for all. */
+void sample(const ImplicitBody& body, const Eigen::AlignedBox3d& bounds, double voxel, const Eigen::Vector3i& size, float* values) {
+  constexpr int side = 4;
+  constexpr double steepest = 2;  // change of a body's value per metre
+  const double reach = steepest * voxel * std::sqrt(3.0) * 0.5 * (side - 1);
+  const auto at = [&](double i, double j, double k) { return body(bounds.min() + voxel * Vector3d(i, j, k)); };
+  const auto value = [&](int i, int j, int k) -> float& { return values[(static_cast<std::ptrdiff_t>(k) * size.y() + j) * size.x() + i]; };
+  for (int k0 = 0; k0 < size.z(); k0 += side)
+    for (int j0 = 0; j0 < size.y(); j0 += side)
+      for (int i0 = 0; i0 < size.x(); i0 += side) {
+        constexpr double middle = 0.5 * (side - 1);
+        const double here = at(i0 + middle, j0 + middle, k0 + middle);
+        const bool far = std::fabs(here) > reach;
+        for (int k = k0; k < std::min(k0 + side, size.z()); ++k)
+          for (int j = j0; j < std::min(j0 + side, size.y()); ++j)
+            for (int i = i0; i < std::min(i0 + side, size.x()); ++i) value(i, j, k) = static_cast<float>(far ? here : at(i, j, k));
+      }
+}
+
 Polygons flyingEdges(const ImplicitBody& body, const Eigen::AlignedBox3d& bounds, double voxel) {
   const Eigen::Vector3i size = (bounds.sizes() / voxel).array().ceil().cast<int>() + 1;
   vtkNew<vtkImageData> grid;
@@ -50,11 +69,7 @@ Polygons flyingEdges(const ImplicitBody& body, const Eigen::AlignedBox3d& bounds
   grid->SetSpacing(voxel, voxel, voxel);
   vtkNew<vtkFloatArray> values;
   values->SetNumberOfTuples(grid->GetNumberOfPoints());
-  vtkIdType number = 0;
-  for (int k = 0; k < size.z(); ++k)
-    for (int j = 0; j < size.y(); ++j)
-      for (int i = 0; i < size.x(); ++i)
-        values->SetValue(number++, static_cast<float>(body(bounds.min() + voxel * Vector3d(i, j, k))));
+  sample(body, bounds, voxel, size, values->GetPointer(0));
   grid->GetPointData()->SetScalars(values);
   vtkNew<vtkFlyingEdges3D> contour;
   contour->SetInputData(grid);
@@ -86,7 +101,7 @@ void relax(const ImplicitBody& body, Polygons& polygons) {
   }
   for (std::size_t k = 0; k < sum.size(); ++k) {
     Vector3d& p = polygons.vertices[k];
-    p = onSurface(body, p + 0.6 * (sum[k] / std::max(count[k], 1.0) - p));
+    p = onSurface(body, p + 0.6 * (sum[k] / std::max(count[k], 1.0) - p), 2);
   }
 }
 
@@ -97,6 +112,7 @@ Vector3d gradientDirection(const ImplicitBody& body, const Vector3d& p) { return
 TriangleMesh polygonise(const ImplicitBody& body, const Eigen::AlignedBox3d& bounds, double voxel) {
   Polygons polygons = flyingEdges(body, bounds, voxel);
   for (int k = 0; k < 4; ++k) relax(body, polygons);
+  for (Vector3d& p : polygons.vertices) p = onSurface(body, p, 8);
   TriangleMesh mesh;
   for (const Vector3d& p : polygons.vertices) {
     mesh.vertices.push_back(p.cast<float>());

@@ -8,7 +8,8 @@
 
 namespace fuse_flow::simulation {
 
-/** \brief Negative inside of a body, positive outside, smooth; near its surface about the distance in metres. */
+/** \brief Negative inside of a body, positive outside, smooth; about the distance from its surface in metres: it changes
+ *  by at most 2 per metre. */
 using ImplicitBody = std::function<double(const Eigen::Vector3d&)>;
 
 /** \brief The closed surface of a body, vertices exactly on it, normals along its gradient. The body must lie within bounds

@@ -255,13 +255,13 @@ class ActiveStereo : public Sensor {
     depth.resize(K_.width, K_.height);
     forEachPixel(K_, shot, threads, [&](int u, int v, Random& random) {
       const float growth = std::clamp(1.5f + ragged.at(u, v), 0.0f, 3.0f);
-      const float z = nearestAround(truth, u, v, growth);
-      const float theta = std::acos(std::clamp(truth.cosine.at(u, v), 0.0f, 1.0f));
+      const auto [z, cosine] = nearestAround(truth, u, v, growth);
+      const float theta = std::acos(std::clamp(cosine, 0.0f, 1.0f));
       const double doubt = random.uniform(), own = random.gaussian();
       const bool fattened = z < 0.97f * truth.depth.at(u, v);
       const bool unseen = truth.seen_twice.at(u, v) == 0 && doubt < 0.9;
       depth.at(u, v) = 0;
-      if (!(z > 0) || (!fattened && (unseen || doubt < smoothStep(1.22f, 1.48f, theta)))) return;
+      if (!(z > 0) || (unseen && !fattened) || doubt < smoothStep(1.22f, 1.48f, theta)) return;
       const float disparity = 424.0f * kBaseline / z + 0.08f * (0.95f * shared.at(u, v) + 0.31f * static_cast<float>(own));
       const float rounded = std::floor(disparity * 32 + 0.5f) / 32;  // five bits below the pixel
       if (rounded > 0) depth.at(u, v) = 424.0f * kBaseline / rounded;
@@ -271,14 +271,20 @@ class ActiveStereo : public Sensor {
  private:
   static constexpr float kBaseline = 0.05f;
 
-  float nearestAround(const TrueView& truth, int u, int v, float radius) const {
+  /** \brief The surface that a matching window takes. */
+  struct Match {
+    float depth;
+    float cosine;
+  };
+
+  Match nearestAround(const TrueView& truth, int u, int v, float radius) const {
     const int reach = static_cast<int>(radius);
-    float nearest = std::numeric_limits<float>::infinity();
+    const Match own{truth.depth.at(u, v), truth.cosine.at(u, v)};
+    Match nearest{std::numeric_limits<float>::infinity(), 0};
     for (int b = std::max(v - reach, 0); b <= std::min(v + reach, K_.height - 1); ++b)
       for (int a = std::max(u - reach, 0); a <= std::min(u + reach, K_.width - 1); ++a)
-        if (truth.depth.at(a, b) > 0) nearest = std::min(nearest, truth.depth.at(a, b));
-    const float own = truth.depth.at(u, v);
-    return nearest < 0.95f * own ? nearest : own;  // on one surface the match stays its own
+        if (truth.depth.at(a, b) > 0 && truth.depth.at(a, b) < nearest.depth) nearest = {truth.depth.at(a, b), truth.cosine.at(a, b)};
+    return nearest.depth < 0.95f * own.depth ? nearest : own;  // on one surface the match stays its own
   }
 
   Intrinsics K_;

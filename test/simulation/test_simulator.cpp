@@ -20,6 +20,7 @@ SimulationOptions smallRig(const std::string& scene = "table", const std::string
   options.scene = scene;
   options.sensor = sensor;
   options.scale = 0.1;
+  options.threads = 1;  // so little work is slower shared out
   return options;
 }
 
@@ -46,7 +47,7 @@ TEST(Simulator, GivesTheSameFramesForTheSameSeedInAnyOrder) {
   for (const std::string sensor : {"structured_light", "time_of_flight", "active_stereo"}) {
     SimulationOptions options = smallRig("person", sensor);
     Simulator forwards(options);
-    options.threads = 1;
+    options.threads = 3;
     Simulator backwards(options);
     LoadedFrame a0, a5, b0, b5;
     forwards.measure(0, a0);
@@ -92,7 +93,9 @@ TEST(Simulator, PoseErrorsHaveTheStatedSize) {
     EXPECT_NEAR((a.translation() - b.translation()).norm(), 0.012, 1e-9);
     EXPECT_NEAR(Eigen::AngleAxisd(a.linear().transpose() * b.linear()).angle(), 0.02, 1e-7);
   }
-  EXPECT_TRUE(same(measured(options), measured(smallRig()))) << "what is measured comes from the true places";
+  SimulationOptions exact = options;
+  exact.faults = {};
+  EXPECT_TRUE(same(measured(options), measured(exact))) << "what is measured comes from the true places";
 }
 
 TEST(Simulator, BiasIsAConstantOfEachCamera) {
@@ -113,13 +116,14 @@ TEST(Simulator, BiasIsAConstantOfEachCamera) {
     EXPECT_LE(std::abs(most), 200);  // 0.1 mm each
     biases.push_back(most);
   }
-  EXPECT_NE(biases[0], biases[1]);
+  EXPECT_NE(biases[0], biases[1]) << biases[2] << ' ' << biases[3];
 }
 
 TEST(Simulator, LosesTheStatedShareOfFrames) {
   SimulationOptions options = smallRig();
   options.color = false;
   options.scale = 0.02;
+  options.scene = "room";
   options.faults.drop_rate = 0.25;
   Simulator simulator(options);
   LoadedFrame frame;

@@ -17,7 +17,7 @@ class TruthQualityOfASquare : public testing::Test {
   TruthQualityOfASquare() {
     scene.setFixed({mesh_checks::squareFacingUp(0.5f, 0)});
     fuse_flow::Camera camera;
-    camera.intrinsics = {640, 480, 525, 525, 319.5f, 239.5f};
+    camera.intrinsics = {640, 480, 525, 525, 319.5f, 239.5f, {}};
     camera.T_world_camera = lookAt({0, 0, 2}, {0, 0, 0});
     cameras = {camera};
     visible = visibleSurface(scene, cameras, {true}, Visibility(), 2);
