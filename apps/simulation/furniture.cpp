@@ -34,13 +34,17 @@ void add(Objects& objects, const std::string& name, const TriangleMesh& mesh, co
 
 TriangleMesh boxAt(const Vector3f& centre, const Vector3f& size) { return moved(box(size), centre); }
 
-float between(Random& random, float low, float high) { return low + (high - low) * static_cast<float>(random.uniform()); }
+float between(Random& random, float low, float high) {
+  return low + (high - low) * static_cast<float>(random.uniform());
+}
 
 Material bookCover(Random& random) {
-  constexpr Rgb8 colors[] = {{168, 44, 40}, {38, 70, 132}, {52, 112, 66}, {214, 176, 70}, {226, 220, 206}, {60, 56, 62}, {146, 84, 140}};
+  constexpr Rgb8 colors[] = {{168, 44, 40},   {38, 70, 132}, {52, 112, 66}, {214, 176, 70},
+                             {226, 220, 206}, {60, 56, 62},  {146, 84, 140}};
   const auto color = static_cast<std::size_t>(7 * random.uniform());
   const bool striped = random.uniform() < 0.4;
-  return {striped ? Material::Stripes : Material::Plain, colors[color], colors[(color + 3) % 7], 0.06f, color == 5 ? 0.2f : 0.7f};
+  return {striped ? Material::Stripes : Material::Plain, colors[color], colors[(color + 3) % 7], 0.06f,
+          color == 5 ? 0.2f : 0.7f};
 }
 
 /** \brief A row of books from left to right on a board. */
@@ -84,7 +88,8 @@ void addRoom(Objects& objects, const Eigen::AlignedBox3f& room) {
   objects.push_back({"wall", rectangle(a, z, x), paper});
   objects.push_back({"wall", rectangle(a + x, z, y), striped});
   objects.push_back({"wall", rectangle(a + x + y, z, -x), paper});
-  objects.push_back({"wall", rectangle(a + y, z, -y), {Material::Noise, {196, 208, 190}, {160, 176, 156}, 0.2f, 0.75f}});
+  objects.push_back(
+      {"wall", rectangle(a + y, z, -y), {Material::Noise, {196, 208, 190}, {160, 176, 156}, 0.2f, 0.75f}});
 }
 
 void addTable(Objects& objects, const Place& place, const Vector2f& size) {
@@ -95,7 +100,8 @@ void addTable(Objects& objects, const Place& place, const Vector2f& size) {
   const float height = kTableHeight - board, apron = 0.07f;
   for (const float i : {-1.0f, 1.0f})
     for (const float j : {-1.0f, 1.0f})
-      append(legs, boxAt({i * (0.5f * size.x() - 0.06f), j * (0.5f * size.y() - 0.06f), 0.5f * height}, {0.05f, 0.05f, height}));
+      append(legs, boxAt({i * (0.5f * size.x() - 0.06f), j * (0.5f * size.y() - 0.06f), 0.5f * height},
+                         {0.05f, 0.05f, height}));
   for (const float i : {-1.0f, 1.0f}) {
     append(legs, boxAt({i * (0.5f * size.x() - 0.06f), 0, height - 0.5f * apron}, {0.02f, size.y() - 0.17f, apron}));
     append(legs, boxAt({0, i * (0.5f * size.y() - 0.06f), height - 0.5f * apron}, {size.x() - 0.17f, 0.02f, apron}));
@@ -133,7 +139,8 @@ void addShelf(Objects& objects, const Place& place, float width, std::uint32_t s
   add(objects, "shelf", frame, kOak, place);
   Random random(seed, 0, 0, 11);
   for (int k = 0; k < 3; ++k)
-    addBooks(objects, place, -0.5f * width + board + 0.01f, 0.5f * width - board - between(random, 0.02f, 0.2f), boards[k], random);
+    addBooks(objects, place, -0.5f * width + board + 0.01f, 0.5f * width - board - between(random, 0.02f, 0.2f),
+             boards[k], random);
 }
 
 void addSofa(Objects& objects, const Place& place) {
@@ -157,20 +164,32 @@ void addSofa(Objects& objects, const Place& place) {
 }
 
 void addFloorLamp(Objects& objects, const Place& place) {
-  add(objects, "lamp foot", lathe({{{0, 0}, {0.14f, 0}}, {{0.14f, 0}, {0.14f, 0.015f}}, {{0.14f, 0.015f}, {0.012f, 0.03f}},
-                                   {{0.012f, 0.03f}, {0.012f, 1.6f}}, {{0.012f, 1.6f}, {0, 1.6f}}}),
+  add(objects, "lamp foot",
+      lathe({{{0, 0}, {0.14f, 0}},
+             {{0.14f, 0}, {0.14f, 0.015f}},
+             {{0.14f, 0.015f}, {0.012f, 0.03f}},
+             {{0.012f, 0.03f}, {0.012f, 1.6f}},
+             {{0.012f, 1.6f}, {0, 1.6f}}}),
       {Material::Plain, {70, 70, 74}, {}, 0.1f, 0.4f}, place);
   // A shell 4 mm thick, open below and above.
-  add(objects, "lamp shade", lathe({{{0.2f, 1.45f}, {0.14f, 1.7f}}, {{0.14f, 1.7f}, {0.136f, 1.7f}}, {{0.136f, 1.7f}, {0.196f, 1.45f}},
-                                    {{0.196f, 1.45f}, {0.2f, 1.45f}}}),
+  add(objects, "lamp shade",
+      lathe({{{0.2f, 1.45f}, {0.14f, 1.7f}},
+             {{0.14f, 1.7f}, {0.136f, 1.7f}},
+             {{0.136f, 1.7f}, {0.196f, 1.45f}},
+             {{0.196f, 1.45f}, {0.2f, 1.45f}}}),
       {Material::Stripes, {240, 224, 184}, {222, 196, 140}, 0.05f, 0.8f}, place);
-  add(objects, "lamp bulb", moved(sphere(0.04f), {0, 0, 1.62f}), {Material::Plain, {250, 246, 226}, {}, 0.1f, 0.8f}, place);
+  add(objects, "lamp bulb", moved(sphere(0.04f), {0, 0, 1.62f}), {Material::Plain, {250, 246, 226}, {}, 0.1f, 0.8f},
+      place);
 }
 
 void addPlant(Objects& objects, const Place& place, float standing_on, float height, std::uint32_t seed) {
   const float r = std::min(0.15f, 0.22f * height), pot = 0.3f * height;
-  add(objects, "pot", lathe({{{0, 0}, {0.7f * r, 0}}, {{0.7f * r, 0}, {r, pot}}, {{r, pot}, {0.9f * r, pot}},
-                             {{0.9f * r, pot}, {0.88f * r, 0.9f * pot}}, {{0.88f * r, 0.9f * pot}, {0, 0.9f * pot}}}),
+  add(objects, "pot",
+      lathe({{{0, 0}, {0.7f * r, 0}},
+             {{0.7f * r, 0}, {r, pot}},
+             {{r, pot}, {0.9f * r, pot}},
+             {{0.9f * r, pot}, {0.88f * r, 0.9f * pot}},
+             {{0.88f * r, 0.9f * pot}, {0, 0.9f * pot}}}),
       {Material::Noise, {188, 98, 64}, {150, 70, 46}, 0.03f, 0.7f}, place, standing_on);
   Random random(seed, 0, 0, 12);
   TriangleMesh stems, leaves;
@@ -181,13 +200,16 @@ void addPlant(Objects& objects, const Place& place, float standing_on, float hei
     std::vector<Vector3f> path;
     for (int i = 0; i <= 12; ++i) {
       const float t = static_cast<float>(i) / 12;
-      path.push_back(placed(Vector3f::Zero(), turn) * Vector3f(0.2f * r + lean * t * t, 0, 0.85f * pot + (top - 0.85f * pot) * t));
+      path.push_back(placed(Vector3f::Zero(), turn) *
+                     Vector3f(0.2f * r + lean * t * t, 0, 0.85f * pot + (top - 0.85f * pot) * t));
     }
     append(stems, tube(path, 0.0025f + 0.002f * height));
     const float length = height * between(random, 0.22f, 0.34f);
     Eigen::Isometry3f T = placed(path.back(), turn + between(random, -0.4f, 0.4f));
     T.rotate(Eigen::AngleAxisf(-between(random, 0.1f, 0.9f), Vector3f::UnitY()));
-    append(leaves, moved(leaf(length, length * between(random, 0.3f, 0.45f), between(random, 0.0015f, 0.003f), 0.3f * length), T));
+    append(
+        leaves,
+        moved(leaf(length, length * between(random, 0.3f, 0.45f), between(random, 0.0015f, 0.003f), 0.3f * length), T));
   }
   add(objects, "stems", stems, {Material::Plain, {88, 122, 52}, {}, 0.1f, 0.7f}, place, standing_on);
   add(objects, "leaves", leaves, {Material::Noise, {72, 140, 58}, {34, 92, 40}, 0.02f, 0.8f}, place, standing_on);

@@ -1,9 +1,9 @@
 #include "simulation/implicit_surface.h"
 
+#include <vtkCellArray.h>
 #include <vtkFloatArray.h>
 #include <vtkFlyingEdges3D.h>
 #include <vtkImageData.h>
-#include <vtkCellArray.h>
 #include <vtkNew.h>
 #include <vtkPointData.h>
 #include <vtkPolyData.h>
@@ -43,12 +43,15 @@ struct Polygons {
 };
 
 /** \brief The body at the points of a grid. In cubes of points that no surface can pass, one value stands for all. */
-void sample(const ImplicitBody& body, const Eigen::AlignedBox3d& bounds, double voxel, const Eigen::Vector3i& size, float* values) {
+void sample(const ImplicitBody& body, const Eigen::AlignedBox3d& bounds, double voxel, const Eigen::Vector3i& size,
+            float* values) {
   constexpr int side = 4;
   constexpr double steepest = 2;  // change of a body's value per metre
   const double reach = steepest * voxel * std::sqrt(3.0) * 0.5 * (side - 1);
   const auto at = [&](double i, double j, double k) { return body(bounds.min() + voxel * Vector3d(i, j, k)); };
-  const auto value = [&](int i, int j, int k) -> float& { return values[(static_cast<std::ptrdiff_t>(k) * size.y() + j) * size.x() + i]; };
+  const auto value = [&](int i, int j, int k) -> float& {
+    return values[(static_cast<std::ptrdiff_t>(k) * size.y() + j) * size.x() + i];
+  };
   for (int k0 = 0; k0 < size.z(); k0 += side)
     for (int j0 = 0; j0 < size.y(); j0 += side)
       for (int i0 = 0; i0 < size.x(); i0 += side) {
@@ -57,7 +60,8 @@ void sample(const ImplicitBody& body, const Eigen::AlignedBox3d& bounds, double 
         const bool far = std::fabs(here) > reach;
         for (int k = k0; k < std::min(k0 + side, size.z()); ++k)
           for (int j = j0; j < std::min(j0 + side, size.y()); ++j)
-            for (int i = i0; i < std::min(i0 + side, size.x()); ++i) value(i, j, k) = static_cast<float>(far ? here : at(i, j, k));
+            for (int i = i0; i < std::min(i0 + side, size.x()); ++i)
+              value(i, j, k) = static_cast<float>(far ? here : at(i, j, k));
       }
 }
 
@@ -84,7 +88,8 @@ Polygons flyingEdges(const ImplicitBody& body, const Eigen::AlignedBox3d& bounds
   vtkNew<vtkIdList> corners;
   vtkCellArray* cells = surface->GetPolys();
   for (cells->InitTraversal(); cells->GetNextCell(corners) != 0;)
-    polygons.triangles.push_back({static_cast<std::uint32_t>(corners->GetId(0)), static_cast<std::uint32_t>(corners->GetId(1)),
+    polygons.triangles.push_back({static_cast<std::uint32_t>(corners->GetId(0)),
+                                  static_cast<std::uint32_t>(corners->GetId(1)),
                                   static_cast<std::uint32_t>(corners->GetId(2))});
   return polygons;
 }

@@ -44,7 +44,8 @@ float wood(const Vector3f& p) {
   const float from_pith = std::hypot(p.y() - 10 * board - 14, p.z() + 3.7f) + 1.6f * valueNoise(0.4f * stretched);
   const float ring = from_pith - std::floor(from_pith);
   const float grain = valueNoise(Vector3f(0.3f * p.x(), 6 * p.y(), 6 * p.z()));
-  return std::clamp(0.75f * ring * ring + 0.3f * grain + 0.3f * (cellValue(static_cast<int>(board), 1, 2) - 0.5f), 0.0f, 1.0f);
+  return std::clamp(0.75f * ring * ring + 0.3f * grain + 0.3f * (cellValue(static_cast<int>(board), 1, 2) - 0.5f), 0.0f,
+                    1.0f);
 }
 
 /** \brief Share of the second colour. */
@@ -52,7 +53,8 @@ float share(const Material& material, const Vector3f& rest) {
   // Moved by odd parts of the size: no border of the pattern lies in a wall at a round number.
   const Vector3f p = rest / material.size + Vector3f(0.371f, 0.413f, 0.457f);
   switch (material.pattern) {
-    case Material::Plain: return 0;
+    case Material::Plain:
+      return 0;
     case Material::Checker: {
       const Vector3f cell = p.array().floor();
       return static_cast<float>(static_cast<int>(cell.sum()) & 1);
@@ -61,8 +63,10 @@ float share(const Material& material, const Vector3f& rest) {
       const float across = p.dot(Vector3f(0.48f, 0.36f, 0.8f));  // crosses every wall, floor and sleeve
       return across - std::floor(across) < 0.5f ? 0.0f : 1.0f;
     }
-    case Material::Wood: return wood(p);
-    case Material::Noise: return fractalNoise(p);
+    case Material::Wood:
+      return wood(p);
+    case Material::Noise:
+      return fractalNoise(p);
   }
   return 0;
 }

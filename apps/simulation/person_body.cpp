@@ -35,15 +35,18 @@ void addSide(std::vector<Part>& parts, double side) {
   parts.push_back({bone(ShankRight), kTrousers, knee(side), calf, 0.057, 0.057});
   parts.push_back({bone(ShankRight), kTrousers, calf, ankle(side) + Vector3d(0, 0, 0.03), 0.057, 0.046});
   const Vector3d sole(ankle(side).x(), ankle(side).y(), 0);
-  parts.push_back({bone(FootRight), kShoe, sole + Vector3d(-0.03, 0, 0.045), sole + Vector3d(0.1, 0.015 * side, 0.043), 0.044, 0.042});
-  parts.push_back({bone(FootRight), kShoe, sole + Vector3d(0.08, 0.012 * side, 0.042), sole + Vector3d(0.17, 0.02 * side, 0.034), 0.041, 0.033});
+  parts.push_back({bone(FootRight), kShoe, sole + Vector3d(-0.03, 0, 0.045), sole + Vector3d(0.1, 0.015 * side, 0.043),
+                   0.044, 0.042});
+  parts.push_back({bone(FootRight), kShoe, sole + Vector3d(0.08, 0.012 * side, 0.042),
+                   sole + Vector3d(0.17, 0.02 * side, 0.034), 0.041, 0.033});
   parts.push_back({bone(FootRight), kShoe, sole + Vector3d(-0.01, 0, 0.06), ankle(side), 0.045, 0.043});
   parts.push_back({bone(UpperArmRight), kShirt, shoulder(side), elbow(side), 0.056, 0.046});
   parts.push_back({bone(ForearmRight), kSkin, elbow(side), wrist(side), 0.040, 0.028});
   const Vector3d palm = wrist(side) + 0.085 * down, tips = wrist(side) + 0.165 * down;
   parts.push_back({bone(ForearmRight), kSkin, wrist(side) + 0.03 * down, palm, 0.028, 0.031});
   for (const double x : {-0.021, 0.0, 0.021})
-    parts.push_back({bone(ForearmRight), kSkin, palm + Vector3d(x, 0, 0), tips + Vector3d(1.2 * x, 0, 0.008), 0.0125, 0.0095});
+    parts.push_back(
+        {bone(ForearmRight), kSkin, palm + Vector3d(x, 0, 0), tips + Vector3d(1.2 * x, 0, 0.008), 0.0125, 0.0095});
   const Vector3d thumb = wrist(side) + 0.035 * down + Vector3d(0.025, 0, 0);
   parts.push_back({bone(ForearmRight), kSkin, thumb, thumb + 0.055 * down + Vector3d(0.03, 0, 0), 0.0145, 0.0105});
 }
@@ -72,11 +75,16 @@ const std::vector<Part>& parts() {
 
 Material materialOf(Cloth cloth) {
   switch (cloth) {
-    case kShirt: return {Material::Stripes, {196, 64, 52}, {232, 222, 204}, 0.11f, 0.7f};
-    case kTrousers: return {Material::Noise, {58, 82, 128}, {36, 52, 88}, 0.04f, 0.4f};
-    case kShoe: return {Material::Plain, {90, 62, 44}, {}, 0.1f, 0.3f};
-    case kSkin: return {Material::Noise, {226, 176, 146}, {212, 156, 126}, 0.05f, 0.6f};
-    default: return {Material::Noise, {62, 42, 30}, {32, 22, 18}, 0.015f, 0.1f};
+    case kShirt:
+      return {Material::Stripes, {196, 64, 52}, {232, 222, 204}, 0.11f, 0.7f};
+    case kTrousers:
+      return {Material::Noise, {58, 82, 128}, {36, 52, 88}, 0.04f, 0.4f};
+    case kShoe:
+      return {Material::Plain, {90, 62, 44}, {}, 0.1f, 0.3f};
+    case kSkin:
+      return {Material::Noise, {226, 176, 146}, {212, 156, 126}, 0.05f, 0.6f};
+    default:
+      return {Material::Noise, {62, 42, 30}, {32, 22, 18}, 0.015f, 0.1f};
   }
 }
 

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "simulation/mesh.h"
 #include "simulation/implicit_surface.h"
+#include "simulation/mesh.h"
 
 #include <Eigen/Geometry>
 
@@ -12,9 +12,19 @@ namespace fuse_flow::simulation {
 
 /** \brief The rigid parts of a person. The left ones follow the right ones. */
 enum Bone {
-  Pelvis, Chest, Head,
-  ThighRight, ShankRight, FootRight, UpperArmRight, ForearmRight,
-  ThighLeft, ShankLeft, FootLeft, UpperArmLeft, ForearmLeft,
+  Pelvis,
+  Chest,
+  Head,
+  ThighRight,
+  ShankRight,
+  FootRight,
+  UpperArmRight,
+  ForearmRight,
+  ThighLeft,
+  ShankLeft,
+  FootLeft,
+  UpperArmLeft,
+  ForearmLeft,
   kBoneCount
 };
 
@@ -48,7 +58,7 @@ class PersonBody {
  private:
   /** \brief The part of the surface that one material covers, with vertices of its own. */
   struct Patch {
-    Object object;  // in the rest pose
+    Object object;                      // in the rest pose
     std::vector<std::uint32_t> vertex;  // number in body_
   };
 

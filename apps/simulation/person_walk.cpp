@@ -12,9 +12,9 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 constexpr double kPi = 3.14159265358979323846;
-constexpr double kSpeed = 1.0;    // m/s
-constexpr double kStride = 1.0;   // metres that one foot goes from step to step
-constexpr double kStance = 0.6;   // share of the time that a foot stands
+constexpr double kSpeed = 1.0;   // m/s
+constexpr double kStride = 1.0;  // metres that one foot goes from step to step
+constexpr double kStance = 0.6;  // share of the time that a foot stands
 constexpr double kHipHeight = 0.865;
 constexpr int kSteps = 4096;
 
@@ -39,7 +39,8 @@ Matrix3d boneFrame(const Vector3d& down, const Vector3d& forward) {
 }
 
 /** \brief How a bone moved that was between two joints in the rest pose, facing x, and now lies along another line. */
-Isometry3d boneMotion(const Vector3d& from_rest, const Vector3d& to_rest, const Vector3d& from, const Vector3d& to, const Vector3d& forward) {
+Isometry3d boneMotion(const Vector3d& from_rest, const Vector3d& to_rest, const Vector3d& from, const Vector3d& to,
+                      const Vector3d& forward) {
   Isometry3d T = Isometry3d::Identity();
   T.linear() = boneFrame(to - from, forward) * boneFrame(to_rest - from_rest, Vector3d::UnitX()).transpose();
   T.translation() = from - T.linear() * from_rest;
@@ -100,23 +101,29 @@ Pose PersonWalk::pose(double time) const {
   const Isometry3d ground = onPath(walked);
   const double sink = kHipHeight - rest_pose::hip(1).z() - 0.012 * std::cos(2 * swing);
   Pose pose;
-  pose[Pelvis] = ground * Eigen::Translation3d(0, 0, sink) * about(rest_pose::waist(), turn(0.06 * std::cos(swing), Vector3d::UnitZ()));
-  pose[Chest] = pose[Pelvis] * about(rest_pose::waist(), turn(-0.16 * std::cos(swing), Vector3d::UnitZ()) * turn(0.05, Vector3d::UnitY()));
-  pose[Head] = pose[Chest] * about(rest_pose::neck(), turn(0.1 * std::cos(swing) + 0.35 * std::sin(0.7 * time), Vector3d::UnitZ()));
+  pose[Pelvis] = ground * Eigen::Translation3d(0, 0, sink) *
+                 about(rest_pose::waist(), turn(0.06 * std::cos(swing), Vector3d::UnitZ()));
+  pose[Chest] = pose[Pelvis] * about(rest_pose::waist(),
+                                     turn(-0.16 * std::cos(swing), Vector3d::UnitZ()) * turn(0.05, Vector3d::UnitY()));
+  pose[Head] = pose[Chest] *
+               about(rest_pose::neck(), turn(0.1 * std::cos(swing) + 0.35 * std::sin(0.7 * time), Vector3d::UnitZ()));
   for (const double side : {-1.0, 1.0}) {
     const std::size_t left = side > 0 ? ThighLeft - ThighRight : 0;
-    const Vector3d hip_rest = rest_pose::hip(side), knee_rest = rest_pose::knee(side), ankle_rest = rest_pose::ankle(side);
+    const Vector3d hip_rest = rest_pose::hip(side), knee_rest = rest_pose::knee(side),
+                   ankle_rest = rest_pose::ankle(side);
     const Isometry3d foot_motion = foot(walked, side);
     const Vector3d hip = pose[Pelvis] * hip_rest, ankle = foot_motion * ankle_rest;
     const Vector3d forward = ground.linear().col(0) + foot_motion.linear().col(0);
-    const Vector3d knee = kneeBetween(hip, ankle, (knee_rest - hip_rest).norm(), (ankle_rest - knee_rest).norm(), forward);
+    const Vector3d knee =
+        kneeBetween(hip, ankle, (knee_rest - hip_rest).norm(), (ankle_rest - knee_rest).norm(), forward);
     pose[ThighRight + left] = boneMotion(hip_rest, knee_rest, hip, knee, forward);
     pose[ShankRight + left] = boneMotion(knee_rest, ankle_rest, knee, ankle, forward);
     pose[FootRight + left] = foot_motion;
     // The arm swings against the leg of its side; forward is a turn by a negative angle about y.
     const double ahead = side * 0.42 * std::cos(swing);
     const Vector3d shoulder = rest_pose::shoulder(side), elbow = rest_pose::elbow(side);
-    pose[UpperArmRight + left] = pose[Chest] * about(shoulder, turn(-ahead, Vector3d::UnitY()) * turn(-0.44 * side, Vector3d::UnitX()));
+    pose[UpperArmRight + left] =
+        pose[Chest] * about(shoulder, turn(-ahead, Vector3d::UnitY()) * turn(-0.44 * side, Vector3d::UnitX()));
     const Vector3d hinge = (elbow - shoulder).cross(Vector3d::UnitX()).normalized();
     pose[ForearmRight + left] = pose[UpperArmRight + left] * about(elbow, turn(0.45 + 0.3 * ahead, hinge));
   }

@@ -176,8 +176,7 @@ RayHit RayScene::intersect(const Eigen::Vector3f& origin, const Eigen::Vector3f&
 #endif
   RayHit hit;
   if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return hit;
-  static_cast<SurfacePoint&>(hit) =
-      impl_->surfacePoint(query.hit.geomID, query.hit.primID, query.hit.u, query.hit.v);
+  static_cast<SurfacePoint&>(hit) = impl_->surfacePoint(query.hit.geomID, query.hit.primID, query.hit.u, query.hit.v);
   hit.t = query.ray.tfar;
   return hit;
 }

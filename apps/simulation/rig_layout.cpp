@@ -27,7 +27,8 @@ Layout parse(const std::string& rig) {
     const int cameras = std::stoi(match[2]);
     if (cameras >= 1 && cameras <= 64) return {match[1] == "walls", cameras, match[3].matched};
   }
-  throw io::InputError("rig '" + rig + "' is not known; must be ring-N or walls-N, N from 1 to 64, or with -narrow behind it");
+  throw io::InputError("rig '" + rig +
+                       "' is not known; must be ring-N or walls-N, N from 1 to 64, or with -narrow behind it");
 }
 
 /** \brief Where camera k looks: the middle of the subject, or a part of it that is its own. */

@@ -14,15 +14,20 @@ void addSmallThings(Objects& objects, const Place& table, Random& random) {
   const auto spread = [&](float reach) { return reach * (2 * static_cast<float>(random.uniform()) - 1); };
   const Eigen::Isometry3f on_table = table.pose(kTableHeight);
   const Vector3f at_bowl(-0.3f + spread(0.08f), spread(0.12f), 0);
-  objects.push_back({"bowl", moved(bowl(0.12f, 0.004f), on_table * placed(at_bowl, 0)),
+  objects.push_back({"bowl",
+                     moved(bowl(0.12f, 0.004f), on_table * placed(at_bowl, 0)),
                      {Material::Stripes, {226, 228, 232}, {70, 110, 170}, 0.03f, 0.75f}});
   const Vector3f at_vase(0.25f + spread(0.08f), spread(0.1f), 0);
-  objects.push_back({"vase", moved(bottle(0.07f, 0.26f), on_table * placed(at_vase, 0)),
+  objects.push_back({"vase",
+                     moved(bottle(0.07f, 0.26f), on_table * placed(at_vase, 0)),
                      {Material::Checker, {180, 60, 90}, {236, 214, 190}, 0.03f, 0.7f}});
   const Eigen::Isometry3f book = on_table * placed({spread(0.1f), -0.2f, 0.015f}, spread(0.6f));
-  objects.push_back({"book", moved(box({0.21f, 0.15f, 0.03f}), book), {Material::Stripes, {38, 70, 132}, {226, 220, 206}, 0.05f, 0.7f}});
+  objects.push_back({"book",
+                     moved(box({0.21f, 0.15f, 0.03f}), book),
+                     {Material::Stripes, {38, 70, 132}, {226, 220, 206}, 0.05f, 0.7f}});
   constexpr float ball = 0.12f;
-  objects.push_back({"ball", moved(sphere(ball), {-1.3f + spread(0.15f), 0.9f + spread(0.2f), ball}),
+  objects.push_back({"ball",
+                     moved(sphere(ball), {-1.3f + spread(0.15f), 0.9f + spread(0.2f), ball}),
                      {Material::Checker, {220, 96, 40}, {240, 236, 224}, 0.07f, 0.7f}});
 }
 
@@ -31,9 +36,12 @@ void addPictures(Objects& objects, const Eigen::AlignedBox3f& room) {
     objects.push_back({"picture", moved(box(size), at), material});
   };
   const Vector3f low = room.min(), high = room.max();
-  hang({low.x() + 0.015f, 0.4f, 1.45f}, {0.03f, 0.9f, 0.6f}, {Material::Checker, {196, 84, 60}, {60, 92, 120}, 0.1f, 0.6f});
-  hang({0.3f, low.y() + 0.015f, 1.5f}, {1.0f, 0.03f, 0.5f}, {Material::Noise, {226, 180, 90}, {60, 84, 130}, 0.08f, 0.6f});
-  hang({-0.9f, high.y() - 0.015f, 1.5f}, {0.5f, 0.03f, 0.7f}, {Material::Stripes, {52, 120, 96}, {232, 222, 196}, 0.09f, 0.6f});
+  hang({low.x() + 0.015f, 0.4f, 1.45f}, {0.03f, 0.9f, 0.6f},
+       {Material::Checker, {196, 84, 60}, {60, 92, 120}, 0.1f, 0.6f});
+  hang({0.3f, low.y() + 0.015f, 1.5f}, {1.0f, 0.03f, 0.5f},
+       {Material::Noise, {226, 180, 90}, {60, 84, 130}, 0.08f, 0.6f});
+  hang({-0.9f, high.y() - 0.015f, 1.5f}, {0.5f, 0.03f, 0.7f},
+       {Material::Stripes, {52, 120, 96}, {232, 222, 196}, 0.09f, 0.6f});
 }
 
 }  // namespace

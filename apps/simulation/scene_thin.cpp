@@ -23,9 +23,11 @@ TriangleMesh lattice() {
   for (const float side : {-1.0f, 1.0f}) bar(side * 0.5f * (width - rim), 0.5f * height, rim, height, rim);
   for (const float z : {0.5f * rim, height - 0.5f * rim}) bar(0, z, width - 2 * rim, rim, rim);
   const float widths[] = {0.005f, 0.008f, 0.010f, 0.015f, 0.010f, 0.008f, 0.005f};
-  for (int k = 0; k < 7; ++k) bar(0.06f * static_cast<float>(k - 3), 0.5f * height, widths[k], height - 2 * rim, widths[k]);
+  for (int k = 0; k < 7; ++k)
+    bar(0.06f * static_cast<float>(k - 3), 0.5f * height, widths[k], height - 2 * rim, widths[k]);
   const float heights[] = {0.015f, 0.010f, 0.008f, 0.005f};
-  for (int k = 0; k < 4; ++k) bar(0, 0.085f * static_cast<float>(k + 1), width - 2 * rim, heights[k], 0.7f * heights[k]);
+  for (int k = 0; k < 4; ++k)
+    bar(0, 0.085f * static_cast<float>(k + 1), width - 2 * rim, heights[k], 0.7f * heights[k]);
   return mesh;
 }
 
@@ -41,13 +43,15 @@ TriangleMesh hand() {
     const double bones[] = {length / 2.12, 0.62 * length / 2.12, 0.5 * length / 2.12};
     for (int k = 0; k < 3; ++k) {
       const double angle = bend * (k + 0.5);
-      f.joints[k + 1] = f.joints[k] + bones[k] * Vector3d(std::sin(lean) * std::cos(angle), -std::sin(angle), std::cos(lean) * std::cos(angle));
+      f.joints[k + 1] = f.joints[k] + bones[k] * Vector3d(std::sin(lean) * std::cos(angle), -std::sin(angle),
+                                                          std::cos(lean) * std::cos(angle));
     }
     return f;
   };
-  const std::vector<Finger> fingers = {finger(-0.033, 0.145, -0.24, 0.10, 0.072, 0.0085), finger(-0.012, 0.152, -0.08, 0.16, 0.080, 0.0090),
-                                       finger(0.010, 0.150, 0.06, 0.22, 0.076, 0.0088), finger(0.031, 0.140, 0.24, 0.28, 0.060, 0.0078),
-                                       finger(-0.030, 0.085, -0.85, 0.22, 0.075, 0.0105)};
+  const std::vector<Finger> fingers = {
+      finger(-0.033, 0.145, -0.24, 0.10, 0.072, 0.0085), finger(-0.012, 0.152, -0.08, 0.16, 0.080, 0.0090),
+      finger(0.010, 0.150, 0.06, 0.22, 0.076, 0.0088), finger(0.031, 0.140, 0.24, 0.28, 0.060, 0.0078),
+      finger(-0.030, 0.085, -0.85, 0.22, 0.075, 0.0105)};
   const ImplicitBody body = [&](const Vector3d& p) {
     double f = capsuleDistance(p.cwiseProduct(Vector3d(1, 1.35, 1)), {0, 0, 0.018}, {0, 0, 0.07}, 0.032, 0.030);
     for (const double x : {-0.024, -0.008, 0.008, 0.024})
@@ -55,7 +59,10 @@ TriangleMesh hand() {
     for (const Finger& finger_of : fingers) {
       double own = 1;
       for (int k = 0; k < 3; ++k)
-        own = smoothUnion(own, capsuleDistance(p, finger_of.joints[k], finger_of.joints[k + 1], finger_of.radii[k], finger_of.radii[k + 1]), 0.003);
+        own = smoothUnion(own,
+                          capsuleDistance(p, finger_of.joints[k], finger_of.joints[k + 1], finger_of.radii[k],
+                                          finger_of.radii[k + 1]),
+                          0.003);
       f = smoothUnion(f, own, 0.008);
     }
     return f;
@@ -99,13 +106,16 @@ std::unique_ptr<Scene> makeThinScene(std::uint32_t seed) {
   addTable(objects, {0, 0, 0}, {1.6f, 0.9f});
   Random random(seed, 0, 0, 41);
   const auto spread = [&](float reach) { return reach * (2 * static_cast<float>(random.uniform()) - 1); };
-  const auto put = [&](const std::string& name, TriangleMesh mesh, float x, float y, float angle, const Material& material) {
+  const auto put = [&](const std::string& name, TriangleMesh mesh, float x, float y, float angle,
+                       const Material& material) {
     const Eigen::Isometry3f T = placed({x, y, kTableHeight}, angle);
     mesh.rest = mesh.vertices;
     objects.push_back({name, moved(std::move(mesh), T), material});
   };
-  put("lattice", lattice(), -0.42f + spread(0.05f), 0.24f + spread(0.03f), spread(0.25f), {Material::Plain, {222, 220, 210}, {}, 0.1f, 0.7f});
-  put("hand", hand(), 0.1f + spread(0.05f), -0.05f + spread(0.05f), spread(0.6f), {Material::Noise, {224, 172, 140}, {206, 146, 118}, 0.02f, 0.6f});
+  put("lattice", lattice(), -0.42f + spread(0.05f), 0.24f + spread(0.03f), spread(0.25f),
+      {Material::Plain, {222, 220, 210}, {}, 0.1f, 0.7f});
+  put("hand", hand(), 0.1f + spread(0.05f), -0.05f + spread(0.05f), spread(0.6f),
+      {Material::Noise, {224, 172, 140}, {206, 146, 118}, 0.02f, 0.6f});
   constexpr float span = 0.55f;
   TriangleMesh posts;
   for (const float x : {0.0f, span}) append(posts, moved(cylinder(0.009f, 0.007f, 0.38f), {x, 0, 0}));
@@ -113,7 +123,8 @@ std::unique_ptr<Scene> makeThinScene(std::uint32_t seed) {
   const float y = -0.26f + spread(0.03f), turn = spread(0.1f);
   put("posts", posts, -0.7f, y, turn, {Material::Plain, {90, 94, 100}, {}, 0.1f, 0.5f});
   put("ropes", ropes(span), -0.7f, y, turn, {Material::Stripes, {206, 60, 52}, {236, 226, 200}, 0.02f, 0.7f});
-  put("coil", coil(), 0.55f + spread(0.05f), -0.26f + spread(0.03f), 0, {Material::Stripes, {60, 90, 170}, {226, 222, 210}, 0.02f, 0.7f});
+  put("coil", coil(), 0.55f + spread(0.05f), -0.26f + spread(0.03f), 0,
+      {Material::Stripes, {60, 90, 170}, {226, 222, 210}, 0.02f, 0.7f});
   addPlant(objects, {0.52f + spread(0.04f), 0.2f + spread(0.03f), 0}, kTableHeight, 0.42f, seed);
   addChair(objects, {0.15f + spread(0.1f), -0.86f, spread(0.2f)});
   const Eigen::AlignedBox3f subject(Vector3f(-0.8f, -1.1f, 0.3f), Vector3f(0.8f, 0.45f, 1.2f));

@@ -103,7 +103,8 @@ class StructuredLight : public Sensor {
   static float axialDeviation(float z, float theta) {
     const float from_nearest = z - 0.4f;
     const float open = std::max(kPi / 2 - theta, 0.05f);
-    const float measured = 0.0012f + 0.0019f * from_nearest * from_nearest + 0.0001f / std::sqrt(z) * theta * theta / (open * open);
+    const float measured =
+        0.0012f + 0.0019f * from_nearest * from_nearest + 0.0001f / std::sqrt(z) * theta * theta / (open * open);
     // What they measured holds the error of rounding to a disparity, which quantised() adds.
     const float step = z * z / kSteps;
     return std::sqrt(std::max(measured * measured - step * step / 12, 0.0f));
@@ -125,7 +126,8 @@ class StructuredLight : public Sensor {
    *  mixture of both. */
   float beside(const TrueView& truth, int u, int v, Random& random) const {
     const float x = std::clamp(static_cast<float>(u + 0.5 * random.gaussian()), 0.0f, static_cast<float>(K_.width - 1));
-    const float y = std::clamp(static_cast<float>(v + 0.5 * random.gaussian()), 0.0f, static_cast<float>(K_.height - 1));
+    const float y =
+        std::clamp(static_cast<float>(v + 0.5 * random.gaussian()), 0.0f, static_cast<float>(K_.height - 1));
     const int u0 = static_cast<int>(x), v0 = static_cast<int>(y);
     const int u1 = std::min(u0 + 1, K_.width - 1), v1 = std::min(v0 + 1, K_.height - 1);
     const float a = x - static_cast<float>(u0), b = y - static_cast<float>(v0);
@@ -147,8 +149,7 @@ class StructuredLight : public Sensor {
  *  each other. Light that took a detour over another surface (multipath) lengthens what corners measure. */
 class TimeOfFlight : public Sensor {
  public:
-  TimeOfFlight(double scale, bool multipath)
-      : K_(scaledIntrinsics(640, 576, 504.0f, scale)), multipath_(multipath) {}
+  TimeOfFlight(double scale, bool multipath) : K_(scaledIntrinsics(640, 576, 504.0f, scale)), multipath_(multipath) {}
   Intrinsics intrinsics() const override { return K_; }
   float minRange() const override { return 0.5f; }
   float maxRange() const override { return 3.86f; }
@@ -194,12 +195,13 @@ class TimeOfFlight : public Sensor {
   static float returned(const RayScene& scene, const RayHit& hit, const Vector3f& from) {
     const Vector3f towards = from - hit.position;
     const float squared = std::max(towards.squaredNorm(), 1e-4f);
-    return scene.object(hit.object).material.infrared * std::fabs(hit.normal.dot(towards)) / (squared * std::sqrt(squared));
+    return scene.object(hit.object).material.infrared * std::fabs(hit.normal.dot(towards)) /
+           (squared * std::sqrt(squared));
   }
 
   /** \brief One bounce: light that reached another surface first. Five times the central ray's, like the direct light. */
-  void addDetours(const RayScene& scene, const PixelRays& rays, const RayHit& hit, float length_per_depth, Random& random,
-                  Echo& echo) const {
+  void addDetours(const RayScene& scene, const PixelRays& rays, const RayHit& hit, float length_per_depth,
+                  Random& random, Echo& echo) const {
     constexpr int samples = 12;
     const Vector3f towards = rays.origin() - hit.position;
     const Vector3f normal = hit.normal.dot(towards) > 0 ? hit.normal : Vector3f(-hit.normal);
@@ -213,7 +215,8 @@ class TimeOfFlight : public Sensor {
                                  std::sqrt(1 - squared_radius) * normal;
       const RayHit bounce = scene.intersect(hit.position + 1e-3f * normal, direction);
       if (!bounce || scene.occluded(rays.origin(), bounce.position, 2e-3f)) continue;
-      const float light = 5.0f / samples * scene.object(hit.object).material.infrared * returned(scene, bounce, rays.origin());
+      const float light =
+          5.0f / samples * scene.object(hit.object).material.infrared * returned(scene, bounce, rays.origin());
       const float detour = (bounce.position - rays.origin()).norm() + bounce.t + towards.norm();
       echo.light += light;
       echo.light_depth += light * 0.5f * detour / length_per_depth;
@@ -262,7 +265,8 @@ class ActiveStereo : public Sensor {
       const bool unseen = truth.seen_twice.at(u, v) == 0 && doubt < 0.9;
       depth.at(u, v) = 0;
       if (!(z > 0) || (unseen && !fattened) || doubt < smoothStep(1.22f, 1.48f, theta)) return;
-      const float disparity = 424.0f * kBaseline / z + 0.08f * (0.95f * shared.at(u, v) + 0.31f * static_cast<float>(own));
+      const float disparity =
+          424.0f * kBaseline / z + 0.08f * (0.95f * shared.at(u, v) + 0.31f * static_cast<float>(own));
       const float rounded = std::floor(disparity * 32 + 0.5f) / 32;  // five bits below the pixel
       if (rounded > 0) depth.at(u, v) = 424.0f * kBaseline / rounded;
     });
@@ -283,7 +287,8 @@ class ActiveStereo : public Sensor {
     Match nearest{std::numeric_limits<float>::infinity(), 0};
     for (int b = std::max(v - reach, 0); b <= std::min(v + reach, K_.height - 1); ++b)
       for (int a = std::max(u - reach, 0); a <= std::min(u + reach, K_.width - 1); ++a)
-        if (truth.depth.at(a, b) > 0 && truth.depth.at(a, b) < nearest.depth) nearest = {truth.depth.at(a, b), truth.cosine.at(a, b)};
+        if (truth.depth.at(a, b) > 0 && truth.depth.at(a, b) < nearest.depth)
+          nearest = {truth.depth.at(a, b), truth.cosine.at(a, b)};
     return nearest.depth < 0.95f * own.depth ? nearest : own;  // on one surface the match stays its own
   }
 
@@ -297,7 +302,8 @@ std::vector<std::string> sensorNames() {
 }
 
 std::unique_ptr<Sensor> makeSensor(const std::string& name, double scale) {
-  if (!(scale > 0 && scale <= 2)) throw io::InputError("sensor scale is " + std::to_string(scale) + ", must be in (0, 2]");
+  if (!(scale > 0 && scale <= 2))
+    throw io::InputError("sensor scale is " + std::to_string(scale) + ", must be in (0, 2]");
   if (name == "ideal") return std::make_unique<IdealSensor>(scale);
   if (name == "structured_light") return std::make_unique<StructuredLight>(scale);
   if (name == "time_of_flight") return std::make_unique<TimeOfFlight>(scale, false);
@@ -311,7 +317,8 @@ std::unique_ptr<Sensor> makeSensor(const std::string& name, double scale) {
 Vector3f litColor(const Material& material, const Vector3f& n, const Vector3f& rest) {
   // Two far lamps and the light of the walls; no shadows.
   const Vector3f lamp = Vector3f(0.3f, -0.5f, 0.81f), window = Vector3f(-0.8f, 0.5f, 0.33f);
-  const float light = 0.45f + 0.1f * (n.z() + 1) + 0.3f * std::max(0.0f, n.dot(lamp)) + 0.15f * std::max(0.0f, n.dot(window));
+  const float light =
+      0.45f + 0.1f * (n.z() + 1) + 0.3f * std::max(0.0f, n.dot(lamp)) + 0.15f * std::max(0.0f, n.dot(window));
   return (light * albedo(material, rest)).cwiseMin(255.0f);
 }
 
@@ -323,7 +330,8 @@ void renderColor(const RayScene& scene, const Intrinsics& K, const Eigen::Isomet
   own.seed += 0x5bd1e995;  // not the depth image's noise
   forEachPixel(K, own, threads, [&](int u, int v, Random& random) {
     const RayHit hit = scene.intersect(rays.origin(), rays.direction(static_cast<float>(u), static_cast<float>(v)));
-    const Vector3f c = hit ? litColor(scene.object(hit.object).material, hit.normal, hit.rest) : Vector3f(Vector3f::Zero());
+    const Vector3f c =
+        hit ? litColor(scene.object(hit.object).material, hit.normal, hit.rest) : Vector3f(Vector3f::Zero());
     const auto channel = [&](float value) {
       return static_cast<std::uint8_t>(std::clamp(value + 2.0f * static_cast<float>(random.gaussian()), 0.0f, 255.0f));
     };

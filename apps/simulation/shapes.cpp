@@ -63,7 +63,8 @@ std::vector<Vector2f> tangents(const std::vector<Vector2f>& piece) {
 }
 
 /** \brief A flat disc that ends a tube; normal along its axis. */
-void addCap(TriangleMesh& mesh, const std::vector<Vector3f>& ring, const Vector3f& centre, const Vector3f& normal, bool reversed) {
+void addCap(TriangleMesh& mesh, const std::vector<Vector3f>& ring, const Vector3f& centre, const Vector3f& normal,
+            bool reversed) {
   const std::uint32_t middle = addVertex(mesh, centre, normal);
   for (const Vector3f& p : ring) addVertex(mesh, p, normal);
   const auto n = static_cast<std::uint32_t>(ring.size());
@@ -108,7 +109,8 @@ TriangleMesh roundedBox(const Vector3f& size, float radius) {
   std::vector<int> sides;
   for (int k = -steps; k <= steps; ++k)
     for (int side = k <= 0 ? -1 : 1; side <= (k >= 0 ? 1 : -1); side += 2) {
-      slopes.push_back(std::abs(k) == steps ? (k < 0 ? -1.0 : 1.0) : std::tan(0.25 * static_cast<double>(kPi) * k / steps));
+      slopes.push_back(std::abs(k) == steps ? (k < 0 ? -1.0 : 1.0)
+                                            : std::tan(0.25 * static_cast<double>(kPi) * k / steps));
       sides.push_back(side);
     }
   const Vector3d core = (0.5f * size - Vector3f::Constant(radius)).cast<double>();
@@ -126,7 +128,8 @@ TriangleMesh roundedBox(const Vector3f& size, float radius) {
           corner[(axis + 1) % 3] = sides[i];
           corner[(axis + 2) % 3] = sides[j];
           const Vector3d normal = d.normalized();
-          addVertex(mesh, (core.cwiseProduct(corner) + static_cast<double>(radius) * normal).cast<float>(), normal.cast<float>());
+          addVertex(mesh, (core.cwiseProduct(corner) + static_cast<double>(radius) * normal).cast<float>(),
+                    normal.cast<float>());
         }
       }
       for (std::uint32_t j = 0; j + 1 < n; ++j) {
@@ -142,7 +145,8 @@ TriangleMesh roundedBox(const Vector3f& size, float radius) {
 }
 
 std::vector<Vector2f> arc(const Vector2f& centre, float radius, float from, float to) {
-  const int n = std::max(4, static_cast<int>(std::ceil(static_cast<float>(piecesOfCircle(radius)) * std::fabs(to - from) / (2 * kPi))));
+  const int n = std::max(
+      4, static_cast<int>(std::ceil(static_cast<float>(piecesOfCircle(radius)) * std::fabs(to - from) / (2 * kPi))));
   std::vector<Vector2f> points;
   for (int k = 0; k <= n; ++k) {
     const float angle = from + (to - from) * static_cast<float>(k) / static_cast<float>(n);
@@ -218,7 +222,8 @@ TriangleMesh torus(float ring_radius, float tube_radius) {
       addVertex(mesh, p, (p - ring_radius * out).normalized());
   }
   for (int k = 0; k < n; ++k)
-    joinRings(mesh, static_cast<std::uint32_t>(k * m), static_cast<std::uint32_t>((k + 1) % n * m), static_cast<std::uint32_t>(m));
+    joinRings(mesh, static_cast<std::uint32_t>(k * m), static_cast<std::uint32_t>((k + 1) % n * m),
+              static_cast<std::uint32_t>(m));
   return mesh;
 }
 

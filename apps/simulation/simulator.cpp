@@ -21,12 +21,17 @@ void require(bool good, const std::string& name, double value, const std::string
 }
 
 void check(const SimulationOptions& o) {
-  require(o.frames_per_second > 0 && o.frames_per_second <= 1000, "frames per second", o.frames_per_second, "in (0, 1000]");
-  require(o.faults.position_error >= 0 && o.faults.position_error <= 1, "position error in metres", o.faults.position_error, "in [0, 1]");
-  require(o.faults.rotation_error >= 0 && o.faults.rotation_error <= 0.8, "rotation error in radians", o.faults.rotation_error, "in [0, 0.8]");
-  require(o.faults.depth_bias >= 0 && o.faults.depth_bias <= 0.5, "depth bias in metres", o.faults.depth_bias, "in [0, 0.5]");
+  require(o.frames_per_second > 0 && o.frames_per_second <= 1000, "frames per second", o.frames_per_second,
+          "in (0, 1000]");
+  require(o.faults.position_error >= 0 && o.faults.position_error <= 1, "position error in metres",
+          o.faults.position_error, "in [0, 1]");
+  require(o.faults.rotation_error >= 0 && o.faults.rotation_error <= 0.8, "rotation error in radians",
+          o.faults.rotation_error, "in [0, 0.8]");
+  require(o.faults.depth_bias >= 0 && o.faults.depth_bias <= 0.5, "depth bias in metres", o.faults.depth_bias,
+          "in [0, 0.5]");
   require(o.faults.drop_rate >= 0 && o.faults.drop_rate <= 1, "drop rate", o.faults.drop_rate, "in [0, 1]");
-  require(o.faults.out_of_sync >= 0 && o.faults.out_of_sync <= 1, "time out of sync in seconds", o.faults.out_of_sync, "in [0, 1]");
+  require(o.faults.out_of_sync >= 0 && o.faults.out_of_sync <= 1, "time out of sync in seconds", o.faults.out_of_sync,
+          "in [0, 1]");
 }
 
 Eigen::Vector3d randomDirection(Random& random) {

@@ -21,15 +21,22 @@ TriangleMesh bowl(float radius, float wall) {
   const Vector2f centre(0, radius * std::cos(foot));
   const auto outside = arc(centre, radius, foot - 0.5f * kPi, 0);
   const auto inside = arc(centre, radius - wall, 0, foot + 0.05f - 0.5f * kPi);
-  return lathe({{{0, outside.front().y()}, outside.front()}, outside, {outside.back(), inside.front()}, inside,
+  return lathe({{{0, outside.front().y()}, outside.front()},
+                outside,
+                {outside.back(), inside.front()},
+                inside,
                 {inside.back(), {0, inside.back().y()}}});
 }
 
 TriangleMesh cup(float radius, float height, float wall) {
   const float inside = radius - wall, low = 0.006f, edge = 0.006f;
   const auto bottom = arc({radius - edge, edge}, edge, -0.5f * kPi, 0);
-  TriangleMesh mesh = lathe({{{0, 0}, bottom.front()}, bottom, {bottom.back(), {radius, height}},
-                             {{radius, height}, {inside, height}}, {{inside, height}, {inside, low}}, {{inside, low}, {0, low}}});
+  TriangleMesh mesh = lathe({{{0, 0}, bottom.front()},
+                             bottom,
+                             {bottom.back(), {radius, height}},
+                             {{radius, height}, {inside, height}},
+                             {{inside, height}, {inside, low}},
+                             {{inside, low}, {0, low}}});
   const float reach = 0.3f * height;
   std::vector<Vector3f> handle;  // ends within the wall
   for (int k = 0; k <= 40; ++k) {
@@ -50,15 +57,21 @@ TriangleMesh bottle(float radius, float height) {
   const float high = low + 2 * bend * std::sin(turn);
   auto throat = arc({neck + bend, high}, bend, kPi + turn, kPi);
   throat.front() = shoulder.back();
-  return lathe({{{0, 0}, bottom.front()}, bottom, {bottom.back(), shoulder.front()}, shoulder, throat,
-                {throat.back(), {neck, height}}, {{neck, height}, {0, height}}});
+  return lathe({{{0, 0}, bottom.front()},
+                bottom,
+                {bottom.back(), shoulder.front()},
+                shoulder,
+                throat,
+                {throat.back(), {neck, height}},
+                {{neck, height}, {0, height}}});
 }
 
 TriangleMesh gear(float radius, float height, int teeth) {
   std::vector<Vector2f> outline;
   for (int k = 0; k < teeth; ++k) {
     const float pitch = 2 * kPi / static_cast<float>(teeth), start = pitch * static_cast<float>(k);
-    const float corners[4][2] = {{0.1f, 0.82f}, {0.28f, 1.0f}, {0.52f, 1.0f}, {0.7f, 0.82f}};  // of the pitch, of the radius
+    const float corners[4][2] = {
+        {0.1f, 0.82f}, {0.28f, 1.0f}, {0.52f, 1.0f}, {0.7f, 0.82f}};  // of the pitch, of the radius
     for (const auto& c : corners) {
       const float angle = start + c[0] * pitch;
       outline.push_back(radius * c[1] * Vector2f(std::cos(angle), std::sin(angle)));

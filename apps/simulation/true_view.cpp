@@ -61,8 +61,8 @@ io::FloatImage correlatedNoise(int width, int height, float sigma, std::uint64_t
   };
   eachRow([&](int v) {
     for (int u = 0; u < width; ++u)
-      white.at(u, v) = static_cast<float>(
-          Random(seed, static_cast<std::uint64_t>(v), static_cast<std::uint64_t>(u), 77).gaussian());
+      white.at(u, v) =
+          static_cast<float>(Random(seed, static_cast<std::uint64_t>(v), static_cast<std::uint64_t>(u), 77).gaussian());
   });
   eachRow([&](int v) {
     for (int u = 0; u < width; ++u) rows.at(u, v) = filtered(kernel, radius, &white.at(u, v), 1, u, width);

@@ -24,13 +24,18 @@ using Eigen::Vector3f;
 constexpr const char* kPatterns[] = {"plain", "checker", "stripes", "wood", "noise"};
 
 Json colorJson(const Rgb8& c) { return {c.r, c.g, c.b}; }
-Rgb8 colorOf(const Json& json) { return {json.at(0).get<std::uint8_t>(), json.at(1).get<std::uint8_t>(), json.at(2).get<std::uint8_t>()}; }
+Rgb8 colorOf(const Json& json) {
+  return {json.at(0).get<std::uint8_t>(), json.at(1).get<std::uint8_t>(), json.at(2).get<std::uint8_t>()};
+}
 
 Json objectJson(const Object& object, bool moving) {
   const Material& m = object.material;
-  return {{"name", object.name},           {"moving", moving},
-          {"pattern", kPatterns[m.pattern]}, {"first", colorJson(m.first)},
-          {"second", colorJson(m.second)}, {"size", m.size},
+  return {{"name", object.name},
+          {"moving", moving},
+          {"pattern", kPatterns[m.pattern]},
+          {"first", colorJson(m.first)},
+          {"second", colorJson(m.second)},
+          {"size", m.size},
           {"infrared", m.infrared}};
 }
 
@@ -71,7 +76,8 @@ void append(std::string& bytes, const T& value) {
 }
 
 /** \brief The bytes of one vertex, in the order of the header in meshFile(). */
-void appendVertex(std::string& bytes, const Object& object, const TriangleMesh& mesh, std::size_t k, std::uint16_t number) {
+void appendVertex(std::string& bytes, const Object& object, const TriangleMesh& mesh, std::size_t k,
+                  std::uint16_t number) {
   const Vector3f& rest = mesh.rest.empty() ? mesh.vertices[k] : mesh.rest[k];
   for (const Vector3f* v : {&mesh.vertices[k], &mesh.normals[k], &rest})
     for (int axis = 0; axis < 3; ++axis) append(bytes, (*v)[axis]);
@@ -100,7 +106,8 @@ std::string meshFile(const std::vector<Object>& objects, std::size_t first) {
   for (const char* name : {"x", "y", "z", "nx", "ny", "nz", "rest_x", "rest_y", "rest_z"})
     header << "property float " << name << '\n';
   for (const char* name : {"red", "green", "blue"}) header << "property uchar " << name << '\n';
-  header << "property ushort object\nelement face " << face_count << "\nproperty list uchar uint vertex_indices\nend_header\n";
+  header << "property ushort object\nelement face " << face_count
+         << "\nproperty list uchar uint vertex_indices\nend_header\n";
   return header.str() + vertices + faces;
 }
 
@@ -138,7 +145,8 @@ void readMeshes(const std::string& path, std::size_t first, std::vector<Object>&
   for (const char* name : {"x", "y", "z", "normal_x", "normal_y", "normal_z", "rest_x", "rest_y", "rest_z"})
     fields.emplace_back(file.cloud, name, path);
   const auto vector = [&](std::size_t point, std::size_t field) {
-    return Vector3f(fields[field].at<float>(point), fields[field + 1].at<float>(point), fields[field + 2].at<float>(point));
+    return Vector3f(fields[field].at<float>(point), fields[field + 1].at<float>(point),
+                    fields[field + 2].at<float>(point));
   };
   for (Object& object : objects) object.mesh = {};
   const std::size_t count = static_cast<std::size_t>(file.cloud.width) * file.cloud.height;

@@ -27,7 +27,7 @@ class Truth {
  private:
   std::string folder_;
   std::vector<Camera> cameras_;
-  std::vector<Object> fixed_;   // materials only, until the meshes are read
+  std::vector<Object> fixed_;  // materials only, until the meshes are read
   std::vector<Object> moving_;
   float min_range_{0};
   float max_range_{0};

@@ -108,7 +108,8 @@ void summarise(std::vector<float> distances, TruthQuality& quality) {
   double sum = 0;
   for (const float d : distances) sum += static_cast<double>(d);
   const auto at = [&](double share) {
-    return 1e3 * static_cast<double>(distances[static_cast<std::size_t>(share * static_cast<double>(distances.size() - 1))]);
+    return 1e3 *
+           static_cast<double>(distances[static_cast<std::size_t>(share * static_cast<double>(distances.size() - 1))]);
   };
   quality.accuracy_mean = 1e3 * sum / static_cast<double>(distances.size());
   quality.accuracy_median = at(0.5);
@@ -153,13 +154,15 @@ PlainCloud plainCloud(const pcl::PCLPointCloud2& cloud) {
 std::vector<SurfacePoint> visibleSurface(const RayScene& scene, const std::vector<Camera>& cameras,
                                          const std::vector<bool>& present, const Visibility& visibility, int threads) {
   std::vector<SurfacePoint> samples;
-  for (std::uint32_t k = 0; k < scene.objectCount(); ++k) sampleMesh(scene.object(k).mesh, k, visibility.spacing, samples);
+  for (std::uint32_t k = 0; k < scene.objectCount(); ++k)
+    sampleMesh(scene.object(k).mesh, k, visibility.spacing, samples);
   std::vector<host::ViewGeometry> views(cameras.size());
   for (std::size_t i = 0; i < cameras.size(); ++i) views[i].assign(cameras[i]);
   std::vector<std::uint8_t> visible(samples.size());
   forEach(samples.size(), threads, [&](std::size_t k) {
     for (std::size_t i = 0; i < cameras.size() && !visible[k]; ++i)
-      visible[k] = present[i] && sees(scene, views[i], cameras[i].T_world_camera.translation().cast<float>(), visibility, samples[k]);
+      visible[k] = present[i] &&
+                   sees(scene, views[i], cameras[i].T_world_camera.translation().cast<float>(), visibility, samples[k]);
   });
   std::size_t kept = 0;
   for (std::size_t k = 0; k < samples.size(); ++k)

@@ -47,7 +47,8 @@ inline std::size_t openEdges(const std::vector<const TriangleMesh*>& meshes) {
   for (const TriangleMesh* mesh : meshes) {
     std::vector<int> welded;
     for (const Vector3f& v : mesh->vertices)
-      welded.push_back(numbers.emplace(std::array<float, 3>{v.x(), v.y(), v.z()}, static_cast<int>(numbers.size())).first->second);
+      welded.push_back(
+          numbers.emplace(std::array<float, 3>{v.x(), v.y(), v.z()}, static_cast<int>(numbers.size())).first->second);
     for (const auto& t : mesh->triangles)
       for (std::size_t k = 0; k < 3; ++k) {
         const int a = welded[t[k]], b = welded[t[(k + 1) % 3]];

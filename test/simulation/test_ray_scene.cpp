@@ -36,7 +36,8 @@ TEST(RayScene, MeasuresAlongARayInLengthsOfItsDirection) {
 
 TEST(RayScene, SeesASurfaceFromBothSides) {
   const RayScene scene = sceneOf({squareFacingUp(1, 0)});
-  const RayHit above = scene.intersect({0.3f, 0.1f, 2}, {0, 0, -1}), below = scene.intersect({0.3f, 0.1f, -3}, {0, 0, 1});
+  const RayHit above = scene.intersect({0.3f, 0.1f, 2}, {0, 0, -1}),
+               below = scene.intersect({0.3f, 0.1f, -3}, {0, 0, 1});
   EXPECT_NEAR(above.t, 2, 1e-5f);
   EXPECT_NEAR(below.t, 3, 1e-5f);
   EXPECT_TRUE(above.normal.isApprox(Vector3f::UnitZ(), 1e-6f));

@@ -13,11 +13,15 @@ using Eigen::Vector3d;
 class EmptyRoom : public Scene {
  public:
   std::vector<Object> fixedObjects() const override { return {}; }
-  Eigen::AlignedBox3f subject() const override { return {Eigen::Vector3f(-0.5f, -0.5f, 0), Eigen::Vector3f(0.5f, 0.5f, 1)}; }
+  Eigen::AlignedBox3f subject() const override {
+    return {Eigen::Vector3f(-0.5f, -0.5f, 0), Eigen::Vector3f(0.5f, 0.5f, 1)};
+  }
   Eigen::AlignedBox3f room() const override { return {Eigen::Vector3f(-4, -3, 0), Eigen::Vector3f(4, 3, 3)}; }
 };
 
-double fromOpticalAxis(const Eigen::Isometry3d& pose, const Vector3d& p) { return pose.linear().col(2).cross(p - pose.translation()).norm(); }
+double fromOpticalAxis(const Eigen::Isometry3d& pose, const Vector3d& p) {
+  return pose.linear().col(2).cross(p - pose.translation()).norm();
+}
 
 TEST(RigLayout, HasAsManyCamerasAsItsNameSaysInsideTheRoom) {
   const EmptyRoom scene;

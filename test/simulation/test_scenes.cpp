@@ -22,12 +22,16 @@ const Scene& sceneOnce(const std::string& name) {
   return *scene;
 }
 
-bool oneSided(const Object& object) { return object.name == "wall" || object.name == "floor" || object.name == "ceiling"; }
+bool oneSided(const Object& object) {
+  return object.name == "wall" || object.name == "floor" || object.name == "ceiling";
+}
 
 bool same(const std::vector<Object>& a, const std::vector<Object>& b) {
   if (a.size() != b.size()) return false;
   for (std::size_t k = 0; k < a.size(); ++k)
-    if (a[k].name != b[k].name || a[k].mesh.vertices != b[k].mesh.vertices || a[k].mesh.triangles != b[k].mesh.triangles) return false;
+    if (a[k].name != b[k].name || a[k].mesh.vertices != b[k].mesh.vertices ||
+        a[k].mesh.triangles != b[k].mesh.triangles)
+      return false;
   return true;
 }
 
@@ -61,7 +65,8 @@ TEST_P(EveryScene, LiesWithinItsRoom) {
   room.min().array() -= 1e-4f;
   room.max().array() += 1e-4f;
   for (const Object& object : scene().fixedObjects())
-    for (const Vector3f& v : object.mesh.vertices) ASSERT_TRUE(room.contains(v)) << object.name << " at " << v.transpose();
+    for (const Vector3f& v : object.mesh.vertices)
+      ASSERT_TRUE(room.contains(v)) << object.name << " at " << v.transpose();
 }
 
 TEST_P(EveryScene, IsTheSameForTheSameSeedOnly) {
@@ -80,7 +85,8 @@ TEST_P(EveryScene, LeavesRoomForTheCameras) {
         const Vector3f at = pose.translation().cast<float>();
         const RayHit hit = rays.nearest(at);
         EXPECT_GT(hit.t, 0.04f) << layout << count << " stands in " << rays.object(hit.object).name;
-        EXPECT_GT(hit.normal.dot(at - hit.position), 0) << layout << count << " stands in " << rays.object(hit.object).name;
+        EXPECT_GT(hit.normal.dot(at - hit.position), 0)
+            << layout << count << " stands in " << rays.object(hit.object).name;
         const Vector3f forward = pose.linear().col(2).cast<float>();
         const RayHit ahead = rays.intersect(at, forward);
         EXPECT_GT(ahead.t, 0.3f) << layout << count << " sees only " << rays.object(ahead.object).name;
@@ -89,12 +95,14 @@ TEST_P(EveryScene, LeavesRoomForTheCameras) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Scenes, EveryScene, testing::ValuesIn(sceneNames()), [](const auto& scene) { return scene.param; });
+INSTANTIATE_TEST_SUITE_P(Scenes, EveryScene, testing::ValuesIn(sceneNames()),
+                         [](const auto& scene) { return scene.param; });
 
 TEST(Scenes, OfAnotherNameAreRefused) { EXPECT_THROW(makeScene("moon", 1), fuse_flow::io::InputError); }
 
 TEST(Scenes, OnlyThePersonMoves) {
-  for (const std::string& name : sceneNames()) EXPECT_EQ(sceneOnce(name).movingObjects(1).empty(), name != "person") << name;
+  for (const std::string& name : sceneNames())
+    EXPECT_EQ(sceneOnce(name).movingObjects(1).empty(), name != "person") << name;
 }
 
 class Person : public testing::Test {
@@ -137,14 +145,16 @@ TEST_F(Person, HasTheSameTrianglesAtEveryTime) {
 
 TEST_F(Person, RestsExactlyOnTheImplicitSurface) {
   for (const Object& object : scene.movingObjects(0))
-    for (const Vector3f& v : object.mesh.rest) ASSERT_NEAR(PersonBody::distance(v.cast<double>()), 0, 1e-5) << v.transpose();
+    for (const Vector3f& v : object.mesh.rest)
+      ASSERT_NEAR(PersonBody::distance(v.cast<double>()), 0, 1e-5) << v.transpose();
 }
 
 TEST_F(Person, MovesSmoothly) {
   constexpr double step = 1.0 / 120;
   double fastest = 0;
   for (double start = 0; start < 10; start += 0.61) {
-    const std::vector<Object> a = scene.movingObjects(start), b = scene.movingObjects(start + step), c = scene.movingObjects(start + 2 * step);
+    const std::vector<Object> a = scene.movingObjects(start), b = scene.movingObjects(start + step),
+                              c = scene.movingObjects(start + 2 * step);
     for (std::size_t k = 0; k < a.size(); ++k)
       for (std::size_t i = 0; i < a[k].mesh.vertices.size(); i += 5) {
         const Vector3d ab = (b[k].mesh.vertices[i] - a[k].mesh.vertices[i]).cast<double>() / step;

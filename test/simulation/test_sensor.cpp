@@ -104,7 +104,8 @@ TEST(Sensor, ActiveStereoIsAsNoisyAsItsDisparity) {
 
 TEST(Sensor, OnBlackTimeOfFlightIsNoisierAsLessLightComesBack) {
   const auto sensor = makeSensor("time_of_flight", 0.5);
-  const double bright = deviation(middle(*sensor, wallAt(2)), 2), black = deviation(middle(*sensor, wallAt(2, 0, 0.1f)), 2);
+  const double bright = deviation(middle(*sensor, wallAt(2)), 2),
+               black = deviation(middle(*sensor, wallAt(2, 0, 0.1f)), 2);
   EXPECT_NEAR(black / bright, 7, 0.7);
 }
 
@@ -158,7 +159,8 @@ TEST(Sensor, MultipathLengthensWhatACornerMeasures) {
   const Eigen::Matrix3f R = Eigen::AngleAxisf(3.14159265f - 0.785398f, Vector3f::UnitY()).toRotationMatrix();
   for (Vector3f& v : other.mesh.vertices) v = R * v + Vector3f(0, 0, 2);
   scene.setMoving({other});
-  const double with = mean(middle(*makeSensor("time_of_flight_multipath", 0.25), scene)), without = mean(middle(*makeSensor("time_of_flight", 0.25), scene));
+  const double with = mean(middle(*makeSensor("time_of_flight_multipath", 0.25), scene)),
+               without = mean(middle(*makeSensor("time_of_flight", 0.25), scene));
   EXPECT_GT(with - without, 0.003);
   EXPECT_LT(with - without, 0.2);
   // A wall alone sends no light to itself.

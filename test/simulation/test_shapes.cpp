@@ -92,7 +92,8 @@ TEST(Material, PatternsGoBetweenTheirTwoColours) {
     for (int k = 0; k < 2000; ++k) {
       const auto at = static_cast<float>(k);
       const Vector3f c = albedo(material, {0.0137f * at, 0.0091f * at - 3, 0.0053f * at});
-      ASSERT_TRUE((c.array() >= Eigen::Array3f(100, 20, 10) - 0.01f).all() && (c.array() <= Eigen::Array3f(200, 100, 50) + 0.01f).all());
+      ASSERT_TRUE((c.array() >= Eigen::Array3f(100, 20, 10) - 0.01f).all() &&
+                  (c.array() <= Eigen::Array3f(200, 100, 50) + 0.01f).all());
       least = std::min(least, c.x());
       most = std::max(most, c.x());
     }

@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <filesystem>
+#include <set>
 #include <string>
 
 namespace {
@@ -27,7 +28,8 @@ SimulationOptions smallRig(const std::string& scene = "table", const std::string
 bool same(const LoadedFrame& a, const LoadedFrame& b) {
   bool equal = a.images.size() == b.images.size();
   for (std::size_t k = 0; equal && k < a.images.size(); ++k) {
-    equal = a.images[k].depth16.data == b.images[k].depth16.data && a.images[k].color.data.size() == b.images[k].color.data.size();
+    equal = a.images[k].depth16.data == b.images[k].depth16.data &&
+            a.images[k].color.data.size() == b.images[k].color.data.size();
     for (std::size_t i = 0; equal && i < a.images[k].color.data.size(); ++i) {
       const fuse_flow::Rgb8 &p = a.images[k].color.data[i], &q = b.images[k].color.data[i];
       equal = p.r == q.r && p.g == q.g && p.b == q.b;
@@ -103,7 +105,7 @@ TEST(Simulator, BiasIsAConstantOfEachCamera) {
   const LoadedFrame clean = measured(options);
   options.faults.depth_bias = 0.02;
   const LoadedFrame biased = measured(options);
-  std::vector<int> biases;
+  std::set<int> biases;
   for (std::size_t k = 0; k < clean.images.size(); ++k) {
     int least = 1 << 20, most = -(1 << 20);
     for (std::size_t i = 0; i < clean.images[k].depth16.data.size(); ++i) {
@@ -114,9 +116,9 @@ TEST(Simulator, BiasIsAConstantOfEachCamera) {
     }
     EXPECT_LE(most - least, 1) << "rounding";
     EXPECT_LE(std::abs(most), 200);  // 0.1 mm each
-    biases.push_back(most);
+    biases.insert(most);
   }
-  EXPECT_NE(biases[0], biases[1]) << biases[2] << ' ' << biases[3];
+  EXPECT_GE(biases.size(), 3u) << "each has its own";
 }
 
 TEST(Simulator, LosesTheStatedShareOfFrames) {
@@ -200,7 +202,8 @@ TEST_F(TruthFiles, GiveBackTheSameSurfacesMaterialsAndPoses) {
     const RayScene &read = truth.frame(frame), &made = simulator.truth(frame);
     ASSERT_EQ(read.objectCount(), made.objectCount());
     for (int k = 0; k < 300; ++k) {
-      const Vector3f p(0.015f * static_cast<float>(k) - 2.2f, 0.0037f * static_cast<float>(k) - 0.6f, 0.006f * static_cast<float>(k));
+      const Vector3f p(0.015f * static_cast<float>(k) - 2.2f, 0.0037f * static_cast<float>(k) - 0.6f,
+                       0.006f * static_cast<float>(k));
       const RayHit a = read.nearest(p), b = made.nearest(p);
       ASSERT_NEAR(a.t, b.t, 1e-6f);
       if ((a.position - b.position).norm() > 1e-5f) continue;  // as near on another surface

@@ -54,7 +54,8 @@ TEST_F(TruthQualityOfASquare, SamplesNothingThatNoCameraSees) {
   RayScene covered;
   covered.setFixed({mesh_checks::squareFacingUp(0.5f, 0), mesh_checks::squareFacingUp(0.25f, 1)});
   cameras[0].T_world_camera = lookAt({0, 0, 2}, {0, 0, 0});
-  for (const SurfacePoint& point : visibleSurface(covered, cameras, {true}, Visibility(), 2)) EXPECT_EQ(point.object, 1u);
+  for (const SurfacePoint& point : visibleSurface(covered, cameras, {true}, Visibility(), 2))
+    EXPECT_EQ(point.object, 1u);
 }
 
 TEST_F(TruthQualityOfASquare, IsPerfectForTheSurfaceItself) {
