@@ -22,10 +22,12 @@ constexpr bool has = pcl::traits::has_field<PointT, Field>::value;
 /** \brief Whether PointT has rgb or rgba. */
 template <typename PointT>
 constexpr bool has_color = has<PointT, pcl::fields::rgb> || has<PointT, pcl::fields::rgba>;
+// clang-format off: versions differ in what && after a template is
 /** \brief Whether PointT has all of normal_x, normal_y, normal_z. */
 template <typename PointT>
 constexpr bool has_normal =
-    has<PointT, pcl::fields::normal_x>&& has<PointT, pcl::fields::normal_y>&& has<PointT, pcl::fields::normal_z>;
+    has<PointT, pcl::fields::normal_x> && has<PointT, pcl::fields::normal_y> && has<PointT, pcl::fields::normal_z>;
+// clang-format on
 
 /** \brief Writes a field that PointT has; Value must have the field's type. */
 template <typename Field, typename Value, typename PointT>
