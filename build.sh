@@ -26,7 +26,8 @@ install_missing() {
   echo "Installing ${missing[*]}"
   "${root[@]}" apt-get update -q
   for package in "${optional[@]}"; do
-    if apt-cache show "$package" > /dev/null 2>&1; then missing+=("$package"); fi
+    # Not "show", which succeeds for names that other packages only refer to.
+    if apt-cache madison "$package" | grep -q .; then missing+=("$package"); fi
   done
   "${root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -q -y --no-install-recommends "${missing[@]}"
 }

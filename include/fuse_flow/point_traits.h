@@ -22,7 +22,8 @@ constexpr bool has = pcl::traits::has_field<PointT, Field>::value;
 /** \brief Whether PointT has rgb or rgba. */
 template <typename PointT>
 constexpr bool has_color = has<PointT, pcl::fields::rgb> || has<PointT, pcl::fields::rgba>;
-// clang-format off: versions differ in what && after a template is
+// Versions of clang-format differ in what && after a template is.
+// clang-format off
 /** \brief Whether PointT has all of normal_x, normal_y, normal_z. */
 template <typename PointT>
 constexpr bool has_normal =
