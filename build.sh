@@ -32,10 +32,12 @@ install_missing() {
   "${root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -q -y --no-install-recommends "${missing[@]}"
 }
 
-build() {  # build PRESET [TARGET…]
-  local preset=$1
-  shift
-  cmake --preset "$preset" > /dev/null || cmake --preset "$preset"
+build() {  # build [TARGET…]
+  local preset=release
+  # Ninja configures again by itself when what CMake has read changes; the presets it does not know.
+  if [ ! -e build/build.ninja ] || [ CMakePresets.json -nt build/build.ninja ]; then
+    cmake --preset "$preset" > /dev/null || cmake --preset "$preset"
+  fi
   if [ $# -gt 0 ]; then cmake --build --preset "$preset" --target "$@"; else cmake --build --preset "$preset"; fi
 }
 
@@ -44,15 +46,15 @@ with_display() { if [ -n "${DISPLAY:-}" ]; then "$@"; else xvfb-run -a -s "-scre
 # step OUTPUT INPUT… -- COMMAND…: runs the command unless it has succeeded since its inputs, or this script, last changed.
 # What it prints is kept, so that a second call can print it again.
 step() {
-  local output=$1 log=$1.log input current
+  local output=$1 log=$1.log again=
   shift
-  current=$([ -e "$output" ] && [ -e "$log" ] && [ ! build.sh -nt "$log" ] && echo yes || true)
+  if [ ! -e "$output" ] || [ build.sh -nt "$log" ]; then again=yes; fi
   while [ "$1" != -- ]; do
-    if [ "$1" -nt "$log" ]; then current=; fi
+    if [ "$1" -nt "$log" ]; then again=yes; fi
     shift
   done
   shift
-  if [ -z "$current" ]; then
+  if [ -n "$again" ]; then
     rm -f "$log"
     "$@" > "$log.part"
     mv "$log.part" "$log"
@@ -62,7 +64,7 @@ step() {
 
 demo() {
   install_missing
-  build release fuse_flow_fuse fuse_flow_evaluate fuse_flow_make_demo fuse_flow_picture
+  build fuse_flow_fuse fuse_flow_evaluate fuse_flow_make_demo fuse_flow_picture
   local out=build/demo bin=build/bin method
   local recording=$out/recording
   mkdir -p "$out"
@@ -86,20 +88,22 @@ demo() {
 
 run_tests() {
   install_missing
-  build release
+  build
   ctest --preset release -j 2
 }
 
 bench() {
   install_missing
-  build release fuse_flow_bench
+  build fuse_flow_bench
   build/bin/fuse_flow_bench "$@"
 }
 
 format() {
   command -v clang-format > /dev/null || install_missing
-  find include impl gpu apps bench test \( -name '*.h' -o -name '*.hpp' -o -name '*.cpp' -o -name '*.cu' \) -print0 |
-    xargs -0 clang-format "$@"
+  local tool
+  tool=$(command -v clang-format-14 || command -v clang-format)
+  find include impl gpu apps bench test doc \( -name '*.h' -o -name '*.hpp' -o -name '*.cpp' -o -name '*.cu' \) -print0 |
+    xargs -0 "$tool" "$@"
 }
 
 case "${1:-}" in
