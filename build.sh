@@ -26,56 +26,84 @@ install_missing() {
   echo "Installing ${missing[*]}"
   "${root[@]}" apt-get update -q
   for package in "${optional[@]}"; do
-    if apt-cache show "$package" > /dev/null 2>&1; then missing+=("$package"); fi
+    # Not "show", which succeeds for names that other packages only refer to.
+    if apt-cache madison "$package" | grep -q .; then missing+=("$package"); fi
   done
   "${root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -q -y --no-install-recommends "${missing[@]}"
 }
 
-build() {  # build PRESET [TARGET…]
-  local preset=$1
-  shift
-  cmake --preset "$preset" > /dev/null || cmake --preset "$preset"
+build() {  # build [TARGET…]
+  local preset=release
+  # Ninja configures again by itself when what CMake has read changes; the presets it does not know.
+  if [ ! -e build/build.ninja ] || [ CMakePresets.json -nt build/build.ninja ]; then
+    cmake --preset "$preset" > /dev/null || cmake --preset "$preset"
+  fi
   if [ $# -gt 0 ]; then cmake --build --preset "$preset" --target "$@"; else cmake --build --preset "$preset"; fi
 }
 
 with_display() { if [ -n "${DISPLAY:-}" ]; then "$@"; else xvfb-run -a -s "-screen 0 1600x900x24" "$@"; fi; }
 
+# step OUTPUT INPUT… -- COMMAND…: runs the command unless it has succeeded since its inputs, or this script, last changed.
+# What it prints is kept, so that a second call can print it again.
+step() {
+  local output=$1 log=$1.log again=
+  shift
+  if [ ! -e "$output" ] || [ build.sh -nt "$log" ]; then again=yes; fi
+  while [ "$1" != -- ]; do
+    if [ "$1" -nt "$log" ]; then again=yes; fi
+    shift
+  done
+  shift
+  if [ -n "$again" ]; then
+    rm -f "$log"
+    "$@" > "$log.part"
+    mv "$log.part" "$log"
+  fi
+  cat "$log"
+}
+
 demo() {
   install_missing
-  build release fuse_flow_fuse fuse_flow_evaluate fuse_flow_make_demo fuse_flow_picture
-  local out=build/demo bin=build/bin
-  mkdir -p "$out"
-  [ -e "$out/recording/rig.json" ] || "$bin/fuse_flow_make_demo" "$out/recording"
+  build fuse_flow_fuse fuse_flow_evaluate fuse_flow_make_demo fuse_flow_picture
+  local out=build/demo bin=build/bin method
   local recording=$out/recording
-  "$bin/fuse_flow_fuse" "$recording" -o "$out/concatenated" --method concatenate --report "$out/concatenated.json"
-  "$bin/fuse_flow_fuse" "$recording" -o "$out/voxel_grid" --method voxel_grid --report "$out/voxel_grid.json"
-  "$bin/fuse_flow_fuse" "$recording" -o "$out/fused" --report "$out/report.json"
-  with_display "$bin/fuse_flow_picture" "$out/concatenated/000003.ply" "$out/fused/000003.ply" \
+  mkdir -p "$out"
+  # The one place that says what the demo fuses; its fourth frame is drawn.
+  step "$recording" "$bin/fuse_flow_make_demo" -- "$bin/fuse_flow_make_demo" "$recording"
+  for method in concatenate voxel_grid fuse_flow; do
+    step "$out/$method" "$bin/fuse_flow_fuse" "$recording.log" -- \
+      "$bin/fuse_flow_fuse" "$recording" -o "$out/$method" --method "$method" --report "$out/$method.json"
+  done
+  step "$out/fused_beside_concatenated.png" "$bin/fuse_flow_picture" "$out/concatenate.log" "$out/fuse_flow.log" -- \
+    with_display "$bin/fuse_flow_picture" "$out/concatenate/000003.ply" "$out/fuse_flow/000003.ply" \
     -o "$out/fused_beside_concatenated.png" --from 2.6 1.5 1.9 --at -0.25 -0.15 0.35 --zoom 1.25 --point-size 4
   echo
-  "$bin/fuse_flow_evaluate" "$recording" "$out/concatenated/000000.ply" "$out/voxel_grid/000000.ply" "$out/fused/000000.ply"
+  step "$out" "$bin/fuse_flow_evaluate" "$out/concatenate.log" "$out/voxel_grid.log" "$out/fuse_flow.log" -- \
+    "$bin/fuse_flow_evaluate" "$recording" "$out"/{concatenate,voxel_grid,fuse_flow}/000000.ply
   echo
-  echo "Fused clouds:   $PWD/$out/fused/000000.ply and the frames after it"
+  echo "Fused clouds:   $PWD/$out/fuse_flow/000000.ply and the frames after it"
   echo "Picture:        $PWD/$out/fused_beside_concatenated.png (left: concatenated, right: fused)"
-  echo "Report:         $PWD/$out/report.json"
+  echo "Report:         $PWD/$out/fuse_flow.json"
 }
 
 run_tests() {
   install_missing
-  build release
+  build
   ctest --preset release -j 2
 }
 
 bench() {
   install_missing
-  build release fuse_flow_bench
+  build fuse_flow_bench
   build/bin/fuse_flow_bench "$@"
 }
 
 format() {
   command -v clang-format > /dev/null || install_missing
-  find include impl gpu apps bench test \( -name '*.h' -o -name '*.hpp' -o -name '*.cpp' -o -name '*.cu' \) -print0 |
-    xargs -0 clang-format "$@"
+  local tool
+  tool=$(command -v clang-format-14 || command -v clang-format)
+  find include impl gpu apps bench test doc \( -name '*.h' -o -name '*.hpp' -o -name '*.cpp' -o -name '*.cu' \) -print0 |
+    xargs -0 "$tool" "$@"
 }
 
 case "${1:-}" in

@@ -1,5 +1,6 @@
 # What the headers need, for the build and for those who find the package: PCL's common, filters, kdtree and search, with
 # Eigen and FLANN behind them, and OpenMP where there is one.
+include(CMakeFindDependencyMacro)
 find_package(OpenMP QUIET COMPONENTS CXX)
 
 if(NOT TARGET FuseFlow::pcl)
@@ -8,7 +9,11 @@ if(NOT TARGET FuseFlow::pcl)
   if("C" IN_LIST fuse_flow_languages)
     find_package(MPI QUIET COMPONENTS C)
   endif()
-  find_package(PCL REQUIRED COMPONENTS common filters kdtree search)
+  if(CMAKE_FIND_PACKAGE_NAME)  # they said whether it is required; where it is missing, this file ends here
+    find_dependency(PCL 1.12 COMPONENTS common filters kdtree search)
+  else()
+    find_package(PCL 1.12 REQUIRED COMPONENTS common filters kdtree search)
+  endif()
   add_library(FuseFlow::pcl INTERFACE IMPORTED)
   target_include_directories(FuseFlow::pcl SYSTEM INTERFACE ${PCL_INCLUDE_DIRS})
   target_link_libraries(FuseFlow::pcl INTERFACE ${PCL_COMMON_LIBRARIES} ${PCL_FILTERS_LIBRARIES} ${PCL_KDTREE_LIBRARIES}

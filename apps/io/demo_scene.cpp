@@ -6,6 +6,8 @@
 #include "io/rig_json.h"
 #include "io/view_files.h"
 
+#include <fuse_flow/impl/host/parallel.hpp>
+
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -131,10 +133,9 @@ DemoRecording makeDemoRecording(const DemoOptions& options) {
   const auto frame_count = static_cast<std::size_t>(options.frames);
   recording.depth.assign(frame_count, std::vector<DepthImage>(recording.cameras.size()));
   recording.color.assign(frame_count, std::vector<ColorImage>(recording.cameras.size()));
-#pragma omp parallel for schedule(dynamic)
-  for (int image = 0; image < options.frames * camera_count; ++image) {
-    const auto frame = static_cast<std::size_t>(image / camera_count),
-               camera = static_cast<std::size_t>(image % camera_count);
+  const std::size_t cameras = recording.cameras.size();
+  host::parallelFor(host::resolveThreads(0), frame_count * cameras, [&](std::size_t image, int) {
+    const std::size_t frame = image / cameras, camera = image % cameras;
     PortableRandom random(options.seed, static_cast<std::uint32_t>(frame), static_cast<std::uint32_t>(camera));
     TrueView truth;
     render(DemoScene(frame), recording.true_cameras[camera], random, truth, recording.color[frame][camera]);
@@ -142,7 +143,7 @@ DemoRecording makeDemoRecording(const DemoOptions& options) {
       senseDepth(truth, random, recording.depth[frame][camera]);
     else
       roundDepth(truth, recording.depth[frame][camera]);
-  }
+  });
   return recording;
 }
 

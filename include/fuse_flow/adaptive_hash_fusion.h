@@ -31,26 +31,34 @@ namespace host {
 class HashAggregation;
 }
 
+/** \brief On the CPU. \copydetails AdaptiveHashFusion */
 template <typename PointT>
 class AdaptiveHashFusion<PointT, device::Host> : public pcl::Filter<PointT> {
  public:
+  ///@{
+  /** \brief As in every PCL filter. */
   using PointCloud = typename pcl::Filter<PointT>::PointCloud;
   using Ptr = pcl::shared_ptr<AdaptiveHashFusion>;
   using ConstPtr = pcl::shared_ptr<const AdaptiveHashFusion>;
+  ///@}
 
+  /** \param extract_removed_indices whether getRemovedIndices() is filled; costs a list of indices */
   explicit AdaptiveHashFusion(bool extract_removed_indices = false) : pcl::Filter<PointT>(extract_removed_indices) {
     this->filter_name_ = "AdaptiveHashFusion";
   }
 
-  /** \brief Throws pcl::BadArgumentException for a value out of range. */
+  /** \brief Copied. \throws pcl::BadArgumentException for a value out of range, naming it; nothing is then changed */
   inline void setParameters(const AggregationParameters& parameters);
+  /** \brief What setParameters() set, or the defaults. */
   const AggregationParameters& getParameters() const { return parameters_; }
 
-  /** \brief Which camera each point of the input cloud came from; empty: all from camera 0. */
+  /** \brief Which camera each point of the input cloud came from: as many as the cloud has points; empty, the default:
+   *  all from camera 0. Copied. */
   void setCameraIndices(const std::vector<std::uint32_t>& cameras) { cameras_ = cameras; }
 
   /** \brief Weigh with V over this frame, whose cameras setCameraIndices() counts. The frame is copied, its images are
-   *  not: they must outlive filter(). */
+   *  not: they must outlive filter(). Never called: V = 1.
+   *  \throws pcl::BadArgumentException for a parameter out of range, or a frame that contradicts itself */
   inline void setFrame(const RigFrame& frame, const ConsistencyParameters& parameters = {});
 
   /** \brief Threads to use; 0, the default, is one per core. */

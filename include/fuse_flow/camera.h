@@ -11,7 +11,7 @@ namespace fuse_flow {
 
 /** \brief A colour camera of its own, for depth cameras whose colour is not registered to depth. */
 struct ColorCamera {
-  Intrinsics intrinsics;
+  Intrinsics intrinsics;  ///< of the colour image
   /** \brief T̂ from the colour camera's frame to the depth camera's frame, metres. */
   Eigen::Isometry3d T_depth_color{Eigen::Isometry3d::Identity()};
 };

@@ -21,25 +21,32 @@ namespace fuse_flow {
 template <typename PointT, typename Device = device::Host>
 class ConfidenceEstimation;
 
+/** \brief On the CPU. \copydetails ConfidenceEstimation */
 template <typename PointT>
 class ConfidenceEstimation<PointT, device::Host> : public pcl::FilterIndices<PointT> {
  public:
+  ///@{
+  /** \brief As in every PCL filter. */
   using PointCloud = typename pcl::FilterIndices<PointT>::PointCloud;
   using Ptr = pcl::shared_ptr<ConfidenceEstimation>;
   using ConstPtr = pcl::shared_ptr<const ConfidenceEstimation>;
+  ///@}
 
+  /** \param extract_removed_indices whether getRemovedIndices() is filled; costs a list of indices */
   explicit ConfidenceEstimation(bool extract_removed_indices = false)
       : pcl::FilterIndices<PointT>(extract_removed_indices) {
     this->filter_name_ = "ConfidenceEstimation";
   }
 
-  /** \brief Throws pcl::BadArgumentException for a value out of range. */
+  /** \brief Copied. \throws pcl::BadArgumentException for a value out of range, naming it; nothing is then changed */
   inline void setParameters(const ConfidenceParameters& parameters);
+  /** \brief What setParameters() set, or the defaults. */
   const ConfidenceParameters& getParameters() const { return parameters_; }
 
   /** \brief Focal length of the camera, pixels, > 0; default 525. The slope-compensated form needs it to know how far
-   *  apart neighbouring pixels see. */
+   *  apart neighbouring pixels see. \throws pcl::BadArgumentException for a value that is not > 0 and finite */
   inline void setFocalLength(float pixels);
+  /** \brief Pixels. */
   float getFocalLength() const { return focal_length_; }
 
   /** \brief Threads to use; 0, the default, is one per core. */
@@ -55,6 +62,7 @@ class ConfidenceEstimation<PointT, device::Host> : public pcl::FilterIndices<Poi
 
   /** \throws pcl::UnorganizedPointCloudException for a cloud that is not organised */
   inline void applyFilter(pcl::Indices& indices) override;
+  /** \copydoc applyFilter(pcl::Indices&) */
   inline void applyFilter(PointCloud& output) override;
 
  private:

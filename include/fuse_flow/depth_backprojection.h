@@ -19,19 +19,25 @@ namespace fuse_flow {
 template <typename PointT, typename Device = device::Host>
 class DepthBackprojection;
 
+/** \brief On the CPU. \copydetails DepthBackprojection */
 template <typename PointT>
 class DepthBackprojection<PointT, device::Host> : public pcl::Filter<PointT> {
  public:
+  ///@{
+  /** \brief As in every PCL filter. */
   using PointCloud = typename pcl::Filter<PointT>::PointCloud;
   using Ptr = pcl::shared_ptr<DepthBackprojection>;
   using ConstPtr = pcl::shared_ptr<const DepthBackprojection>;
+  ///@}
 
+  /** \param extract_removed_indices whether getRemovedIndices() is filled; costs a list of indices */
   explicit DepthBackprojection(bool extract_removed_indices = false) : pcl::Filter<PointT>(extract_removed_indices) {
     this->filter_name_ = "DepthBackprojection";
   }
 
   /** \brief Throws pcl::BadArgumentException if the camera contradicts itself. */
   inline void setCamera(const Camera& camera);
+  /** \brief What setCamera() set. */
   const Camera& getCamera() const { return camera_; }
 
   /** \brief Take depth, and colour if PointT has it, from images instead of a cloud. They must outlive filter(). */
@@ -42,6 +48,7 @@ class DepthBackprojection<PointT, device::Host> : public pcl::Filter<PointT> {
 
   /** \brief D^r of eq. 8. Throws pcl::BadArgumentException for a value out of range. */
   inline void setParameters(const PreprocessingParameters& parameters);
+  /** \brief What setParameters() set, or the defaults. */
   const PreprocessingParameters& getParameters() const { return parameters_; }
 
   /** \brief What the coordinates of a pixel without a measurement become; default NaN. */

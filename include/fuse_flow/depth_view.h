@@ -8,18 +8,22 @@ namespace fuse_flow {
 /** \brief A non-owning image: rows of width pixels, row_stride bytes apart. A null data pointer means "no image". */
 template <typename Pixel>
 struct ImageView {
-  const Pixel* data{nullptr};
-  int width{0};
-  int height{0};
+  const Pixel* data{nullptr};  ///< the first row; owned by whoever made the view
+  int width{0};                ///< pixels
+  int height{0};               ///< rows
   /** \brief Bytes from one row to the next; at least width · sizeof(Pixel). */
   std::size_t row_stride{0};
 
   ImageView() = default;
-  /** \brief \param stride bytes from row to row; 0: rows follow each other without padding. */
+  /** \brief Views pixels, whose owner keeps them.
+   *  \param pixels the first row  \param w pixels in a row  \param h rows
+   *  \param stride bytes from row to row; 0: rows follow each other without padding */
   ImageView(const Pixel* pixels, int w, int h, std::size_t stride = 0)
       : data(pixels), width(w), height(h), row_stride(stride ? stride : sizeof(Pixel) * static_cast<std::size_t>(w)) {}
 
+  /** \brief Whether there is an image. */
   explicit operator bool() const { return data != nullptr; }
+  /** \brief The pixels of row v, 0 … height − 1, not checked. */
   const Pixel* row(int v) const {
     return reinterpret_cast<const Pixel*>(reinterpret_cast<const char*>(data) +
                                           row_stride * static_cast<std::size_t>(v));
@@ -28,7 +32,10 @@ struct ImageView {
 
 /** \brief 8-bit colour, in the order in which PNG, JPEG and capture SDKs deliver it. */
 struct Rgb8 {
+  ///@{
+  /** \brief 0 … 255. */
   std::uint8_t r{0}, g{0}, b{0};
+  ///@}
 };
 
 /** \brief What one camera measured at one instant. Owns nothing: the images must outlive the call that reads them.
@@ -48,8 +55,11 @@ struct DepthView {
    *  confidence. */
   ImageView<float> confidence;
 
+  /** \brief Whether the camera measured nothing in this frame. */
   bool missing() const { return !depth16 && !depth32; }
+  /** \brief Of the depth image, pixels; 0 if missing. */
   int width() const { return depth16 ? depth16.width : depth32.width; }
+  /** \brief Of the depth image, rows; 0 if missing. */
   int height() const { return depth16 ? depth16.height : depth32.height; }
 };
 

@@ -19,32 +19,40 @@ namespace fuse_flow {
 template <typename PointT, typename Device = device::Host>
 class MultiViewConsistency;
 
+/** \brief On the CPU. \copydetails MultiViewConsistency */
 template <typename PointT>
 class MultiViewConsistency<PointT, device::Host> : public pcl::FilterIndices<PointT> {
  public:
+  ///@{
+  /** \brief As in every PCL filter. */
   using PointCloud = typename pcl::FilterIndices<PointT>::PointCloud;
   using Ptr = pcl::shared_ptr<MultiViewConsistency>;
   using ConstPtr = pcl::shared_ptr<const MultiViewConsistency>;
+  ///@}
 
+  /** \param extract_removed_indices whether getRemovedIndices() is filled; costs a list of indices */
   explicit MultiViewConsistency(bool extract_removed_indices = false)
       : pcl::FilterIndices<PointT>(extract_removed_indices) {
     this->filter_name_ = "MultiViewConsistency";
   }
 
   /** \brief The views to compare with. The frame is copied, its images are not: they must outlive filter().
+   *  \param frame what each camera measured, and where it stood in the world
    *  \param source_camera number of the camera that the input cloud came from, which is not asked about its own points;
    *  −1: none, all views are asked, nearest to the rig's first camera first */
   inline void setFrame(const RigFrame& frame, int source_camera = -1);
 
-  /** \brief Throws pcl::BadArgumentException for a value out of range. */
+  /** \brief Copied. \throws pcl::BadArgumentException for a value out of range, naming it; nothing is then changed */
   inline void setParameters(const ConsistencyParameters& parameters);
+  /** \brief What setParameters() set, or the defaults. */
   const ConsistencyParameters& getParameters() const { return parameters_; }
 
-  /** \brief D^r of the other views. */
+  /** \brief D^r of the other views. \throws pcl::BadArgumentException for a value out of range */
   inline void setPreprocessing(const PreprocessingParameters& parameters);
 
-  /** \brief Least V that is kept; [0, 1], default 0.1. */
+  /** \brief Least V that is kept; [0, 1], default 0.1. \throws pcl::BadArgumentException outside */
   inline void setThreshold(float threshold);
+  /** \brief Least V that is kept. */
   float getThreshold() const { return threshold_; }
 
   /** \brief Threads to use; 0, the default, is one per core. */
@@ -62,6 +70,7 @@ class MultiViewConsistency<PointT, device::Host> : public pcl::FilterIndices<Poi
 
   /** \throws pcl::BadArgumentException if there is no frame, or it contradicts itself */
   inline void applyFilter(pcl::Indices& indices) override;
+  /** \copydoc applyFilter(pcl::Indices&) */
   inline void applyFilter(PointCloud& output) override;
 
  private:

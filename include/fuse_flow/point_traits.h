@@ -15,20 +15,28 @@
 namespace fuse_flow {
 namespace point {
 
+/** \brief Whether PointT has a field of that name (pcl::fields), registered with PCL. */
 template <typename PointT, typename Field>
 constexpr bool has = pcl::traits::has_field<PointT, Field>::value;
 
+/** \brief Whether PointT has rgb or rgba. */
 template <typename PointT>
 constexpr bool has_color = has<PointT, pcl::fields::rgb> || has<PointT, pcl::fields::rgba>;
+// Versions of clang-format differ in what && after a template is.
+// clang-format off
+/** \brief Whether PointT has all of normal_x, normal_y, normal_z. */
 template <typename PointT>
 constexpr bool has_normal =
-    has<PointT, pcl::fields::normal_x>&& has<PointT, pcl::fields::normal_y>&& has<PointT, pcl::fields::normal_z>;
+    has<PointT, pcl::fields::normal_x> && has<PointT, pcl::fields::normal_y> && has<PointT, pcl::fields::normal_z>;
+// clang-format on
 
+/** \brief Writes a field that PointT has; Value must have the field's type. */
 template <typename Field, typename Value, typename PointT>
 void setField(PointT& point, const Value& value) {
   std::memcpy(reinterpret_cast<char*>(&point) + pcl::traits::offset<PointT, Field>::value, &value, sizeof(Value));
 }
 
+/** \brief Reads a field that PointT has; Value must have the field's type. */
 template <typename Field, typename Value, typename PointT>
 Value getField(const PointT& point) {
   Value value;
@@ -36,6 +44,7 @@ Value getField(const PointT& point) {
   return value;
 }
 
+/** \brief Metres, in the cloud's frame. */
 template <typename PointT>
 void setPosition(PointT& point, const Vec3& p) {
   point.x = p.x;
@@ -43,7 +52,7 @@ void setPosition(PointT& point, const Vec3& p) {
   point.z = p.z;
 }
 
-/** \brief Colour channels in 0 … 255, so that they can be averaged. */
+/** \brief Red, green and blue in 0 … 255, so that they can be averaged; 0 where PointT has no colour. */
 template <typename PointT>
 Vec3 getColor(const PointT& point) {
   std::uint32_t rgba = 0;
@@ -55,7 +64,7 @@ Vec3 getColor(const PointT& point) {
   return {static_cast<float>(rgba >> 16 & 255u), static_cast<float>(rgba >> 8 & 255u), static_cast<float>(rgba & 255u)};
 }
 
-/** \brief Rounds to the nearest; opaque. */
+/** \brief Red, green and blue in 0 … 255, rounded to the nearest; opaque. */
 template <typename PointT>
 void setColor(PointT& point, const Vec3& color) {
   const auto channel = [](float value) { return static_cast<std::uint32_t>(value + 0.5f); };
@@ -77,11 +86,13 @@ void setWeight(PointT& point, float weight) {
   }
 }
 
+/** \brief To view_count if the point has it. */
 template <typename PointT>
 void setViewCount(PointT& point, std::uint32_t views) {
   if constexpr (has<PointT, pcl::fields::view_count>) setField<pcl::fields::view_count>(point, views);
 }
 
+/** \brief As stored, of whatever length; zero where PointT has none. */
 template <typename PointT>
 Vec3 getNormal(const PointT& point) {
   if constexpr (has_normal<PointT>)
@@ -90,6 +101,7 @@ Vec3 getNormal(const PointT& point) {
   return {};
 }
 
+/** \brief To normal_x, normal_y and normal_z if the point has them. */
 template <typename PointT>
 void setNormal(PointT& point, const Vec3& n) {
   if constexpr (has_normal<PointT>) {

@@ -10,8 +10,8 @@ namespace fuse_flow {
 /** \brief The views of one instant: views[i] is what cameras[i] measured. Keep one and refill views from frame to
  *  frame: what depends on the calibration alone is then computed once. */
 struct RigFrame {
-  std::vector<Camera> cameras;
-  std::vector<DepthView> views;
+  std::vector<Camera> cameras;   ///< the calibration of the rig
+  std::vector<DepthView> views;  ///< as many as cameras, in their order
   /** \brief Goes into the header of the fused cloud; microseconds, as in pcl::PCLHeader. */
   std::uint64_t stamp{0};
 };

@@ -28,7 +28,9 @@ struct AggregationParameters {
   float min_cell_size{0.008f};
   /** \brief Points wanted in a refined cell; > 0. */
   float points_per_cell{1.0f};
+  /** \brief Which measurements stand for a cell. */
   Representatives representatives{Representatives::CameraMeans};
+  /** \brief Where V is measured. */
   ConsistencyAt consistency_at{ConsistencyAt::CellMean};
   /** \brief A fused point of smaller ω is dropped, whatever surrounds it; [0, 1]. */
   float min_weight{0.015f};

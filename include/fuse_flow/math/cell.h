@@ -9,9 +9,13 @@ namespace fuse_flow {
 /** \brief Coarse cells are counted from the world's origin, not from the frame's minimum, so that a static surface
  *  falls into the same cells in every frame. 21 bits an axis: ±1,048,575 cells. */
 struct CellIndex {
+  ///@{
+  /** \brief ⌊metres / cell_size⌋ along an axis of the world. */
   std::int32_t x{0}, y{0}, z{0};
+  ///@}
 };
 
+/** \brief Farthest cell from the origin that fits a key, along each axis. */
 constexpr std::int32_t kMaxCellCoordinate = (1 << 20) - 1;
 
 /** \brief Whether all three coordinates, in cells, fit a key. False for NaN. */
@@ -26,6 +30,7 @@ FUSE_FLOW_HD std::int32_t floorToInt(float v) {
   return truncated - (v < static_cast<float>(truncated) ? 1 : 0);
 }
 
+/** \brief The cell of a position in units of cells, for which fitsCellKey() holds. */
 FUSE_FLOW_HD CellIndex cellIndex(const Vec3& cells) {
   return {floorToInt(cells.x), floorToInt(cells.y), floorToInt(cells.z)};
 }
@@ -36,6 +41,7 @@ FUSE_FLOW_HD std::uint64_t cellKey(const CellIndex& c) {
   return biased(c.x) | biased(c.y) << 21 | biased(c.z) << 42;
 }
 
+/** \brief Inverse of cellKey(). */
 FUSE_FLOW_HD CellIndex cellOfKey(std::uint64_t key) {
   const auto unbiased = [](std::uint64_t bits) { return static_cast<std::int32_t>(bits & 0x1fffffu) - (1 << 20); };
   return {unbiased(key), unbiased(key >> 21), unbiased(key >> 42)};

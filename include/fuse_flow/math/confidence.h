@@ -18,6 +18,7 @@ enum class ConfidenceForm {
 
 /** \brief Parameters of eq. 3 and 9. */
 struct ConfidenceParameters {
+  /** \brief How G and σ_local are measured. */
   ConfidenceForm form{ConfidenceForm::SlopeCompensated};
   float alpha{0.5f};  ///< α, weight of the gradient term; ≥ 0
   float beta{0.5f};   ///< β, per length unit; ≥ 0
@@ -31,8 +32,8 @@ struct ConfidenceParameters {
    *  what SlopeCompensated divides by, in units of the sensor's noise at noise_reference metres. Kinect v1's published
    *  figures (Khoshelham and Elberink 2012: 1.425e-3 z²). */
   float noise_floor{0.0005f};
-  float noise_quadratic{0.001425f};
-  float noise_reference{1.0f};
+  float noise_quadratic{0.001425f};  ///< 1/metres; ≥ 0
+  float noise_reference{1.0f};       ///< metres; > 0
   /** \brief SlopeCompensated: a surface seen at more than this angle from its normal counts as a jump; radians, (0,
    *  π/2). */
   float max_incidence{1.3f};
@@ -52,7 +53,7 @@ FUSE_FLOW_HD float confidence(const ConfidenceParameters& p, float G, float sigm
 
 /** \brief The 3×3 neighbourhood of a depth pixel, row by row, metres; 0 where there is no measurement. */
 struct DepthPatch {
-  float z[9];
+  float z[9];  ///< z[4] is the pixel itself
 };
 
 // The two forms below run for every pixel of every frame: no branches, so that compilers turn a row into vector code.
@@ -91,10 +92,10 @@ FUSE_FLOW_HD float confidencePublished(const ConfidenceParameters& p, const Dept
 struct SlopeScale {
   float straight;  ///< largest step between opposite neighbours per metre of depth, along rows and columns
   float diagonal;  ///< along diagonals
-  float reference_noise_per_unit;
+  float reference_noise_per_unit;  ///< the sensor's noise at noise_reference, length units
 };
 
-/** \param pixel_angle tangent between neighbouring pixels, 1/f */
+/** \brief Once a view. \param p parameters  \param pixel_angle tangent between neighbouring pixels, 1/f */
 FUSE_FLOW_HD SlopeScale slopeScale(const ConfidenceParameters& p, float pixel_angle) {
   const float step = 2.0f * std::tan(p.max_incidence) * pixel_angle;
   return {step, 1.41421356f * step, axialNoise(p, p.noise_reference) / p.length_unit};

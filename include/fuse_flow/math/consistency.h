@@ -24,7 +24,9 @@ enum class DistanceForm {
 
 /** \brief Parameters of eq. 4–7. */
 struct ConsistencyParameters {
+  /** \brief What hidden points and free space say. */
   OcclusionForm occlusion{OcclusionForm::OcclusionAware};
+  /** \brief How d_ij is measured. */
   DistanceForm distance{DistanceForm::AlongRay};
   /** \brief σ at 1 m, metres; > 0. */
   float sigma{0.02f};
@@ -41,21 +43,23 @@ struct ConsistencyParameters {
   int max_candidates{12};
 };
 
+/** \brief σ of eq. 7 for a measurement at depth z, metres. */
 FUSE_FLOW_HD float consistencySigma(const ConsistencyParameters& p, float z) {
   return p.sigma + p.sigma_quadratic * (z > 1.0f ? z * z - 1.0f : 0.0f);
 }
 
 /** \brief What one other view says about a point. */
 struct ViewOpinion {
+  /** \brief Nothing, because something nearer hides the point; how far apart they are; or that it cannot be there. */
   enum Verdict { Hidden, Distance, SeenThrough };
-  Verdict verdict{Hidden};
+  Verdict verdict{Hidden};  ///< which of the three
   /** \brief d² / σ² of eq. 7, if the verdict is Distance. */
   float squared_distance{0};
 };
 
 /** \brief Eq. 5–6 in camera j's own frame, where no transformation of Q is needed: rigid motions keep distances.
- *  \param p_J the point in camera j's frame  \param ray_J the ray of the pixel it falls on  \param depth D_j there; > 0
- */
+ *  \param p parameters  \param p_J the point in camera j's frame, metres
+ *  \param ray_J the ray of the pixel it falls on  \param depth D_j there, metres; > 0 */
 FUSE_FLOW_HD ViewOpinion viewOpinion(const ConsistencyParameters& p, const Vec3& p_J, const Ray& ray_J, float depth) {
   const float sigma = consistencySigma(p, depth);
   const float inverse_sigma = 1.0f / sigma;
@@ -70,11 +74,13 @@ FUSE_FLOW_HD ViewOpinion viewOpinion(const ConsistencyParameters& p, const Vec3&
 
 /** \brief The opinions of other views on one point, summed up. */
 struct Consistency {
-  float sum_squared_distance{0};
-  int agreeing{0};  ///< views whose d² counts
-  int seeing_through{0};
+  float sum_squared_distance{0};  ///< Σ d²/σ² over the views whose verdict is Distance
+  int agreeing{0};                ///< number of those views
+  int seeing_through{0};          ///< number of views that measured well behind the point
 
+  /** \brief Views that had a say. */
   FUSE_FLOW_HD int views() const { return agreeing + seeing_through; }
+  /** \brief One more view. */
   FUSE_FLOW_HD void add(const ViewOpinion& opinion) {
     sum_squared_distance += opinion.squared_distance;
     agreeing += opinion.verdict == ViewOpinion::Distance ? 1 : 0;

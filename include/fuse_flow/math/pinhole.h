@@ -9,34 +9,38 @@ namespace fuse_flow {
  *  x_d = x s + 2 p1 x y + p2 (r² + 2 x²), y_d = y s + p1 (r² + 2 y²) + 2 p2 x y.
  *  All zero: an ideal lens. The order k1, k2, p1, p2, k3 … k6 is the one calibration tools write. */
 struct Distortion {
+  ///@{
+  /** \brief Without unit. */
   float k1{0}, k2{0}, p1{0}, p2{0}, k3{0}, k4{0}, k5{0}, k6{0};
+  ///@}
 };
 
+/** \brief Whether the lens is a pinhole. */
 FUSE_FLOW_HD bool isIdeal(const Distortion& d) {
   return d.k1 == 0 && d.k2 == 0 && d.p1 == 0 && d.p2 == 0 && d.k3 == 0 && d.k4 == 0 && d.k5 == 0 && d.k6 == 0;
 }
 
 /** \brief Image size and intrinsic matrix K, pixels; pixel centres lie at integer coordinates. */
 struct Intrinsics {
-  int width{0};
-  int height{0};
-  float fx{0};
-  float fy{0};
-  float cx{0};
-  float cy{0};
-  Distortion distortion;
+  int width{0};           ///< pixels in a row
+  int height{0};          ///< rows
+  float fx{0};            ///< focal length along rows, pixels; > 0
+  float fy{0};            ///< focal length along columns, pixels; > 0
+  float cx{0};            ///< principal point, pixels from the centre of the first column
+  float cy{0};            ///< principal point, pixels from the centre of the first row
+  Distortion distortion;  ///< of the lens
 };
 
 /** \brief A position in an image, pixels. */
 struct Pixel {
-  float u{0};
-  float v{0};
+  float u{0};  ///< to the right
+  float v{0};  ///< down
 };
 
 /** \brief A ray through the optical centre: x/z and y/z of every point on it. */
 struct Ray {
-  float x{0};
-  float y{0};
+  float x{0};  ///< x/z, to the right
+  float y{0};  ///< y/z, down
 };
 
 /** \brief Ideal ray to the ray the lens makes of it. */
@@ -81,9 +85,10 @@ FUSE_FLOW_HD Pixel project(const Intrinsics& K, const Vec3& p_C) {
 /** \brief K and T̂ of an ideal lens in one 3×4 matrix: u = m₀·p / m₂·p, v = m₁·p / m₂·p, z = m₂·p for p in the world
  *  frame. */
 struct ProjectionMatrix {
-  float m[12];
+  float m[12];  ///< row-major
 };
 
+/** \brief The matrix of an ideal lens; the distortion of K is left out. */
 FUSE_FLOW_HD ProjectionMatrix projectionMatrix(const Intrinsics& K, const RigidTransform& T_camera_world) {
   const float* r = T_camera_world.r;
   const Vec3& t = T_camera_world.t;

@@ -9,11 +9,16 @@ namespace fuse_flow {
 /** \brief Three floats that live in registers: what the per-pixel maths is written in, on the CPU and on the GPU.
  *  Trivial: Vec3{} is zero, Vec3 v; is not. */
 struct Vec3 {
+  ///@{
+  /** \brief Metres, where it is a position. */
   float x;
   float y;
   float z;
+  ///@}
 };
 
+/** \name Arithmetic */
+///@{
 FUSE_FLOW_HD Vec3 operator+(const Vec3& a, const Vec3& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
 FUSE_FLOW_HD Vec3 operator-(const Vec3& a, const Vec3& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
 FUSE_FLOW_HD Vec3 operator*(float s, const Vec3& a) { return {s * a.x, s * a.y, s * a.z}; }
@@ -23,17 +28,20 @@ FUSE_FLOW_HD Vec3 cross(const Vec3& a, const Vec3& b) {
 }
 FUSE_FLOW_HD float squaredNorm(const Vec3& a) { return dot(a, a); }
 FUSE_FLOW_HD bool isFinite(const Vec3& a) { return std::isfinite(a.x) && std::isfinite(a.y) && std::isfinite(a.z); }
+///@}
 
 /** \brief A rigid motion p ↦ R p + t, R row-major. */
 struct RigidTransform {
-  float r[9]{1, 0, 0, 0, 1, 0, 0, 0, 1};
-  Vec3 t{};
+  float r[9]{1, 0, 0, 0, 1, 0, 0, 0, 1};  ///< R, orthonormal
+  Vec3 t{};                               ///< metres
 };
 
+/** \brief R p. */
 FUSE_FLOW_HD Vec3 rotate(const RigidTransform& T, const Vec3& p) {
   return {T.r[0] * p.x + T.r[1] * p.y + T.r[2] * p.z, T.r[3] * p.x + T.r[4] * p.y + T.r[5] * p.z,
           T.r[6] * p.x + T.r[7] * p.y + T.r[8] * p.z};
 }
+/** \brief R p + t. */
 FUSE_FLOW_HD Vec3 operator*(const RigidTransform& T, const Vec3& p) { return rotate(T, p) + T.t; }
 
 }  // namespace fuse_flow
