@@ -45,7 +45,7 @@ Intrinsics fitIntrinsics(const std::string& path, const Cloud& cloud) {
   for (std::uint32_t v = 0; v < cloud.height; ++v)
     for (std::uint32_t u = 0; u < cloud.width; ++u) {
       const auto& p = cloud.at(static_cast<int>(u), static_cast<int>(v));
-      if (!std::isfinite(p.x) || !std::isfinite(p.y) || !(p.z > 0)) continue;
+      if (!std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z) || p.z <= 0) continue;
       horizontal.add(p.x / static_cast<double>(p.z), u);
       vertical.add(p.y / static_cast<double>(p.z), v);
     }
@@ -129,7 +129,7 @@ class PcdRecording : public Recording {
 bool isPcdFile(const std::string& path) { return std::filesystem::path(path).extension() == ".pcd"; }
 
 std::unique_ptr<Recording> openPcd(const std::vector<std::string>& paths, const RecordingOptions& options) {
-  if (options.slide != 0) throw InputError(paths[0] + ": PCD files are one instant, --slide does not apply");
+  if (options.slide != 0) throw OptionError("--slide: " + paths[0] + ": PCD files are one instant, must be 0");
   std::vector<std::string> chosen = paths;
   if (!options.views.empty()) {
     chosen.clear();

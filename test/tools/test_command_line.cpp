@@ -111,13 +111,13 @@ TEST_F(CommandLine, FramesFollowPython) {
   for (const auto& [frames, expected] : cases) {
     fs::remove_all(out_);
     ASSERT_TRUE(succeeded(fuseWith({"--frames", frames}))) << frames;
-    if (expected.size() == 1) EXPECT_EQ(listing(out_), expected) << frames;
     EXPECT_EQ(listing(out_), expected) << frames;
   }
 }
 
 TEST_F(CommandLine, FramesThatAreNotThereOrNoNumbersAreRefused) {
-  for (const char* frames : {"5", "0,9", "7:9", "3:3", "4:2", "0:5:0", "-1", "1:-1", "a", "1.5", "0,", ",", "1:2:3:4", "0;1"})
+  for (const char* frames :
+       {"5", "0,9", "7:9", "3:3", "4:2", "0:5:0", "-1", "1:-1", "a", "1.5", "0,", ",", "1:2:3:4", "0;1"})
     expectWrong({"--frames", frames}, {"--frames", frames, "A:B:STEP"});
 }
 
@@ -130,7 +130,7 @@ TEST_F(CommandLine, ViewsOfARigChooseItsCameras) {
 
 TEST_F(CommandLine, SlideIsForAMovingCamera) {
   expectWrong({"--slide", "1"}, {"--slide", "rig.json"});
-  expectWrong({"--slide", "-1"}, {"--slide", "-1", "0 or more"});
+  expectWrong({"--slide", "-1"}, {"--slide", "-1", "whole number from 0"});
   expectWrong({"--slide", "x"}, {"--slide", "x"});
 }
 
@@ -152,8 +152,8 @@ TEST_F(CommandLine, ViewsAndSlideMoveARigAlongASequence) {
   // Frames 0,10 then 10,20 then 20,30; 30,40 does not exist.
   ASSERT_TRUE(succeeded(fuseScene({"--views", "0,10", "--slide", "10"})));
   EXPECT_EQ(listing(out_), (std::vector<std::string>{"000000.ply", "000001.ply", "000002.ply"}));
-  EXPECT_TRUE(succeeded(evaluate({scene.string(), out("out/000002.ply"), "--views", "0,10", "--slide", "10", "--frame",
-                                  "2"})));
+  EXPECT_TRUE(
+      succeeded(evaluate({scene.string(), out("out/000002.ply"), "--views", "0,10", "--slide", "10", "--frame", "2"})));
   fs::remove_all(out_);
   ASSERT_TRUE(succeeded(fuseScene({"--views", "0:31:10"})));
   EXPECT_EQ(listing(out_), std::vector<std::string>{"000000.ply"});
@@ -186,9 +186,32 @@ TEST_F(CommandLine, AConfigFileIsWorthTheSameOptions) {
             "occlusion-form = published\nformat = pcd\ncrop-box = -1 -1 0 1 1 3\nreport = \"" +
                 out("config.json") + "\"\n");
   ASSERT_TRUE(succeeded(fuseWith({"--config", config.string()})));
-  ASSERT_TRUE(succeeded(fuse({recording(), "-o", out("options"), "--frames", "0:4:2", "--views", "0,2", "--sigma", "0.03",
-                              "--max-range", "3", "--bilateral", "true", "--occlusion-form", "published", "--format", "pcd",
-                              "--crop-box", "-1", "-1", "0", "1", "1", "3", "--report", out("options.json")})));
+  ASSERT_TRUE(succeeded(fuse({recording(),
+                              "-o",
+                              out("options"),
+                              "--frames",
+                              "0:4:2",
+                              "--views",
+                              "0,2",
+                              "--sigma",
+                              "0.03",
+                              "--max-range",
+                              "3",
+                              "--bilateral",
+                              "true",
+                              "--occlusion-form",
+                              "published",
+                              "--format",
+                              "pcd",
+                              "--crop-box",
+                              "-1",
+                              "-1",
+                              "0",
+                              "1",
+                              "1",
+                              "3",
+                              "--report",
+                              out("options.json")})));
   EXPECT_EQ(listing(out_), (std::vector<std::string>{"000000.pcd", "000002.pcd"}));
   EXPECT_EQ(listing(folder_ / "options"), listing(out_));
   for (const std::string& name : listing(out_))
@@ -213,8 +236,9 @@ TEST_F(CommandLine, AnOptionGivenOutrightOverrulesTheConfigFile) {
 TEST_F(CommandLine, AMistakeInAConfigFileIsNamed) {
   const fs::path config = folder_ / "fuse.conf";
   const std::vector<std::pair<std::string, std::string>> cases = {
-      {"sigmma = 0.03\n", "sigmma"},  {"[fusion]\nsigma = 0.03\n", "fusion"}, {"sigma = -3\n", "--sigma"},
-      {"sigma = wide\n", "--sigma"},  {"sigma =\n", "--sigma"},               {"frames = 9\n", "--frames"},
+      {"sigmma = 0.03\n", "sigmma"},  {"[fusion]\nsigma = 0.03\n", "fusion"},
+      {"sigma = -3\n", "--sigma"},    {"sigma = wide\n", "--sigma"},
+      {"sigma =\n", "--sigma"},       {"frames = 9\n", "--frames"},
       {"sigma 0.03\n", "sigma 0.03"}, {"method = magic\n", "--method"},
   };
   for (const auto& [text, word] : cases) {

@@ -91,9 +91,9 @@ TEST_F(OutputFiles, AFullDiskKeepsTheWholeFramesAndNothingElse) {
       "mount -t tmpfs -o size=64k none \"$1\" 2>/dev/null || exit 77\n"
       "\"$2\" \"$3\" -o \"$1\" --method concatenate --threads 1; code=$?\n"
       "ls -A \"$1\"; exit $code";
-  const ToolResult result = runProgram("/bin/sh", {"-c", "exec unshare --user --map-root-user --mount sh -c '" + script +
-                                                             "' sh \"$@\" 2>&1",
-                                                   "sh", out(), FUSE_FLOW_FUSE_TOOL, recording()});
+  const ToolResult result =
+      runProgram("/bin/sh", {"-c", "exec unshare --user --map-root-user --mount sh -c '" + script + "' sh \"$@\" 2>&1",
+                             "sh", out(), FUSE_FLOW_FUSE_TOOL, recording()});
   if (result.out.find("unshare:") != std::string::npos || result.exit_code == 77 || result.exit_code == 127)
     GTEST_SKIP() << "a disk of our own cannot be mounted here: " << result.out;
   EXPECT_EQ(result.exit_code, 1);

@@ -144,8 +144,8 @@ TEST_F(Results, PlyAndPcdHoldTheSamePoints) {
 
 TEST_F(Results, TheCropBoxBoundsTheCloud) {
   for (const std::string& method : kMethods) {
-    ASSERT_TRUE(succeeded(fuse({recording(), "-o", out("crop.ply"), "--frames", "0", "--method", method, "--crop-box", "0",
-                                "-0.2", "0", "0.5", "0.3", "5"})));
+    ASSERT_TRUE(succeeded(fuse({recording(), "-o", out("crop.ply"), "--frames", "0", "--method", method, "--crop-box",
+                                "0", "-0.2", "0", "0.5", "0.3", "5"})));
     const std::vector<FilePoint> points = readCloudFile(out("crop.ply"));
     ASSERT_FALSE(points.empty()) << method;
     for (const FilePoint& p : points) {
@@ -188,14 +188,17 @@ TEST_F(Results, EvaluatePrintsARowForEachCloud) {
 /** \brief A cloud 20 mm behind the wall is 20 mm from every view that sees it; 0.5 m in front, it floats in free space. */
 TEST_F(Results, EvaluateMeasuresKnownErrors) {
   const auto wallAt = [&](const std::string& name, double z) {
-    std::string ply = "ply\nformat ascii 1.0\nelement vertex 9\nproperty float x\nproperty float y\nproperty float z\nend_header\n";
+    std::string ply =
+        "ply\nformat ascii 1.0\nelement vertex 9\nproperty float x\nproperty float y\nproperty float z\nend_header\n";
     for (int i = 0; i < 9; ++i)
-      ply += std::to_string(0.1 + 0.05 * (i % 3)) + " " + std::to_string(0.05 * (i / 3)) + " " + std::to_string(z) + "\n";
+      ply +=
+          std::to_string(0.1 + 0.05 * (i % 3)) + " " + std::to_string(0.05 * (i / 3)) + " " + std::to_string(z) + "\n";
     writeText(folder_ / name, ply);
   };
   wallAt("behind.ply", 2.02);
   wallAt("in_front.ply", 1.5);
-  ASSERT_TRUE(succeeded(evaluate({recording(), out("behind.ply"), out("in_front.ply"), "--json", out("figures.json")})));
+  ASSERT_TRUE(
+      succeeded(evaluate({recording(), out("behind.ply"), out("in_front.ply"), "--json", out("figures.json")})));
   const nlohmann::json figures = nlohmann::json::parse(readText(out("figures.json")));
   EXPECT_NEAR(figures[out("behind.ply")]["e_mc_mm"], 20, 0.01);
   EXPECT_NEAR(figures[out("behind.ply")]["e_mc_multi_view_mm"], 20, 0.01);

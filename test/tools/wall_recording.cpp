@@ -13,16 +13,16 @@ namespace tool_test {
 nlohmann::json WallRecording::rig() const {
   nlohmann::json json;
   for (std::size_t k = 0; k < cameras; ++k)
-    json["cameras"].push_back({{"name", "camera_" + std::to_string(k)},
-                               {"width", width},
-                               {"height", height},
-                               {"fx", width},
-                               {"fy", width},
-                               {"cx", (width - 1) / 2.0},
-                               {"cy", (height - 1) / 2.0},
-                               {"depth_scale", 0.001},
-                               {"T_world_camera",
-                                {1, 0, 0, 0.1 * static_cast<double>(k), 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}}});
+    json["cameras"].push_back(
+        {{"name", "camera_" + std::to_string(k)},
+         {"width", width},
+         {"height", height},
+         {"fx", width},
+         {"fy", width},
+         {"cx", (width - 1) / 2.0},
+         {"cy", (height - 1) / 2.0},
+         {"depth_scale", 0.001},
+         {"T_world_camera", {1, 0, 0, 0.1 * static_cast<double>(k), 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}}});
   return json;
 }
 
@@ -44,7 +44,8 @@ namespace {
 
 fs::path imageFile(const fs::path& recording, std::size_t camera, const char* kind, std::size_t frame) {
   const std::string digits = std::to_string(frame);
-  return recording / ("camera_" + std::to_string(camera)) / kind / (std::string(6 - digits.size(), '0') + digits + ".png");
+  return recording / ("camera_" + std::to_string(camera)) / kind /
+         (std::string(6 - digits.size(), '0') + digits + ".png");
 }
 
 }  // namespace
