@@ -106,7 +106,11 @@ int run(const Options& options) {
     if (io::interrupt_requested) break;
     const std::string path = outputPath(options, frame, frames.size());
     recording->read(frame, loaded);
-    method->fuse(loaded.rig, cloud);
+    try {
+      method->fuse(loaded.rig, cloud);
+    } catch (const pcl::PCLException& error) {
+      throw io::InputError(options.inputs[0] + ": frame " + std::to_string(frame) + ": " + io::messageOf(error));
+    }
     makeFolderOf(path);
     io::writeCloud(path, cloud);
     const PreprocessingParameters& pre = options.method_options.parameters.preprocessing;
@@ -152,11 +156,9 @@ int main(int argc, char** argv) {
       ->check(io::positiveNumber())
       ->capture_default_str();
   app.add_option("--frames", options.frames, "A:B:STEP, B not included")
-      ->delimiter(',')  // as a config file splits it
       ->multi_option_policy(CLI::MultiOptionPolicy::Join);
   app.add_option("--views", options.recording.views,
                  "frames that act as the cameras of one instant: 0,60,120 or A:B:STEP")
-      ->delimiter(',')  // as a config file splits it
       ->multi_option_policy(CLI::MultiOptionPolicy::Join);
   app.add_option("--slide", options.recording.slide, "move those views on by this many frames, again and again")
       ->check(io::wholeNumber(0, std::numeric_limits<int>::max()));
@@ -174,6 +176,9 @@ int main(int argc, char** argv) {
   app.allow_config_extras(CLI::config_extras_mode::error);
   io::ParameterOptions parameters(app);
   return io::runTool(app, argc, argv, [&] {
+    for (std::string* list : {&options.frames, &options.recording.views})
+      std::replace(list->begin(), list->end(), '\n',
+                   ',');  // a config file's list is split at its commas, and joined so
     options.method_options.parameters = parameters.parameters();
     return run(options);
   });

@@ -99,7 +99,8 @@ class PcdRecording : public Recording {
     images.depth32.resize(static_cast<int>(cloud.width), static_cast<int>(cloud.height));
     if (has_color) images.color.resize(images.depth32.width, images.depth32.height);
     for (std::size_t i = 0; i < cloud.size(); ++i) {
-      images.depth32.data[i] = cloud[i].z;
+      const bool finite = std::isfinite(cloud[i].x) && std::isfinite(cloud[i].y);  // else the pixel has no point
+      images.depth32.data[i] = finite ? cloud[i].z : std::nanf("");
       if (has_color) images.color.data[i] = {cloud[i].r, cloud[i].g, cloud[i].b};
     }
   }

@@ -24,6 +24,12 @@ inline void catchInterrupts() {
   });
 }
 
+/** \brief PCL puts ": " before a message without a place in the source. */
+inline std::string messageOf(const pcl::PCLException& error) {
+  const std::string message = error.what();
+  return message.rfind(": ", 0) == 0 ? message.substr(2) : message;
+}
+
 /** \brief One line, whatever the exception said. */
 inline int reportError(const CLI::App& app, std::string message, ExitCode code = kBadInput) {
   for (char& c : message)
@@ -62,8 +68,7 @@ int runTool(CLI::App& app, int argc, char** argv, const Run& run) {
   } catch (const OptionError& error) {
     return reportError(app, error.what(), kWrongCommandLine);
   } catch (const pcl::PCLException& error) {
-    const std::string message = error.what();  // PCL puts ": " before a message without a place in the source
-    return reportError(app, message.rfind(": ", 0) == 0 ? message.substr(2) : message);
+    return reportError(app, messageOf(error));
   } catch (const std::bad_alloc&) {
     return reportError(app, "not enough memory");
   } catch (const std::exception& error) {
