@@ -4,7 +4,7 @@ set -euo pipefail
 cd "$(dirname "$0")"
 
 packages=(build-essential cmake ninja-build ccache clang-format
-          libpcl-dev libeigen3-dev libflann-dev libvtk9-dev libopenmpi-dev libtbb-dev libembree-dev
+          libpcl-dev libeigen3-dev libflann-dev libvtk9-dev libpng-dev libopenmpi-dev libtbb-dev libembree-dev
           libcli11-dev nlohmann-json3-dev libgtest-dev libbenchmark-dev
           xvfb xauth libgl1-mesa-dri)
 optional=(libthrust-dev)  # for the GPU classes; installed where the distribution has it

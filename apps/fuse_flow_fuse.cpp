@@ -11,8 +11,12 @@
 
 #include <unistd.h>
 
+#include <algorithm>
+#include <cctype>
 #include <chrono>
 #include <filesystem>
+#include <limits>
+#include <optional>
 
 namespace {
 
@@ -33,11 +37,13 @@ struct Options {
 
 /** \brief A single frame goes to the file that was named, a sequence into a folder of that name. */
 std::string outputPath(const Options& options, std::size_t frame, std::size_t count) {
-  const std::string extension = fs::path(options.output).extension();
+  std::string extension = fs::path(options.output).extension();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return std::tolower(c); });
   const bool names_file = extension == ".ply" || extension == ".pcd";
   if (names_file && count > 1)
-    throw io::InputError("-o " + options.output + ": names one file for " + std::to_string(count) +
-                         " frames; name a folder, or one frame with --frames");
+    throw io::OptionError("-o " + options.output + ": names one file for " + std::to_string(count) +
+                          " frames; name a folder, or one frame with --frames");
   if (names_file) return options.output;
   char name[32];
   std::snprintf(name, sizeof(name), "%06zu.", frame);
@@ -53,16 +59,34 @@ void makeFolderOf(const std::string& path) {
 }
 
 /** \brief Frames done, rate, time left; on a terminal only, so that logs stay readable. */
-void showProgress(std::size_t done, std::size_t count, std::chrono::steady_clock::time_point start) {
-  if (!isatty(STDERR_FILENO)) return;
-  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  const double rate = static_cast<double>(done) / seconds;
-  std::fprintf(stderr, "\r%zu of %zu frames, %.1f frames/s with reading, writing and measuring, %.0f s left   %s", done,
-               count, rate, static_cast<double>(count - done) / rate, done == count ? "\n" : "");
-}
+class Progress {
+ public:
+  explicit Progress(std::size_t count) : count_(count) {}
+  Progress(const Progress&) = delete;
+  Progress& operator=(const Progress&) = delete;
+  ~Progress() { endLine(); }
+
+  void show(std::size_t done) {
+    if (!isatty(STDERR_FILENO)) return;
+    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+    const double rate = static_cast<double>(done) / seconds;
+    std::fprintf(stderr, "\r%zu of %zu frames, %.1f frames/s with reading, writing and measuring, %.0f s left   ", done,
+                 count_, rate, static_cast<double>(count_ - done) / rate);
+    in_line_ = true;
+  }
+  /** \brief What is printed next begins a line. */
+  void endLine() {
+    if (in_line_) std::fputc('\n', stderr);
+    in_line_ = false;
+  }
+
+ private:
+  std::size_t count_;
+  std::chrono::steady_clock::time_point start_{std::chrono::steady_clock::now()};
+  bool in_line_{false};
+};
 
 int run(const Options& options) {
-  checkParameters(options.method_options.parameters);
   const std::unique_ptr<io::Method> method = io::makeMethod(options.method, options.method_options);
   const std::unique_ptr<io::Recording> recording = io::openRecording(options.inputs, options.recording);
   std::vector<std::size_t> frames;
@@ -71,31 +95,35 @@ int run(const Options& options) {
   } else {
     frames = io::parseRange(options.frames, recording->frameCount());
   }
-  if (frames.empty()) throw io::InputError("--frames " + options.frames + ": names no frame of this recording");
 
   io::Report report(options.method);
   io::LoadedFrame loaded;
   io::Method::Cloud cloud;
   io::catchInterrupts();
-  const auto start = std::chrono::steady_clock::now();
+  Progress progress(frames.size());
   std::size_t done = 0;
   for (const std::size_t frame : frames) {
     if (io::interrupt_requested) break;
     const std::string path = outputPath(options, frame, frames.size());
-    makeFolderOf(path);
     recording->read(frame, loaded);
-    method->fuse(loaded.rig, cloud);
+    try {
+      method->fuse(loaded.rig, cloud);
+    } catch (const pcl::PCLException& error) {
+      throw io::InputError(options.inputs[0] + ": frame " + std::to_string(frame) + ": " + io::messageOf(error));
+    }
+    makeFolderOf(path);
     io::writeCloud(path, cloud);
     const PreprocessingParameters& pre = options.method_options.parameters.preprocessing;
     QualityParameters quality;
     quality.min_range = pre.min_range;
     quality.max_range = pre.max_range;
     report.addFrame(frame, method->statistics(),
-                    options.evaluate
-                        ? multiCameraConsistency(cloud, loaded.rig, quality, options.method_options.threads)
-                        : Quality{cloud.size()});
-    showProgress(++done, frames.size(), start);
+                    options.evaluate ? std::make_optional(multiCameraConsistency(cloud, loaded.rig, quality,
+                                                                                 options.method_options.threads))
+                                     : std::nullopt);
+    progress.show(++done);
   }
+  progress.endLine();
   if (!options.report.empty()) {
     makeFolderOf(options.report);
     const std::string text = report.json().dump(2) + "\n";
@@ -125,22 +153,32 @@ int main(int argc, char** argv) {
       ->check(CLI::IsMember({"fuse_flow", "concatenate", "voxel_grid", "approximate_voxel_grid"}))
       ->capture_default_str();
   app.add_option("--leaf-size", options.method_options.leaf_size, "of the voxel grids, m")
-      ->check(CLI::PositiveNumber)
+      ->check(io::positiveNumber())
       ->capture_default_str();
-  app.add_option("--frames", options.frames, "A:B:STEP, B not included");
+  app.add_option("--frames", options.frames, "A:B:STEP, B not included")
+      ->multi_option_policy(CLI::MultiOptionPolicy::Join);
   app.add_option("--views", options.recording.views,
-                 "frames that act as the cameras of one instant: 0,60,120 or A:B:STEP");
-  app.add_option("--slide", options.recording.slide, "move those views on by this many frames, again and again");
+                 "frames that act as the cameras of one instant: 0,60,120 or A:B:STEP")
+      ->multi_option_policy(CLI::MultiOptionPolicy::Join);
+  app.add_option("--slide", options.recording.slide, "move those views on by this many frames, again and again")
+      ->check(io::wholeNumber(0, std::numeric_limits<int>::max()));
   app.add_option("--depth-scale", options.recording.depth_scale,
-                 "metres per unit of depth, instead of the recording's own");
+                 "metres per unit of depth, instead of the recording's own")
+      ->check(io::positiveNumber());
   app.add_option("--format", options.format, "of the files in the output folder")
       ->check(CLI::IsMember({"ply", "pcd"}))
       ->capture_default_str();
-  app.add_option("--threads", options.method_options.threads, "0: one per core")->capture_default_str();
+  app.add_option("--threads", options.method_options.threads, "0: one per core")
+      ->check(io::threadCount())
+      ->capture_default_str();
   app.add_flag("!--no-quality", options.evaluate, "do not measure E_MC, violations and coverage");
   app.set_config("--config", "", "read options from this file (name = value lines)");
+  app.allow_config_extras(CLI::config_extras_mode::error);
   io::ParameterOptions parameters(app);
   return io::runTool(app, argc, argv, [&] {
+    for (std::string* list : {&options.frames, &options.recording.views})
+      std::replace(list->begin(), list->end(), '\n',
+                   ',');  // a config file's list is split at its commas, and joined so
     options.method_options.parameters = parameters.parameters();
     return run(options);
   });

@@ -1,6 +1,8 @@
 // Draws clouds side by side, from the same viewpoint, into a PNG.
 
 #include "io/cloud_io.h"
+#include "io/image_io.h"
+#include "io/option_checks.h"
 #include "io/tool.h"
 
 #include <pcl/point_types.h>
@@ -8,8 +10,8 @@
 #include <vtkActor.h>
 #include <vtkCamera.h>
 #include <vtkCellArray.h>
+#include <vtkImageData.h>
 #include <vtkNew.h>
-#include <vtkPNGWriter.h>
 #include <vtkPointData.h>
 #include <vtkPoints.h>
 #include <vtkPolyData.h>
@@ -20,7 +22,7 @@
 #include <vtkUnsignedCharArray.h>
 #include <vtkWindowToImageFilter.h>
 
-#include <filesystem>
+#include <cstdlib>
 
 namespace {
 
@@ -56,6 +58,17 @@ vtkSmartPointer<vtkPolyData> toPolyData(const pcl::PointCloud<pcl::PointXYZRGB>&
   return data;
 }
 
+io::ColorImage toImage(vtkImageData* source) {
+  io::ColorImage image;
+  image.resize(source->GetDimensions()[0], source->GetDimensions()[1]);
+  for (int v = 0; v < image.height; ++v)
+    for (int u = 0; u < image.width; ++u) {
+      const auto* rgb = static_cast<const unsigned char*>(source->GetScalarPointer(u, image.height - 1 - v, 0));
+      image.at(u, v) = {rgb[0], rgb[1], rgb[2]};  // VTK keeps the bottom row first
+    }
+  return image;
+}
+
 int run(const Options& options) {
   std::vector<vtkSmartPointer<vtkPolyData>> clouds;
   for (const std::string& path : options.clouds) {
@@ -63,6 +76,9 @@ int run(const Options& options) {
     io::readCloud(path, cloud);
     clouds.push_back(toPolyData(cloud));
   }
+  const char* display = std::getenv("DISPLAY");
+  if (!display || !*display)  // VTK would abort
+    throw io::InputError("DISPLAY is not set, must name a display: start it as 'xvfb-run -a fuse_flow_picture …'");
   vtkNew<vtkRenderWindow> window;
   window->SetOffScreenRendering(1);
   window->SetSize(options.size[0], options.size[1]);
@@ -102,17 +118,7 @@ int run(const Options& options) {
   grab->SetInput(window);
   grab->ReadFrontBufferOff();
   grab->Update();
-  vtkNew<vtkPNGWriter> writer;
-  const std::string temporary = options.output + ".part";
-  writer->SetFileName(temporary.c_str());
-  writer->SetInputConnection(grab->GetOutputPort());
-  writer->Write();
-  std::error_code error;
-  std::filesystem::rename(temporary, options.output, error);
-  if (writer->GetErrorCode() != 0 || error) {
-    std::filesystem::remove(temporary, error);
-    throw io::OutputError(options.output + ": cannot be written");
-  }
+  io::writeColorPng(options.output, toImage(grab->GetOutput()));
   return io::kSuccess;
 }
 
@@ -124,12 +130,18 @@ int main(int argc, char** argv) {
                "fuse_flow_picture");
   app.add_option("cloud", options.clouds, "PLY or PCD files")->required();
   app.add_option("-o,--output", options.output, "PNG file")->required();
-  app.add_option("--from", options.from, "where the viewer stands, m; default: outside the bounding box")->expected(3);
+  app.add_option("--from", options.from, "where the viewer stands, m; default: outside the bounding box")
+      ->expected(3)
+      ->check(io::finiteNumber());
   app.add_option("--at", options.at, "what the viewer looks at, m; default: the middle of the first cloud")
-      ->expected(3);
-  app.add_option("--up", options.up, "which way is up")->expected(3)->capture_default_str();
-  app.add_option("--size", options.size, "width and height, pixels")->expected(2)->capture_default_str();
-  app.add_option("--zoom", options.zoom, "narrows the view")->check(CLI::PositiveNumber)->capture_default_str();
-  app.add_option("--point-size", options.point_size, "pixels")->check(CLI::PositiveNumber)->capture_default_str();
+      ->expected(3)
+      ->check(io::finiteNumber());
+  app.add_option("--up", options.up, "which way is up")->expected(3)->check(io::finiteNumber())->capture_default_str();
+  app.add_option("--size", options.size, "width and height, pixels")
+      ->expected(2)
+      ->check(io::wholeNumber(1, 16384))
+      ->capture_default_str();
+  app.add_option("--zoom", options.zoom, "narrows the view")->check(io::positiveNumber())->capture_default_str();
+  app.add_option("--point-size", options.point_size, "pixels")->check(io::positiveNumber())->capture_default_str();
   return io::runTool(app, argc, argv, [&] { return run(options); });
 }

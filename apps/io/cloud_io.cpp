@@ -146,6 +146,17 @@ std::string toPcd(const pcl::PCLPointCloud2& cloud, const SensorPose& pose) {
   return bytes;
 }
 
+/** \brief Whether a PCD's header is one that PCL's reader survives: it reads the data of any other without looking. */
+bool hasPcdHeader(const std::string& path) {
+  pcl::PCLPointCloud2 header;
+  SensorPose pose;
+  int version = 0, data_type = 0;
+  unsigned int data_begin = 0;
+  if (pcl::PCDReader().readHeader(path, header, pose.origin, pose.orientation, version, data_type, data_begin) < 0)
+    return false;
+  return !header.fields.empty() && header.point_step > 0 && data_begin > 0;
+}
+
 /** \brief PCL's return code; its exceptions count as failure. */
 int readByExtension(const std::string& path, const std::string& extension, pcl::PCLPointCloud2& cloud,
                     SensorPose& pose) {
@@ -153,6 +164,7 @@ int readByExtension(const std::string& path, const std::string& extension, pcl::
   int version = 0;
   try {
     if (extension == ".ply") return pcl::PLYReader().read(path, cloud, pose.origin, pose.orientation, version);
+    if (!hasPcdHeader(path)) return -1;
     return pcl::PCDReader().read(path, cloud, pose.origin, pose.orientation, version);
   } catch (const std::exception&) {
     return -1;

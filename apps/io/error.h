@@ -10,6 +10,11 @@ struct InputError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/** \brief An option cannot be used as it was given, or not with this recording. The message begins with the option. */
+struct OptionError : InputError {
+  using InputError::InputError;
+};
+
 /** \brief A result could not be written. The message is one line; nothing half-written is left behind. */
 struct OutputError : std::runtime_error {
   using std::runtime_error::runtime_error;

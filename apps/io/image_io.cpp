@@ -3,12 +3,13 @@
 #include "io/error.h"
 #include "io/file_io.h"
 #include "io/png_check.h"
+#include "io/png_decode.h"
 
 #include <vtkCommand.h>
 #include <vtkImageData.h>
 #include <vtkJPEGReader.h>
 #include <vtkNew.h>
-#include <vtkPNGReader.h>
+#include <vtkObject.h>
 #include <vtkPNGWriter.h>
 #include <vtkPointData.h>
 #include <vtkSmartPointer.h>
@@ -33,9 +34,30 @@ class ErrorCatcher : public vtkCommand {
   bool failed_{false};
 };
 
-template <typename Reader>
-vtkSmartPointer<vtkImageData> decode(const std::string& path, const std::string& bytes) {
-  vtkNew<Reader> reader;
+std::string describe(const PngHeader& header) {
+  const char* type = header.color_type == 0   ? "grey"
+                     : header.color_type == 2 ? "RGB"
+                     : header.color_type == 3 ? "palette"
+                     : header.color_type == 4 ? "grey and alpha"
+                                              : "RGB and alpha";
+  return std::to_string(header.bits) + "-bit " + type;
+}
+
+/** \brief Keeps VTK from printing while it lives: what matters is thrown. */
+class SilenceVtk {
+ public:
+  SilenceVtk() : display_(vtkObject::GetGlobalWarningDisplay()) { vtkObject::GlobalWarningDisplayOff(); }
+  ~SilenceVtk() { vtkObject::SetGlobalWarningDisplay(display_); }
+  SilenceVtk(const SilenceVtk&) = delete;
+  SilenceVtk& operator=(const SilenceVtk&) = delete;
+
+ private:
+  int display_;
+};
+
+vtkSmartPointer<vtkImageData> decodeJpeg(const std::string& path, const std::string& bytes) {
+  const SilenceVtk silence;
+  vtkNew<vtkJPEGReader> reader;
   vtkNew<ErrorCatcher> catcher;
   reader->AddObserver(vtkCommand::ErrorEvent, catcher);
   reader->AddObserver(vtkCommand::WarningEvent, catcher);
@@ -44,27 +66,36 @@ vtkSmartPointer<vtkImageData> decode(const std::string& path, const std::string&
   reader->Update();
   vtkSmartPointer<vtkImageData> image = reader->GetOutput();
   if (catcher->failed() || reader->GetErrorCode() != 0 || !image || !image->GetPointData()->GetScalars())
-    throw InputError(path + ": is damaged and cannot be decoded");
+    throw InputError(path + ": is damaged and cannot be decoded, must be a whole JPEG");
   return image;
 }
 
-/** \brief VTK keeps the bottom row first; calls copy(from, v) with VTK's row and ours, channels interleaved. */
-template <typename Sample, typename CopyRow>
-void forEachRow(vtkImageData* image, CopyRow&& copy) {
-  const int* size = image->GetDimensions();
-  const auto* samples = static_cast<const Sample*>(image->GetScalarPointer());
-  const std::size_t row =
-      static_cast<std::size_t>(size[0]) * static_cast<std::size_t>(image->GetNumberOfScalarComponents());
-  for (int v = 0; v < size[1]; ++v) copy(samples + row * static_cast<std::size_t>(size[1] - 1 - v), v);
+/** \brief Of grey the one channel three times; alpha is dropped. */
+void copyColorRow(const std::uint8_t* from, int channels, Rgb8* to, int width) {
+  for (int u = 0; u < width; ++u, from += channels)
+    to[u] = channels >= 3 ? Rgb8{from[0], from[1], from[2]} : Rgb8{from[0], from[0], from[0]};
 }
 
-std::string describe(const PngHeader& header) {
-  const char* type = header.color_type == 0   ? "grey"
-                     : header.color_type == 2 ? "RGB"
-                     : header.color_type == 3 ? "palette"
-                     : header.color_type == 4 ? "grey and alpha"
-                                              : "RGB and alpha";
-  return std::to_string(header.bits) + "-bit " + type;
+void readColorPng(const std::string& path, const std::string& bytes, ColorImage& image) {
+  const PngHeader header = checkPng(path, bytes);
+  if (header.bits == 16) throw InputError(path + ": is a " + describe(header) + " PNG, colour must be 8-bit");
+  PngPixels pixels;
+  decodePng(path, bytes, pixels);
+  image.resize(pixels.width, pixels.height);
+  for (int v = 0; v < image.height; ++v)
+    copyColorRow(pixels.row<std::uint8_t>(v), pixels.channels, &image.at(0, v), image.width);
+}
+
+void readColorJpeg(const std::string& path, const std::string& bytes, ColorImage& image) {
+  checkJpeg(path, bytes);
+  const auto source = decodeJpeg(path, bytes);
+  const int channels = source->GetNumberOfScalarComponents();
+  image.resize(source->GetDimensions()[0], source->GetDimensions()[1]);
+  const auto* samples = static_cast<const std::uint8_t*>(source->GetScalarPointer());
+  const std::size_t row = static_cast<std::size_t>(image.width) * static_cast<std::size_t>(channels);
+  for (int v = 0; v < image.height; ++v)  // VTK keeps the bottom row first
+    copyColorRow(samples + row * static_cast<std::size_t>(image.height - 1 - v), channels, &image.at(0, v),
+                 image.width);
 }
 
 template <typename Pixel, int channels>
@@ -91,11 +122,11 @@ void writePng(const std::string& path, const Image<Pixel>& image, int scalar_typ
 }
 
 template <typename Sample>
-void copyConfidence(vtkImageData* source, FloatImage& image) {
+void copyConfidence(const PngPixels& pixels, FloatImage& image) {
   constexpr float scale = 1.0f / std::numeric_limits<Sample>::max();
-  forEachRow<Sample>(source, [&](const Sample* from, int v) {
-    std::transform(from, from + image.width, &image.at(0, v), [](Sample s) { return static_cast<float>(s) * scale; });
-  });
+  const Sample* first = pixels.row<Sample>(0);
+  std::transform(first, first + image.data.size(), image.data.begin(),
+                 [](Sample s) { return static_cast<float>(s) * scale; });
 }
 
 }  // namespace
@@ -105,30 +136,18 @@ void readDepthPng(const std::string& path, DepthImage& image) {
   const PngHeader header = checkPng(path, bytes);
   if (header.bits != 16 || header.color_type != 0)
     throw InputError(path + ": is a " + describe(header) + " PNG, depth must be 16-bit grey");
-  const auto source = decode<vtkPNGReader>(path, bytes);
-  image.resize(header.width, header.height);
-  forEachRow<std::uint16_t>(source,
-                            [&](const std::uint16_t* from, int v) { std::copy_n(from, image.width, &image.at(0, v)); });
+  PngPixels pixels;
+  decodePng(path, bytes, pixels);
+  image.resize(pixels.width, pixels.height);
+  std::copy_n(pixels.row<std::uint16_t>(0), image.data.size(), image.data.begin());
 }
 
 void readColor(const std::string& path, ColorImage& image) {
   const std::string bytes = readFile(path);
-  vtkSmartPointer<vtkImageData> source;
-  if (isPng(bytes)) {
-    const PngHeader header = checkPng(path, bytes);
-    if (header.bits == 16) throw InputError(path + ": is a " + describe(header) + " PNG, colour must be 8-bit");
-    source = decode<vtkPNGReader>(path, bytes);
-  } else {
-    checkJpeg(path, bytes);
-    source = decode<vtkJPEGReader>(path, bytes);
-  }
-  const int channels = source->GetNumberOfScalarComponents();
-  image.resize(source->GetDimensions()[0], source->GetDimensions()[1]);
-  forEachRow<std::uint8_t>(source, [&](const std::uint8_t* from, int v) {
-    Rgb8* to = &image.at(0, v);
-    for (int u = 0; u < image.width; ++u, from += channels)
-      to[u] = channels >= 3 ? Rgb8{from[0], from[1], from[2]} : Rgb8{from[0], from[0], from[0]};
-  });
+  if (isPng(bytes))
+    readColorPng(path, bytes, image);
+  else
+    readColorJpeg(path, bytes, image);
 }
 
 void readConfidencePng(const std::string& path, FloatImage& image) {
@@ -136,12 +155,13 @@ void readConfidencePng(const std::string& path, FloatImage& image) {
   const PngHeader header = checkPng(path, bytes);
   if ((header.bits != 8 && header.bits != 16) || header.color_type != 0)
     throw InputError(path + ": is a " + describe(header) + " PNG, confidence must be 8-bit or 16-bit grey");
-  const auto source = decode<vtkPNGReader>(path, bytes);
-  image.resize(header.width, header.height);
-  if (header.bits == 16)
-    copyConfidence<std::uint16_t>(source, image);
+  PngPixels pixels;
+  decodePng(path, bytes, pixels);
+  image.resize(pixels.width, pixels.height);
+  if (pixels.bits == 16)
+    copyConfidence<std::uint16_t>(pixels, image);
   else
-    copyConfidence<std::uint8_t>(source, image);
+    copyConfidence<std::uint8_t>(pixels, image);
 }
 
 void writeDepthPng(const std::string& path, const DepthImage& image) {

@@ -4,12 +4,17 @@
 
 #include <fuse_flow/depth_backprojection.h>
 
+#include <pcl/common/common.h>
 #include <pcl/filters/approximate_voxel_grid.h>
 #include <pcl/filters/impl/approximate_voxel_grid.hpp>
 #include <pcl/filters/impl/voxel_grid.hpp>
 #include <pcl/filters/voxel_grid.h>
 
 #include <chrono>
+#include <cstdint>
+#include <limits>
+#include <sstream>
+#include <type_traits>
 
 namespace fuse_flow::io {
 namespace {
@@ -100,10 +105,26 @@ class GridOfConcatenation : public Concatenation {
       thinned_.clear();
       return;
     }
+    checkCells(*all);
     Grid grid;
     grid.setInputCloud(all);
     grid.setLeafSize(options_.leaf_size, options_.leaf_size, options_.leaf_size);
     grid.filter(thinned_);
+  }
+
+ private:
+  /** \brief pcl::VoxelGrid numbers its cells with 32 bits; out of numbers it prints a warning and thins nothing. */
+  void checkCells(const pcl::PointCloud<pcl::PointXYZRGB>& all) const {
+    if constexpr (!std::is_same_v<Grid, pcl::VoxelGrid<pcl::PointXYZRGB>>) return;
+    pcl::PointXYZRGB low, high;
+    pcl::getMinMax3D(all, low, high);
+    const Eigen::Array3d size = (high.getArray3fMap() - low.getArray3fMap()).cast<double>();
+    const double cells = (size / static_cast<double>(options_.leaf_size) + 1).prod();
+    if (cells < std::numeric_limits<std::int32_t>::max()) return;
+    std::ostringstream message;
+    message << "--leaf-size is " << options_.leaf_size << ", too small for a cloud of " << size.transpose()
+            << " m: pcl::VoxelGrid can number 2147483647 cells";
+    throw OptionError(message.str());
   }
 };
 

@@ -1,9 +1,13 @@
 #pragma once
 
+#include "io/error.h"
+#include "io/option_checks.h"
+
 #include <fuse_flow/fuse_flow.h>
 
 #include <CLI/CLI.hpp>
 
+#include <limits>
 #include <map>
 #include <string>
 #include <vector>
@@ -67,22 +71,51 @@ class ParameterOptions {
     add(app, "--spatial-hash", given_.use_spatial_hash, "SA of the ablation (true/false)");
     app.add_option("--crop-box", crop_box_, "min_x min_y min_z max_x max_y max_z, world frame, m")
         ->expected(6)
+        ->check(finiteNumber())
         ->group("Parameters");
   }
   ParameterOptions(const ParameterOptions&) = delete;
   ParameterOptions& operator=(const ParameterOptions&) = delete;
 
-  /** \brief The defaults, or the published forms, with what was given on top. */
+  /** \brief The defaults, or the published forms, with what was given on top. Throws OptionError, naming the option as
+   *  the command line does. */
   FuseFlowParameters parameters() const {
     FuseFlowParameters result = published_ ? FuseFlowParameters::published() : FuseFlowParameters();
     for (const auto& apply : overrides_) apply(result);
-    if (crop_box_.size() == 6)
+    if (crop_box_.size() == 6) {
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        if (crop_box_[axis] > crop_box_[axis + 3])
+          throw OptionError("--crop-box: a minimum exceeds its maximum, must be min_x min_y min_z max_x max_y max_z");
       result.crop_box = Eigen::AlignedBox3f(Eigen::Vector3f(crop_box_[0], crop_box_[1], crop_box_[2]),
                                             Eigen::Vector3f(crop_box_[3], crop_box_[4], crop_box_[5]));
+    }
+    try {
+      checkParameters(result);
+    } catch (const pcl::PCLException& error) {
+      throw OptionError(inWordsOfTheCommandLine(error.what()));
+    }
     return result;
   }
 
  private:
+  /** \brief "fuse_flow::ConfidenceEstimation: threshold is 2, …" as "--tau is 2, …". */
+  std::string inWordsOfTheCommandLine(const std::string& message) const {
+    const std::size_t owner = message.find("fuse_flow::");
+    const std::size_t begin = owner == std::string::npos ? 0 : message.find(": ", owner) + 2;
+    std::string result, word;
+    for (const char c : message.substr(begin) + ' ') {
+      if (std::isalnum(static_cast<unsigned char>(c)) || c == '_') {
+        word += c;
+        continue;
+      }
+      const auto option = option_of_.find(word);
+      result += (option == option_of_.end() ? word : option->second) + c;
+      word.clear();
+    }
+    result.pop_back();
+    return result;
+  }
+
   /** \brief A member of given_, found again in another FuseFlowParameters by its place. */
   template <typename Value>
   void overrideWhenGiven(CLI::Option* option, const Value& member) {
@@ -96,7 +129,17 @@ class ParameterOptions {
 
   template <typename Value>
   void add(CLI::App& app, const std::string& name, Value& member, const std::string& help) {
-    overrideWhenGiven(app.add_option(name, member, help)->capture_default_str()->group("Parameters"), member);
+    CLI::Option* option = app.add_option(name, member, help)->capture_default_str()->group("Parameters");
+    if constexpr (std::is_same_v<Value, bool>)
+      option->check(trueOrFalse());
+    else if constexpr (std::is_floating_point_v<Value>)
+      option->check(finiteNumber());
+    else
+      option->check(wholeNumber(0, std::numeric_limits<int>::max()));
+    std::string parameter = name == "--tau" ? "threshold" : name.substr(2);
+    std::replace(parameter.begin(), parameter.end(), '-', '_');
+    option_of_[parameter] = name;
+    overrideWhenGiven(option, member);
   }
 
   template <typename Enum>
@@ -111,6 +154,8 @@ class ParameterOptions {
   FuseFlowParameters given_;
   std::vector<float> crop_box_;
   std::vector<std::function<void(FuseFlowParameters&)>> overrides_;
+  /** \brief What the library calls a parameter, and its option. */
+  std::map<std::string, std::string> option_of_;
 };
 
 }  // namespace fuse_flow::io

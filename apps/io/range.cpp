@@ -2,6 +2,7 @@
 
 #include "io/error.h"
 
+#include <algorithm>
 #include <charconv>
 #include <optional>
 
@@ -27,8 +28,8 @@ std::optional<std::size_t> number(const std::string& text) {
 }  // namespace
 
 std::vector<std::size_t> parseRange(const std::string& spec, std::size_t count, const std::string& option) {
-  const auto fail = [&](const std::string& problem) -> InputError {
-    return InputError(option + " " + spec + ": " + problem + "; write numbers as 0,60,120 or a range as A:B:STEP");
+  const auto fail = [&](const std::string& problem) -> OptionError {
+    return OptionError(option + " " + spec + ": " + problem + "; write numbers as 0,60,120 or a range as A:B:STEP");
   };
   const auto checkedNumber = [&](const std::string& text) {
     const std::optional<std::size_t> value = number(text);
@@ -42,8 +43,9 @@ std::vector<std::size_t> parseRange(const std::string& spec, std::size_t count, 
     if (parts.size() > 3) throw fail("has more than three parts");
     const std::size_t begin = parts[0].empty() ? 0 : checkedNumber(parts[0]);
     const std::size_t end = parts[1].empty() ? count : checkedNumber(parts[1]);
-    const std::size_t step = parts.size() < 3 || parts[2].empty() ? 1 : checkedNumber(parts[2]);
+    std::size_t step = parts.size() < 3 || parts[2].empty() ? 1 : checkedNumber(parts[2]);
     if (step == 0) throw fail("the step is 0, must be 1 or more");
+    step = std::min(step, count + 1);  // no overflow below
     for (std::size_t i = begin; i < end && i < count; i += step) numbers.push_back(i);
     if (numbers.empty()) throw fail("names none of the " + std::to_string(count));
     return numbers;

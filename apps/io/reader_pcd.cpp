@@ -45,7 +45,7 @@ Intrinsics fitIntrinsics(const std::string& path, const Cloud& cloud) {
   for (std::uint32_t v = 0; v < cloud.height; ++v)
     for (std::uint32_t u = 0; u < cloud.width; ++u) {
       const auto& p = cloud.at(static_cast<int>(u), static_cast<int>(v));
-      if (!std::isfinite(p.x) || !std::isfinite(p.y) || !(p.z > 0)) continue;
+      if (!std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z) || p.z <= 0) continue;
       horizontal.add(p.x / static_cast<double>(p.z), u);
       vertical.add(p.y / static_cast<double>(p.z), v);
     }
@@ -99,7 +99,8 @@ class PcdRecording : public Recording {
     images.depth32.resize(static_cast<int>(cloud.width), static_cast<int>(cloud.height));
     if (has_color) images.color.resize(images.depth32.width, images.depth32.height);
     for (std::size_t i = 0; i < cloud.size(); ++i) {
-      images.depth32.data[i] = cloud[i].z;
+      const bool finite = std::isfinite(cloud[i].x) && std::isfinite(cloud[i].y);  // else the pixel has no point
+      images.depth32.data[i] = finite ? cloud[i].z : std::nanf("");
       if (has_color) images.color.data[i] = {cloud[i].r, cloud[i].g, cloud[i].b};
     }
   }
@@ -129,7 +130,7 @@ class PcdRecording : public Recording {
 bool isPcdFile(const std::string& path) { return std::filesystem::path(path).extension() == ".pcd"; }
 
 std::unique_ptr<Recording> openPcd(const std::vector<std::string>& paths, const RecordingOptions& options) {
-  if (options.slide != 0) throw InputError(paths[0] + ": PCD files are one instant, --slide does not apply");
+  if (options.slide != 0) throw OptionError("--slide: " + paths[0] + ": PCD files are one instant, must be 0");
   std::vector<std::string> chosen = paths;
   if (!options.views.empty()) {
     chosen.clear();

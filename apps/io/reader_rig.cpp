@@ -68,7 +68,7 @@ class RigRecording : public Recording {
 bool isRigFolder(const std::string& folder) { return fs::exists(fs::path(folder) / "rig.json"); }
 
 std::unique_ptr<Recording> openRig(const std::string& json_path, const RecordingOptions& options) {
-  if (options.slide != 0) throw InputError(json_path + ": is a recording of several cameras, --slide does not apply");
+  if (options.slide != 0) throw OptionError("--slide: " + json_path + " is a recording of several cameras, must be 0");
   std::vector<RigCamera> rig = readRigJson(json_path);
   if (!options.views.empty()) {
     std::vector<RigCamera> chosen;

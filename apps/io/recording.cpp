@@ -29,8 +29,8 @@ std::unique_ptr<Recording> openFolder(const std::string& folder, const Recording
 std::unique_ptr<Recording> openRecording(const std::vector<std::string>& inputs, const RecordingOptions& options) {
   if (inputs.empty()) throw InputError(std::string("no input was given; ") + recognised);
   if (options.depth_scale && !(*options.depth_scale > 0 && std::isfinite(*options.depth_scale)))
-    throw InputError("--depth-scale is " + std::to_string(*options.depth_scale) +
-                     ", must be positive: metres per depth unit");
+    throw OptionError("--depth-scale is " + std::to_string(*options.depth_scale) +
+                      ", must be positive: metres per depth unit");
   std::error_code error;
   for (const std::string& input : inputs)
     if (!fs::exists(input, error)) throw InputError(input + ": not found; " + recognised);

@@ -35,6 +35,20 @@ constexpr Stage kStages[] = {
     {"merge", &FrameStatistics::merge_ms},           {"fuse", &FrameStatistics::fuse_ms},
     {"output", &FrameStatistics::output_ms},         {"total", &FrameStatistics::total_ms}};
 
+constexpr const char* kQualityFigures[] = {"e_mc_mm", "e_mc_multi_view_mm", "free_space_violations", "coverage"};
+
+/** \brief Over the frames in which the figure is a number. */
+json meanOf(const json& frames, const char* figure) {
+  double sum = 0;
+  std::size_t count = 0;
+  for (const json& frame : frames) {
+    if (!frame[figure].is_number()) continue;
+    sum += frame[figure].get<double>();
+    ++count;
+  }
+  return count ? json(sum / static_cast<double>(count)) : json(nullptr);
+}
+
 std::string format(const char* pattern, double value) {
   char text[64];
   std::snprintf(text, sizeof(text), pattern, value);
@@ -48,8 +62,8 @@ json qualityJson(const Quality& q) {
           {"multi_view_points", q.multi_view_points},
           {"e_mc_mm", number(1e3 * q.error)},
           {"e_mc_multi_view_mm", number(1e3 * q.multi_view_error)},
-          {"free_space_violations", q.violationShare()},
-          {"coverage", q.coverage()}};
+          {"free_space_violations", q.points ? json(q.violationShare()) : json(nullptr)},
+          {"coverage", q.pixels ? json(q.coverage()) : json(nullptr)}};
 }
 
 std::string qualityHeader(std::size_t name_width) {
@@ -66,16 +80,19 @@ std::string qualityRow(const std::string& name, std::size_t name_width, const Qu
          format("%14.2f", 100 * q.coverage());
 }
 
-void Report::addFrame(std::size_t frame, const FrameStatistics& statistics, const Quality& quality) {
+void Report::addFrame(std::size_t frame, const FrameStatistics& statistics, const std::optional<Quality>& quality) {
   frames_.push_back({frame, statistics, quality});
 }
 
 json Report::json() const {
   nlohmann::json frames = nlohmann::json::array();
   std::vector<double> times[std::size(kStages)];
-  double points_in = 0, points_out = 0, error = 0, multi_error = 0, violations = 0, coverage = 0;
+  double points_in = 0, points_out = 0;
   for (const Frame& f : frames_) {
-    nlohmann::json entry = qualityJson(f.quality);
+    nlohmann::json entry;
+    if (f.quality) entry = qualityJson(*f.quality);
+    for (const char* figure : kQualityFigures)
+      if (!entry.contains(figure)) entry[figure] = nullptr;
     entry["frame"] = f.number;
     entry["points_in"] = f.statistics.measured_points;
     entry["points_gated"] = f.statistics.gated_points;
@@ -90,20 +107,13 @@ json Report::json() const {
     const double n = static_cast<double>(frames_.size());
     points_in += static_cast<double>(f.statistics.measured_points) / n;
     points_out += static_cast<double>(f.statistics.fused_points) / n;
-    error += f.quality.error / n;
-    multi_error += f.quality.multi_view_error / n;
-    violations += f.quality.violationShare() / n;
-    coverage += f.quality.coverage() / n;
   }
   nlohmann::json total = {{"frames", frames_.size()},
                           {"points_in", points_in},
                           {"points_out", points_out},
-                          {"e_mc_mm", number(1e3 * error)},
-                          {"e_mc_multi_view_mm", number(1e3 * multi_error)},
-                          {"free_space_violations", violations},
-                          {"coverage", coverage},
                           {"frames_per_second", number(1e3 / percentile(times[std::size(kStages) - 1], 0.5))},
                           {"peak_memory_mib", peakMemoryMebibytes()}};
+  for (const char* figure : kQualityFigures) total[figure] = meanOf(frames, figure);
   for (std::size_t s = 0; s < std::size(kStages); ++s)
     total["milliseconds"][kStages[s].name] = {{"median", number(percentile(times[s], 0.5))},
                                               {"p95", number(percentile(times[s], 0.95))}};
@@ -119,11 +129,13 @@ std::string Report::summary() const {
                      format("p95 %.1f ms), ", value(total["milliseconds"]["total"]["p95"])) +
                      format("%.0f points in, ", value(total["points_in"])) +
                      format("%.0f out a frame\n", value(total["points_out"]));
-  text += "  " + format("E_MC %.2f mm, ", value(total["e_mc_mm"])) +
-          format("over points with two or more views %.2f mm, ", value(total["e_mc_multi_view_mm"])) +
-          format("free-space violations %.2f %%, ", 100 * value(total["free_space_violations"])) +
-          format("coverage %.2f %%, ", 100 * value(total["coverage"])) +
-          format("peak memory %.0f MiB\n", value(total["peak_memory_mib"]));
+  const auto figure = [&](const char* what, const char* key, double scale, const char* unit) {
+    return total[key].is_number() ? what + format(" %.2f ", scale * value(total[key])) + unit + ", " : std::string();
+  };
+  text += "  " + figure("E_MC", "e_mc_mm", 1, "mm") +
+          figure("over points with two or more views", "e_mc_multi_view_mm", 1, "mm") +
+          figure("free-space violations", "free_space_violations", 100, "%") +
+          figure("coverage", "coverage", 100, "%") + format("peak memory %.0f MiB\n", value(total["peak_memory_mib"]));
   return text;
 }
 

@@ -5,6 +5,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,9 +15,11 @@ namespace fuse_flow::io {
 class Report {
  public:
   explicit Report(std::string method) : method_(std::move(method)) {}
-  void addFrame(std::size_t frame, const FrameStatistics& statistics, const Quality& quality);
+  /** \brief Without a quality, its figures are null. */
+  void addFrame(std::size_t frame, const FrameStatistics& statistics, const std::optional<Quality>& quality);
 
-  /** \brief Per frame and in total; medians and 95th percentiles of the times, means of the quality. */
+  /** \brief Per frame and in total; medians and 95th percentiles of the times; means of the
+   *  quality over the frames in which it could be measured, null if there are none. */
   nlohmann::json json() const;
   /** \brief A few lines for people. */
   std::string summary() const;
@@ -25,13 +28,13 @@ class Report {
   struct Frame {
     std::size_t number;
     FrameStatistics statistics;
-    Quality quality;
+    std::optional<Quality> quality;
   };
   std::string method_;
   std::vector<Frame> frames_;
 };
 
-/** \brief The quality figures as the tools print them. */
+/** \brief The quality figures as the tools print them; null where there was nothing to measure. */
 nlohmann::json qualityJson(const Quality& quality);
 /** \brief The header and a row of the table of quality figures. */
 std::string qualityHeader(std::size_t name_width);

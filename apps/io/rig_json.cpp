@@ -26,28 +26,28 @@ struct Entry {
     throw InputError(owner + ": " + key + " " + problem);
   }
   bool has(const char* key) const { return object.contains(key); }
-  const Json& get(const char* key) const {
-    if (!has(key)) fail(key, "is missing");
+  const Json& get(const char* key, const std::string& expected) const {
+    if (!has(key)) fail(key, "is missing, must be " + expected);
     return object[key];
   }
   double number(const char* key) const {
-    const Json& value = get(key);
+    const Json& value = get(key, "a number");
     if (!value.is_number()) fail(key, "is " + value.dump() + ", must be a number");
     return value.get<double>();
   }
   double positive(const char* key) const {
     const double value = number(key);
-    if (!(value > 0)) fail(key, "is " + get(key).dump() + ", must be positive");
+    if (!(value > 0)) fail(key, "is " + object[key].dump() + ", must be positive");
     return value;
   }
   int size(const char* key) const {
     const double value = positive(key);
     if (value != std::floor(value) || value > 65535)
-      fail(key, "is " + get(key).dump() + ", must be a whole number of pixels");
+      fail(key, "is " + object[key].dump() + ", must be a whole number of pixels");
     return static_cast<int>(value);
   }
   std::vector<double> numbers(const char* key, std::size_t count) const {
-    const Json& values = get(key);
+    const Json& values = get(key, "a list of " + std::to_string(count) + " numbers");
     const auto is_number = [](const Json& value) { return value.is_number(); };
     if (!values.is_array() || !std::all_of(values.begin(), values.end(), is_number))
       fail(key, "must be a list of " + std::to_string(count) + " numbers");
@@ -78,9 +78,11 @@ RigCamera parseCamera(const Entry& entry, const std::string& name) {
   result.camera.name = name;
   result.camera.intrinsics = parseIntrinsics(entry);
   result.depth_scale = static_cast<float>(entry.positive("depth_scale"));
+  if (!std::isfinite(result.depth_scale) || result.depth_scale == 0)
+    entry.fail("depth_scale", "is " + entry.object["depth_scale"].dump() + ", must be metres per unit, like 0.001");
   result.camera.T_world_camera = rigidPose(entry.owner + ": T_world_camera", entry.numbers("T_world_camera", 16));
   if (entry.has("color")) {
-    const Entry color{entry.get("color"), entry.owner + " color"};
+    const Entry color{entry.object["color"], entry.owner + " color"};
     if (!color.object.is_object())
       entry.fail("color", "must be an object with width, height, fx, fy, cx, cy, T_depth_color");
     result.camera.color = ColorCamera{parseIntrinsics(color),
@@ -129,6 +131,8 @@ std::vector<RigCamera> readRigJson(const std::string& path) {
     json = Json::parse(readFile(path));
   } catch (const Json::parse_error& error) {
     throw InputError(path + ": is not JSON: error at byte " + std::to_string(error.byte));
+  } catch (const Json::out_of_range&) {
+    throw InputError(path + ": holds a number too large for a double");
   }
   if (!json.is_object() || !json.contains("cameras") || !json["cameras"].is_array() || json["cameras"].empty())
     throw InputError(path + ": cameras is missing or empty, must be a list with an object for each camera");
@@ -138,7 +142,7 @@ std::vector<RigCamera> readRigJson(const std::string& path) {
   for (const Json& object : json["cameras"]) {
     const std::string number = path + ": camera number " + std::to_string(cameras.size());
     if (!object.is_object()) throw InputError(number + ": is " + object.dump() + ", must be an object");
-    const Json& name = Entry{object, number}.get("name");
+    const Json& name = Entry{object, number}.get("name", "the name of a folder beside the file");
     if (!name.is_string() || !isFolderName(name.get<std::string>()))
       throw InputError(number + ": name is " + name.dump() + ", must be the name of a folder beside the file");
     if (!names.insert(name.get<std::string>()).second)

@@ -81,14 +81,15 @@ std::string suggestViews(const std::map<std::size_t, SequenceFrame>& frames) {
 
 std::vector<std::size_t> chooseViews(const Sequence& sequence, const std::string& spec) {
   if (spec.empty())
-    throw InputError(
-        sequence.path + ": is a recording of one moving camera, --views must say which frames act as the cameras " +
-        "of one instant, e.g. --views " + suggestViews(sequence.frames) + "; it has " + listFrames(sequence.frames));
+    throw OptionError("--views: " + sequence.path +
+                      " is a recording of one moving camera, --views must say which frames act as the cameras " +
+                      "of one instant, e.g. --views " + suggestViews(sequence.frames) + "; it has " +
+                      listFrames(sequence.frames));
   const std::vector<std::size_t> views = parseRange(spec, sequence.frames.rbegin()->first + 1, "--views");
   for (const std::size_t number : views)
     if (sequence.frames.count(number) == 0)
-      throw InputError("--views " + spec + ": frame " + std::to_string(number) + " is not in " + sequence.path +
-                       ", which has " + listFrames(sequence.frames));
+      throw OptionError("--views " + spec + ": frame " + std::to_string(number) + " is not in " + sequence.path +
+                        ", which has " + listFrames(sequence.frames));
   return views;
 }
 
@@ -109,7 +110,7 @@ void takeSizeFromFirstImage(Sequence& sequence) {
 
 std::unique_ptr<Recording> openSequence(Sequence sequence, const RecordingOptions& options) {
   if (sequence.frames.empty()) throw InputError(sequence.path + ": has no frame with a pose and a depth image");
-  if (options.slide < 0) throw InputError("--slide is " + std::to_string(options.slide) + ", must be 0 or more");
+  if (options.slide < 0) throw OptionError("--slide is " + std::to_string(options.slide) + ", must be 0 or more");
   if (options.depth_scale) sequence.depth_scale = *options.depth_scale;
   if (sequence.intrinsics.width == 0) takeSizeFromFirstImage(sequence);
   if (!options.read_color)

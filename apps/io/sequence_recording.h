@@ -30,7 +30,7 @@ struct Sequence {
   float depth_scale{0.001f};
 };
 
-/** \brief Throws InputError if options name no views or views that do not exist. */
+/** \brief Throws OptionError if options name no views or views that do not exist. */
 std::unique_ptr<Recording> openSequence(Sequence sequence, const RecordingOptions& options);
 
 }  // namespace fuse_flow::io

@@ -24,32 +24,51 @@ inline void catchInterrupts() {
   });
 }
 
+/** \brief PCL puts ": " before a message without a place in the source. */
+inline std::string messageOf(const pcl::PCLException& error) {
+  const std::string message = error.what();
+  return message.rfind(": ", 0) == 0 ? message.substr(2) : message;
+}
+
 /** \brief One line, whatever the exception said. */
-inline int reportError(const CLI::App& app, std::string message) {
+inline int reportError(const CLI::App& app, std::string message, ExitCode code = kBadInput) {
   for (char& c : message)
     if (c == '\n') c = ' ';
   std::cerr << app.get_name() << ": " << message << std::endl;
-  return kBadInput;
+  return code;
+}
+
+/** \brief A mistake in the file of --config, in CLI11's words or ours. */
+inline std::string describeConfigError(CLI::App& app, const std::string& message) {
+  const std::string prefix = "INI was not able to parse ";
+  if (message.rfind(prefix, 0) != 0) return message;
+  const std::string file = app.get_config_ptr() ? app.get_config_ptr()->as<std::string>() : "--config";
+  return file + ": '" + message.substr(prefix.size()) + "' is not an option, must be name = value; see --help";
 }
 
 /** \brief Parses, runs, and turns every exception into a line on the standard error stream and an exit code. */
 template <typename Run>
 int runTool(CLI::App& app, int argc, char** argv, const Run& run) {
+  std::signal(SIGXFSZ, SIG_IGN);  // a file past `ulimit -f` is then an error to report like a full disk
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& help) {
     return app.exit(help);
-  } catch (const CLI::FileError& error) {
-    return reportError(app, error.what());
+  } catch (const CLI::FileError&) {
+    return reportError(app, app.get_config_ptr()->as<std::string>() + ": cannot be read, must be a file of options");
+  } catch (const CLI::ConfigError& error) {
+    return reportError(app, describeConfigError(app, error.what()), kWrongCommandLine);
   } catch (const CLI::ParseError& error) {
-    std::cerr << app.get_name() << ": " << error.what() << "; see --help" << std::endl;
-    return kWrongCommandLine;
+    return reportError(app, error.what() + std::string("; see --help"), kWrongCommandLine);
   }
   try {
-    return run();
+    const int code = run();
+    if (!std::cout.flush()) throw OutputError("the standard output stream cannot be written");
+    return code;
+  } catch (const OptionError& error) {
+    return reportError(app, error.what(), kWrongCommandLine);
   } catch (const pcl::PCLException& error) {
-    const std::string message = error.what();  // PCL puts ": " before a message without a place in the source
-    return reportError(app, message.rfind(": ", 0) == 0 ? message.substr(2) : message);
+    return reportError(app, messageOf(error));
   } catch (const std::bad_alloc&) {
     return reportError(app, "not enough memory");
   } catch (const std::exception& error) {

@@ -1,0 +1,67 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+#include <cerrno>
+#include <cmath>
+#include <cstdlib>
+#include <optional>
+#include <string>
+
+namespace fuse_flow::io {
+
+// CLI11's own checks let NaN pass, and print the largest double where they mean "no limit".
+
+namespace detail {
+
+inline std::optional<double> finiteValue(const std::string& text) {
+  char* end = nullptr;
+  const double value = std::strtod(text.c_str(), &end);
+  if (text.empty() || *end != '\0' || !std::isfinite(value)) return std::nullopt;
+  return value;
+}
+
+/** \brief A check whose message says what was given and what must be; empty if accepts(text). */
+template <typename Accepts>
+CLI::Validator makeCheck(const std::string& expected, Accepts accepts) {
+  return CLI::Validator(
+      [=](std::string& text) {
+        return accepts(text) ? std::string() : "'" + text + "' was given, must be " + expected;
+      },
+      "", "");
+}
+
+}  // namespace detail
+
+inline CLI::Validator finiteNumber() {
+  return detail::makeCheck("a number", [](const std::string& text) { return detail::finiteValue(text).has_value(); });
+}
+
+inline CLI::Validator positiveNumber() {
+  return detail::makeCheck("a positive number",
+                           [](const std::string& text) { return detail::finiteValue(text).value_or(0) > 0; });
+}
+
+inline CLI::Validator nonNegativeNumber() {
+  return detail::makeCheck("a number from 0 up",
+                           [](const std::string& text) { return detail::finiteValue(text).value_or(-1) >= 0; });
+}
+
+inline CLI::Validator wholeNumber(int low, int high) {
+  return detail::makeCheck("a whole number from " + std::to_string(low) + " to " + std::to_string(high),
+                           [=](const std::string& text) {
+                             char* end = nullptr;
+                             errno = 0;
+                             const long value = std::strtol(text.c_str(), &end, 10);
+                             return !text.empty() && *end == '\0' && errno == 0 && value >= low && value <= high;
+                           });
+}
+
+inline CLI::Validator trueOrFalse() {
+  return detail::makeCheck("true or false", [](const std::string& text) { return text == "true" || text == "false"; });
+}
+
+/** \brief More than any machine has cores; far more than OpenMP can start threads would end the program. */
+inline CLI::Validator threadCount() { return wholeNumber(0, 1024); }
+
+}  // namespace fuse_flow::io

@@ -1,0 +1,154 @@
+#include "cloud_file.h"
+#include "tool_fixture.h"
+
+#include <fcntl.h>
+#include <poll.h>
+#include <signal.h>
+#include <sys/stat.h>
+
+#include <array>
+
+namespace tool_test {
+namespace {
+
+class OutputFiles : public ToolTest {
+ protected:
+  void SetUp() override {
+    ToolTest::SetUp();
+    WallRecording wall{};
+    wall.frames = 4;
+    wall.write(recording_);
+  }
+};
+
+TEST_F(OutputFiles, AFolderThatCannotBeMadeIsNamed) {
+  writeText(folder_ / "file", "in the way");
+  EXPECT_TRUE(isOneLineError(fuse({recording(), "-o", out("file/out")}), 1, {out("file/out"), "cannot be created"}));
+  EXPECT_TRUE(isOneLineError(fuse({recording(), "-o", out("file")}), 1, {out("file")}));
+  EXPECT_EQ(readText(folder_ / "file"), "in the way");
+}
+
+TEST_F(OutputFiles, AFolderInPlaceOfAFileIsNamed) {
+  fs::create_directories(out_ / "000001.ply");
+  EXPECT_TRUE(isOneLineError(fuse({recording(), "-o", out()}), 1, {out("out/000001.ply"), "folder"}));
+  EXPECT_EQ(listing(out_), (std::vector<std::string>{"000000.ply", "000001.ply"}));
+}
+
+TEST_F(OutputFiles, AFolderWithoutPermissionIsNamed) {
+  if (geteuid() == 0) GTEST_SKIP() << "root may write anywhere";
+  fs::create_directory(out_);
+  fs::permissions(out_, fs::perms::owner_read | fs::perms::owner_exec);
+  EXPECT_TRUE(isOneLineError(fuse({recording(), "-o", out()}), 1, {out("out/000000.ply"), "cannot be written"}));
+  fs::permissions(out_, fs::perms::owner_all);
+}
+
+TEST_F(OutputFiles, AReportThatCannotBeWrittenIsNamedAndTheCloudsStay) {
+  writeText(folder_ / "file", "in the way");
+  EXPECT_EQ(fuse({recording(), "-o", out(), "--report", out("file/report.json")}).exit_code, 1);
+  fs::create_directory(folder_ / "report.json");
+  const ToolResult result = fuse({recording(), "-o", out(), "--report", out("report.json")});
+  EXPECT_TRUE(isOneLineError(result, 1, {out("report.json"), "folder"}));
+  EXPECT_EQ(listing(out_).size(), 4u);
+}
+
+TEST_F(OutputFiles, ADeviceThatIsFullIsNamed) {
+  if (!fs::exists("/dev/full")) GTEST_SKIP() << "there is no /dev/full";
+  fs::create_symlink("/dev/full", folder_ / "full.ply");
+  EXPECT_TRUE(isOneLineError(fuse({recording(), "-o", out("full.ply"), "--frames", "0"}), 1,
+                             {out("full.ply"), "No space left"}));
+  EXPECT_TRUE(isOneLineError(fuse({recording(), "-o", out(), "--report", out("full.ply")}), 1,
+                             {out("full.ply"), "No space left"}));
+  RunOptions to_full;
+  to_full.out_path = "/dev/full";
+  EXPECT_TRUE(isOneLineError(fuse({recording(), "-o", out()}, to_full), 1, {"standard output"}));
+  EXPECT_TRUE(isOneLineError(evaluate({recording(), out("out/000000.ply")}, to_full), 1, {"standard output"}));
+}
+
+TEST_F(OutputFiles, AFileThatWouldGrowTooLargeIsNotLeftHalfWritten) {
+  RunOptions limited;
+  limited.file_size_limit = 4096;
+  EXPECT_TRUE(isOneLineError(fuse({recording(), "-o", out()}, limited), 1, {out("out/000000.ply"), "too large"}));
+  EXPECT_EQ(listing(out_), std::vector<std::string>());
+  EXPECT_TRUE(isOneLineError(fuse({recording(), "-o", out("single.pcd"), "--frames", "1"}, limited), 1,
+                             {out("single.pcd"), "too large"}));
+  EXPECT_EQ(listing(folder_ / "single.pcd"), std::vector<std::string>());
+  EXPECT_FALSE(fs::exists(out("single.pcd")));
+}
+
+TEST_F(OutputFiles, AFileThatWasThereSurvivesAFailure) {
+  writeText(folder_ / "cloud.ply", "precious");
+  RunOptions limited;
+  limited.file_size_limit = 4096;
+  EXPECT_EQ(fuse({recording(), "-o", out("cloud.ply"), "--frames", "1"}, limited).exit_code, 1);
+  EXPECT_EQ(readText(folder_ / "cloud.ply"), "precious");
+  EXPECT_EQ(listing(folder_ / "recording").size(), listing(recording_).size());
+}
+
+/** \brief A real disk of a few pages, visible to the one command only; 77 where that is not allowed. */
+TEST_F(OutputFiles, AFullDiskKeepsTheWholeFramesAndNothingElse) {
+  fs::create_directory(out_);
+  const std::string script =
+      "mount -t tmpfs -o size=64k none \"$1\" 2>/dev/null || exit 77\n"
+      "\"$2\" \"$3\" -o \"$1\" --method concatenate --threads 1; code=$?\n"
+      "ls -A \"$1\"; exit $code";
+  const ToolResult result =
+      runProgram("/bin/sh", {"-c", "exec unshare --user --map-root-user --mount sh -c '" + script + "' sh \"$@\" 2>&1",
+                             "sh", out(), FUSE_FLOW_FUSE_TOOL, recording()});
+  if (result.out.find("unshare:") != std::string::npos || result.exit_code == 77 || result.exit_code == 127)
+    GTEST_SKIP() << "a disk of our own cannot be mounted here: " << result.out;
+  EXPECT_EQ(result.exit_code, 1);
+  // 32 · 24 · 2 points of 23 bytes are 9 pages of the 16: the second frame does not fit.
+  const std::string path = out("out/000001.ply");
+  EXPECT_EQ(result.out, "fuse_flow_fuse: " + path + ": cannot be written: No space left on device\n000000.ply\n");
+}
+
+/** \brief Holds the tool at frame 1 for as long as it takes: that frame's file is a pipe, too short for a cloud, which
+ *  is read only after the signal. */
+class Interrupt : public OutputFiles {
+ protected:
+  void SetUp() override {
+    OutputFiles::SetUp();
+    fs::create_directory(out_);
+    ASSERT_EQ(mkfifo((out_ / "000001.ply").c_str(), 0600), 0);
+  }
+  RunOptions interruptAtFrameOne(bool terminal) {
+    RunOptions options;
+    options.terminal = terminal;
+    options.meanwhile = [this](pid_t pid) {
+      const int pipe = open((out_ / "000001.ply").c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
+      ASSERT_GE(pipe, 0);
+      ASSERT_GT(fcntl(pipe, F_SETPIPE_SZ, 4096), 0);  // less than a cloud
+      pollfd polled{pipe, POLLIN, 0};
+      const bool begun = poll(&polled, 1, 120000) == 1;
+      kill(pid, SIGINT);
+      fcntl(pipe, F_SETFL, 0);
+      std::array<char, 4096> bytes;
+      for (ssize_t count; begun && (count = read(pipe, bytes.data(), bytes.size())) > 0;)
+        piped_.append(bytes.data(), static_cast<std::size_t>(count));
+      close(pipe);
+    };
+    return options;
+  }
+  std::string piped_;
+};
+
+TEST_F(Interrupt, FinishesTheFrameAtHandAndExitsWith130) {
+  const ToolResult result =
+      fuse({recording(), "-o", out(), "--report", out("report.json")}, interruptAtFrameOne(false));
+  EXPECT_EQ(result.exit_code, 130);
+  EXPECT_EQ(result.err, "fuse_flow_fuse: interrupted after 2 of 4 frames; those are complete\n");
+  EXPECT_EQ(listing(out_), (std::vector<std::string>{"000000.ply", "000001.ply"}));
+  EXPECT_FALSE(readCloudFile(out_ / "000000.ply").empty());
+  EXPECT_EQ(piped_.rfind("ply\n", 0), 0u);
+  const nlohmann::json report = nlohmann::json::parse(readText(out("report.json")));
+  EXPECT_EQ(report["total"]["frames"], 2);
+}
+
+TEST_F(Interrupt, OnATerminalTheMessageHasALineOfItsOwn) {
+  const ToolResult result = fuse({recording(), "-o", out()}, interruptAtFrameOne(true));
+  EXPECT_EQ(result.exit_code, 130);
+  EXPECT_NE(result.err.find("\nfuse_flow_fuse: interrupted"), std::string::npos) << result.err;
+}
+
+}  // namespace
+}  // namespace tool_test

@@ -1,0 +1,232 @@
+#include "cloud_file.h"
+#include "tool_fixture.h"
+
+#include <cmath>
+
+namespace tool_test {
+namespace {
+
+const std::vector<std::string> kMethods{"fuse_flow", "concatenate", "voxel_grid", "approximate_voxel_grid"};
+constexpr const char* kStages[] = {"preprocess", "generate", "merge", "fuse", "output", "total"};
+
+class Results : public ToolTest {
+ protected:
+  void SetUp() override {
+    ToolTest::SetUp();
+    wall_.cameras = 3;
+    wall_.frames = 3;
+    wall_.write(recording_);
+  }
+  nlohmann::json reportOf(const std::vector<std::string>& more) const {
+    std::vector<std::string> arguments{recording(), "-o", out(), "--report", out("report.json")};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const ToolResult result = fuse(arguments);
+    EXPECT_TRUE(succeeded(result));
+    return nlohmann::json::parse(readText(out("report.json")));
+  }
+  WallRecording wall_;
+};
+
+TEST_F(Results, EveryMethodFindsTheWall) {
+  for (const std::string& method : kMethods) {
+    const nlohmann::json report = reportOf({"--method", method});
+    EXPECT_EQ(report["method"], method);
+    for (std::size_t frame = 0; frame < wall_.frames; ++frame) {
+      const std::vector<FilePoint> points = readCloudFile(out_ / ("00000" + std::to_string(frame) + ".ply"));
+      ASSERT_FALSE(points.empty()) << method;
+      EXPECT_EQ(report["frames"][frame]["points_out"], points.size()) << method;
+      for (const FilePoint& p : points) {
+        ASSERT_NEAR(p.z, WallRecording::wallDistance(frame), 1e-3) << method;
+        ASSERT_NEAR(p.r, 200, 1) << method;
+        ASSERT_NEAR(p.g, 100, 1) << method;
+        ASSERT_NEAR(p.b, 50, 1) << method;
+        ASSERT_GT(p.confidence, 0) << method;
+        ASSERT_LE(p.confidence, 1) << method;
+        ASSERT_GE(p.view_count, 1u) << method;
+        ASSERT_LE(p.view_count, wall_.cameras) << method;
+      }
+    }
+  }
+}
+
+TEST_F(Results, ConcatenateKeepsEveryPoint) {
+  const nlohmann::json report = reportOf({"--method", "concatenate"});
+  EXPECT_EQ(readCloudFile(out_ / "000000.ply").size(), 3u * 32 * 24);
+  EXPECT_EQ(report["total"]["points_in"], report["total"]["points_out"]);
+}
+
+TEST_F(Results, TheLeafSizeIsThatOfTheGrid) {
+  // 32 columns 1/16 m apart, and two more cameras 0.1 m to the side, see 2.2 m by 1.5 m of the wall.
+  reportOf({"--method", "voxel_grid", "--leaf-size", "0.5"});
+  EXPECT_LE(readCloudFile(out_ / "000000.ply").size(), 6u * 4u);
+  EXPECT_GE(readCloudFile(out_ / "000000.ply").size(), 4u * 3u);
+}
+
+/** \brief Everything that a report promises, in its unit, for every method. */
+TEST_F(Results, TheReportHoldsFramesAndTotals) {
+  for (const std::string& method : kMethods) {
+    const nlohmann::json report = reportOf({"--method", method});
+    ASSERT_EQ(report["frames"].size(), wall_.frames) << method;
+    double points_in = 0, coverage = 0, error = 0;
+    for (std::size_t frame = 0; frame < wall_.frames; ++frame) {
+      const nlohmann::json& entry = report["frames"][frame];
+      EXPECT_EQ(entry["frame"], frame);
+      EXPECT_EQ(entry["points_in"], 3 * 32 * 24) << method;
+      EXPECT_LE(entry["points_gated"], entry["points_in"]) << method;
+      EXPECT_GT(entry["points_out"], 0) << method;
+      EXPECT_EQ(entry["points"], entry["points_out"]) << method;
+      EXPECT_LE(entry["multi_view_points"], entry["points"]) << method;
+      EXPECT_EQ(entry["missing_cameras"], nlohmann::json::array()) << method;
+      // The wall is exact: what is left is rounding, in millimetres.
+      EXPECT_GE(entry["e_mc_mm"], 0) << method;
+      EXPECT_LT(entry["e_mc_mm"], 1.0) << method;
+      EXPECT_LT(entry["e_mc_multi_view_mm"], 1.0) << method;
+      EXPECT_EQ(entry["free_space_violations"], 0) << method;
+      EXPECT_GE(entry["coverage"], 0) << method;
+      EXPECT_LE(entry["coverage"], 1) << method;
+      for (const char* stage : kStages) ASSERT_GE(entry["milliseconds"][stage], 0) << method << " " << stage;
+      EXPECT_GT(entry["milliseconds"]["total"], 0) << method;
+      for (const char* stage : kStages)
+        EXPECT_LE(entry["milliseconds"][stage], entry["milliseconds"]["total"]) << method << " " << stage;
+      points_in += entry["points_in"].get<double>() / 3;
+      coverage += entry["coverage"].get<double>() / 3;
+      error += entry["e_mc_mm"].get<double>() / 3;
+    }
+    const nlohmann::json& total = report["total"];
+    EXPECT_EQ(total["frames"], wall_.frames);
+    EXPECT_DOUBLE_EQ(total["points_in"], points_in) << method;
+    EXPECT_NEAR(total["coverage"], coverage, 1e-9) << method;
+    EXPECT_NEAR(total["e_mc_mm"], error, 1e-9) << method;
+    EXPECT_EQ(total["free_space_violations"], 0) << method;
+    for (const char* stage : kStages) {
+      const nlohmann::json& milliseconds = total["milliseconds"][stage];
+      ASSERT_TRUE(milliseconds["median"].is_number()) << stage;
+      EXPECT_LE(milliseconds["median"], milliseconds["p95"]) << method << " " << stage;
+    }
+    EXPECT_NEAR(total["frames_per_second"].get<double>() * total["milliseconds"]["total"]["median"].get<double>(), 1000,
+                1e-6)
+        << method;
+    EXPECT_GT(total["peak_memory_mib"], 1) << method;
+    EXPECT_LT(total["peak_memory_mib"], 65536) << method;
+  }
+}
+
+TEST_F(Results, TheSummaryIsTheReportInWords) {
+  const ToolResult result = fuse({recording(), "-o", out(), "--report", out("report.json")});
+  ASSERT_TRUE(succeeded(result));
+  for (const char* word : {"fuse_flow: 3 frames", "frames per second", "median", "p95", "points in", "E_MC", "coverage",
+                           "free-space violations", "peak memory"})
+    EXPECT_NE(result.out.find(word), std::string::npos) << word;
+  EXPECT_EQ(result.out.find("nan"), std::string::npos) << result.out;
+}
+
+TEST_F(Results, AnyNumberOfThreadsGivesTheSameBytes) {
+  for (const std::string& method : kMethods) {
+    ASSERT_TRUE(succeeded(fuse({recording(), "-o", out("one"), "--method", method, "--threads", "1"})));
+    for (const char* threads : {"2", "7"}) {
+      ASSERT_TRUE(succeeded(fuse({recording(), "-o", out("more"), "--method", method, "--threads", threads})));
+      ASSERT_EQ(listing(folder_ / "more").size(), wall_.frames);
+      for (const std::string& name : listing(folder_ / "more"))
+        EXPECT_EQ(readText(folder_ / "one" / name), readText(folder_ / "more" / name)) << method << " " << name;
+    }
+  }
+}
+
+TEST_F(Results, PlyAndPcdHoldTheSamePoints) {
+  ASSERT_TRUE(succeeded(fuse({recording(), "-o", out("cloud.ply"), "--frames", "1"})));
+  ASSERT_TRUE(succeeded(fuse({recording(), "-o", out("cloud.pcd"), "--frames", "1"})));
+  ASSERT_TRUE(succeeded(fuse({recording(), "-o", out("folder"), "--frames", "1", "--format", "pcd"})));
+  const std::vector<FilePoint> ply = readCloudFile(out("cloud.ply")), pcd = readCloudFile(out("cloud.pcd"));
+  ASSERT_FALSE(ply.empty());
+  EXPECT_TRUE(ply == pcd);
+  EXPECT_EQ(readText(out("cloud.pcd")), readText(out("folder/000001.pcd")));
+}
+
+TEST_F(Results, TheCropBoxBoundsTheCloud) {
+  for (const std::string& method : kMethods) {
+    ASSERT_TRUE(succeeded(fuse({recording(), "-o", out("crop.ply"), "--frames", "0", "--method", method, "--crop-box",
+                                "0", "-0.2", "0", "0.5", "0.3", "5"})));
+    const std::vector<FilePoint> points = readCloudFile(out("crop.ply"));
+    ASSERT_FALSE(points.empty()) << method;
+    for (const FilePoint& p : points) {
+      EXPECT_GE(p.x, 0) << method;
+      EXPECT_LE(p.x, 0.5) << method;
+      EXPECT_GE(p.y, -0.2f) << method;
+      EXPECT_LE(p.y, 0.3f) << method;
+    }
+  }
+}
+
+/** \brief The same cloud, in memory and read back: every figure to the last digit. */
+TEST_F(Results, EvaluateFindsTheFiguresOfTheReport) {
+  for (const std::string& method : kMethods) {
+    for (const char* format : {"ply", "pcd"}) {
+      const nlohmann::json report = reportOf({"--method", method, "--format", format});
+      for (std::size_t frame = 0; frame < wall_.frames; ++frame) {
+        const std::string cloud = out("out/00000" + std::to_string(frame) + "." + format);
+        const ToolResult result =
+            evaluate({recording(), cloud, "--frame", std::to_string(frame), "--json", out("figures.json")});
+        ASSERT_TRUE(succeeded(result));
+        const nlohmann::json figures = nlohmann::json::parse(readText(out("figures.json")));
+        for (const char* key :
+             {"points", "multi_view_points", "e_mc_mm", "e_mc_multi_view_mm", "free_space_violations", "coverage"})
+          EXPECT_EQ(figures[cloud][key], report["frames"][frame][key]) << method << " " << key;
+      }
+    }
+  }
+}
+
+TEST_F(Results, EvaluatePrintsARowForEachCloud) {
+  ASSERT_TRUE(succeeded(fuse({recording(), "-o", out()})));
+  const ToolResult result = evaluate({recording(), out("out/000000.ply"), out("out/000001.ply")});
+  ASSERT_TRUE(succeeded(result));
+  EXPECT_EQ(std::count(result.out.begin(), result.out.end(), '\n'), 3);
+  for (const char* word : {"E_MC", "violations", "coverage", "000000.ply", "000001.ply"})
+    EXPECT_NE(result.out.find(word), std::string::npos) << word;
+}
+
+/** \brief A cloud 20 mm behind the wall is 20 mm from every view that sees it; 0.5 m in front, it floats in free space. */
+TEST_F(Results, EvaluateMeasuresKnownErrors) {
+  const auto wallAt = [&](const std::string& name, double z) {
+    std::string ply =
+        "ply\nformat ascii 1.0\nelement vertex 9\nproperty float x\nproperty float y\nproperty float z\nend_header\n";
+    for (int i = 0; i < 9; ++i)
+      ply +=
+          std::to_string(0.1 + 0.05 * (i % 3)) + " " + std::to_string(0.05 * (i / 3)) + " " + std::to_string(z) + "\n";
+    writeText(folder_ / name, ply);
+  };
+  wallAt("behind.ply", 2.02);
+  wallAt("in_front.ply", 1.5);
+  ASSERT_TRUE(
+      succeeded(evaluate({recording(), out("behind.ply"), out("in_front.ply"), "--json", out("figures.json")})));
+  const nlohmann::json figures = nlohmann::json::parse(readText(out("figures.json")));
+  EXPECT_NEAR(figures[out("behind.ply")]["e_mc_mm"], 20, 0.01);
+  EXPECT_NEAR(figures[out("behind.ply")]["e_mc_multi_view_mm"], 20, 0.01);
+  EXPECT_EQ(figures[out("behind.ply")]["free_space_violations"], 0);
+  EXPECT_EQ(figures[out("behind.ply")]["multi_view_points"], 9);
+  EXPECT_EQ(figures[out("in_front.ply")]["free_space_violations"], 1);
+  EXPECT_TRUE(figures[out("in_front.ply")]["e_mc_mm"].is_null());
+  EXPECT_EQ(figures[out("in_front.ply")]["coverage"], 0);
+}
+
+TEST_F(Results, ProgressIsForATerminalOnly) {
+  RunOptions terminal;
+  terminal.terminal = true;
+  const ToolResult shown = fuse({recording(), "-o", out()}, terminal);
+  EXPECT_EQ(shown.exit_code, 0);
+  for (const char* words : {"1 of 3 frames", "2 of 3 frames", "3 of 3 frames", "frames/s", "s left"})
+    EXPECT_NE(shown.err.find(words), std::string::npos) << words << " is not in '" << shown.err << "'";
+  EXPECT_TRUE(succeeded(fuse({recording(), "-o", out()})));
+}
+
+TEST_F(Results, AfterProgressAnErrorHasALineOfItsOwn) {
+  writeText(depthFile(recording_, 0, 1), "");
+  RunOptions terminal;
+  terminal.terminal = true;
+  const ToolResult result = fuse({recording(), "-o", out()}, terminal);
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_NE(result.err.find("\nfuse_flow_fuse: "), std::string::npos) << result.err;
+}
+
+}  // namespace
+}  // namespace tool_test
