@@ -1,5 +1,7 @@
 #pragma once
 
+#include <fuse_flow/math/host_device.h>
+
 #include <cstddef>
 #include <cstdint>
 
@@ -19,8 +21,8 @@ struct ImageView {
   ImageView(const Pixel* pixels, int w, int h, std::size_t stride = 0)
       : data(pixels), width(w), height(h), row_stride(stride ? stride : sizeof(Pixel) * static_cast<std::size_t>(w)) {}
 
-  explicit operator bool() const { return data != nullptr; }
-  const Pixel* row(int v) const {
+  FUSE_FLOW_HD explicit operator bool() const { return data != nullptr; }
+  FUSE_FLOW_HD const Pixel* row(int v) const {
     return reinterpret_cast<const Pixel*>(reinterpret_cast<const char*>(data) +
                                           row_stride * static_cast<std::size_t>(v));
   }
