@@ -33,7 +33,6 @@ struct ConsistencyEvaluator {
     int candidates = 0;
     for (std::uint32_t k = 0; k < views[i].neighbour_count; ++k) {
       const std::uint32_t j = views[i].neighbours[k];
-      if (!views[j].present) continue;
       if (heard >= parameters.max_views - 1 || ++candidates > parameters.max_candidates) break;
       ViewOpinion said;
       PixelAddress address;
@@ -67,7 +66,6 @@ struct ConsistencyEvaluator {
     int candidates = 0;
     for (std::uint32_t k = 0; k < views[first].neighbour_count; ++k) {
       const std::uint32_t j = views[first].neighbours[k];
-      if (!views[j].present) continue;
       if (result.views() >= parameters.max_views - 1 || ++candidates > parameters.max_candidates) break;
       hear(p_W, j, camera, result);
     }
@@ -78,7 +76,7 @@ struct ConsistencyEvaluator {
   FUSE_FLOW_HD void hear(const Vec3& p_W, std::uint32_t j, std::uint32_t camera, Consistency& result) const {
     ViewOpinion said;
     PixelAddress address;
-    if (j == camera || !views[j].present) return;  // in its own camera a point is always right
+    if (j == camera) return;  // in its own camera a point is always right
     if (ask(p_W, j, said, address)) result.add(said);
   }
 };

@@ -15,7 +15,7 @@ struct DeviceView {
   ViewModel model;
   /** \brief unproject() of every pixel; null for an ideal lens. */
   const Ray* rays{nullptr};
-  /** \brief The other cameras, nearest first. */
+  /** \brief The other cameras that are present, nearest first. */
   const std::uint32_t* neighbours{nullptr};
   std::uint32_t neighbour_count{0};
   SlopeScale slope{};

@@ -76,7 +76,8 @@ class FramePipeline {
   std::size_t bytes() const {
     return views_.bytes() + z_.bytes() + points_.bytes() + slots_.bytes() + numbers_.bytes() + chunk_runs_.bytes() +
            run_places_.bytes() + table_.bytes() + cells_.bytes() + first_child_numbers_.bytes() + sorted_.bytes() +
-           fused_.bytes() + states_.bytes() + staying_.bytes() + run.scratchBytes();
+           child_begins_.bytes() + fused_.bytes() +
+           weights_.bytes() + positions_.bytes() + states_.bytes() + staying_.bytes() + run.scratchBytes();
   }
 
  private:
@@ -127,7 +128,7 @@ class FramePipeline {
     z_.resize(pixels);
     points_.resize(pixels);
     slots_.resize(pixels);
-    run.forEach(pixels, ConvertDepth{views_.grid(), parameters.preprocessing.min_range, parameters.preprocessing.max_range,
+    run.forEach(pixels / ConvertDepth::kPixels, ConvertDepth{views_.grid(), parameters.preprocessing.min_range, parameters.preprocessing.max_range,
                                      z_.data()});
     times.mark("metres", 6.0 * static_cast<double>(pixels));
     std::size_t capacity = std::max(table_.capacity(), pixels / 64);
@@ -272,38 +273,43 @@ class FramePipeline {
     times.mark("children", static_cast<double>(runs) * 4);
     cells_of_children_.resize(cells);
     fused_.resize(runs);
+    weights_.resize(runs);
+    positions_.resize(runs);
     states_.resize(runs);
     staying_.resize(runs);
-    const Children children{points_.data(),        slots_.data(), cells_.data(), sorted_.keys.data(), sorted_.values.data(),
-                            child_begins_.data(), &counters->children, static_cast<std::uint32_t>(runs)};
-    const FuseChildren fuse{children,
-                            parameters.aggregation,
-                            views_.grid(),
-                            {views_.grid().views, z_.data(), parameters.consistency},
-                            parameters.use_distance_consistency,
-                            cells_of_children_.data(),
-                            fused_.data(),
-                            states_.data()};
+    const AggregationParameters& p = parameters.aggregation;
+    const Children children{points_.data(),       slots_.data(),        cells_.data(),
+                            sorted_.keys.data(),  sorted_.values.data(), child_begins_.data(),
+                            &counters->children,  static_cast<std::uint32_t>(runs)};
+    const SelectRepresentatives representatives{children, p.representatives, views_.grid()};
+    run.forEach(cells, FindCells{representatives, p.consistency_at == ConsistencyAt::Representatives,
+                                 cell_order_.values.data(), cell_order_.keys.data(), numbers_.data(),
+                                 cells_of_children_.data()});
+    times.mark("cells of children", static_cast<double>(cells) * (4 + 4 + sizeof(CoarseCell) + sizeof(CellOfChildren)));
     run.fill(states_.data(), runs, 0);
-    run.forEach(runs, FindCells{fuse, table_view_, cells_of_children_.data()});
-    times.mark("cells of children", static_cast<double>(runs) * 8);
-    run.forEach(runs, fuse);
+    run.forEach(runs, FuseChildren{representatives,
+                                   p,
+                                   {views_.grid().views, z_.data(), parameters.consistency},
+                                   parameters.use_distance_consistency,
+                                   cells_of_children_.data(),
+                                   fused_.data(),
+                                   weights_.data(),
+                                   positions_.data(),
+                                   states_.data()});
     times.mark("fuse children", static_cast<double>(statistics.gated_points) * sizeof(WeightedPoint) +
                                     static_cast<double>(runs) * 8);
-    const SelectPoints select{children, fused_.data(), cells_of_children_.data(), static_cast<std::uint32_t>(cells),
-                              states_.data()};
-    if (parameters.aggregation.weak_weight > 0) {
+    if (p.weak_weight > 0) {
+      const SelectPoints select{weights_.data(),   positions_.data(),   cells_of_children_.data(),
+                                cells_.data(),     &counters->children, static_cast<std::uint32_t>(cells),
+                                states_.data()};
 #if FUSE_FLOW_CUDA
-      const std::size_t blocks = (cells * 32 + kSelectThreads - 1) / kSelectThreads;
-      selectPointsKernel<<<static_cast<unsigned int>(blocks), kSelectThreads, 0, run.stream>>>(select);
-      check(cudaGetLastError(), "selectPointsKernel");
+      if (!selectPointsInSharedMemory(select, host::HashAggregation::maxLevel(p), run.stream)) run.forEach(cells, select);
 #else
       run.forEach(cells, select);
 #endif
     }
     times.mark("selection", static_cast<double>(cells) * 8);
     selectStaying(runs);
-    statistics.coarse_cells = cells;
   }
 
   void selectStaying(std::size_t n) {
@@ -353,6 +359,8 @@ class FramePipeline {
   DeviceBuffer<CoarseCell> cells_;
   DeviceBuffer<CellOfChildren> cells_of_children_;
   DeviceBuffer<FusedPoint> fused_;
+  DeviceBuffer<float> weights_;
+  DeviceBuffer<std::uint16_t> positions_;
   DeviceBuffer<std::uint8_t> states_;
   std::size_t point_count_{0};
   Clock::time_point start_, last_;

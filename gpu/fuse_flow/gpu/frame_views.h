@@ -36,8 +36,10 @@ class FrameViews {
  public:
   /** \brief Returns at once on CUDA; the frame's images must stay alive until the stream has passed. */
   void assign(Execution& run, const RigFrame& frame, const ConfidenceParameters& confidence, bool with_color, int threads) {
-    if (rig_.update(frame.cameras)) uploadGeometry(run);
     const std::size_t n = frame.cameras.size();
+    const bool calibrated = rig_.update(frame.cameras);
+    if (calibrated) uploadRays(run);
+    if (updatePresence(frame) || calibrated) uploadNeighbours(run);
     views_.resize(n);
     std::size_t total = 0;
     layOutImages(frame, with_color);
@@ -48,7 +50,7 @@ class FrameViews {
       view.model = geometry;
       view.rays = geometry.ideal ? nullptr : rays_.data() + ray_offsets_[i];
       view.neighbours = neighbours_.data() + i * (n - 1);
-      view.neighbour_count = static_cast<std::uint32_t>(n - 1);
+      view.neighbour_count = neighbour_counts_[i];
       view.slope = slopeScale(confidence, 1.0f / geometry.intrinsics.fx);
       view.depth_scale = frame.views[i].depth_scale;
       view.offset = static_cast<std::uint32_t>(total);
@@ -84,24 +86,42 @@ class FrameViews {
   }
 
  private:
-  void uploadGeometry(Execution& run) {
+  /** \brief Whether the cameras that are there have changed. */
+  bool updatePresence(const RigFrame& frame) {
+    bool changed = present_.size() != frame.views.size();
+    present_.resize(frame.views.size());
+    for (std::size_t i = 0; i < frame.views.size(); ++i) {
+      const std::uint8_t present = frame.views[i].missing() ? 0 : 1;
+      changed |= present_[i] != present;
+      present_[i] = present;
+    }
+    return changed;
+  }
+
+  void uploadRays(Execution& run) {
     const std::size_t n = rig_.size();
     ray_offsets_.assign(n + 1, 0);
     for (std::size_t i = 0; i < n; ++i) ray_offsets_[i + 1] = ray_offsets_[i] + rig_[i].rays().size();
     PinnedBuffer<Ray> rays;
-    PinnedBuffer<std::uint32_t> neighbours;
     rays.resize(ray_offsets_[n]);
-    neighbours.resize(n * (n - 1));
-    for (std::size_t i = 0; i < n; ++i) {
+    for (std::size_t i = 0; i < n; ++i)
       std::copy(rig_[i].rays().begin(), rig_[i].rays().end(), rays.data() + ray_offsets_[i]);
-      std::copy(rig_[i].neighbours.begin(), rig_[i].neighbours.end(), neighbours.data() + i * (n - 1));
-    }
     run.wait();  // for the last frame that used what is there
     rays_.resize(ray_offsets_[n]);
-    neighbours_.resize(n * (n - 1));
     run.copy(rays_.data(), rays.data(), ray_offsets_[n]);
-    run.copy(neighbours_.data(), neighbours.data(), n * (n - 1));
     run.wait();
+  }
+
+  /** \brief Without the missing cameras, so that no point has to skip them. */
+  void uploadNeighbours(Execution& run) {
+    const std::size_t n = rig_.size();
+    host_neighbours_.resize(n * (n - 1));
+    neighbour_counts_.assign(n, 0);
+    for (std::size_t i = 0; i < n; ++i)
+      for (const std::uint32_t j : rig_[i].neighbours)
+        if (present_[j]) host_neighbours_.data()[i * (n - 1) + neighbour_counts_[i]++] = j;
+    neighbours_.resize(n * (n - 1));
+    run.copy(neighbours_.data(), host_neighbours_.data(), n * (n - 1));
   }
 
   /** \brief Every image of a frame that is to be uploaded, in turn; place: where in the buffers. */
@@ -180,6 +200,9 @@ class FrameViews {
 
   host::RigGeometry rig_;
   std::vector<std::size_t> ray_offsets_;
+  std::vector<std::uint8_t> present_;
+  std::vector<std::uint32_t> neighbour_counts_;
+  PinnedBuffer<std::uint32_t> host_neighbours_;
   std::vector<Transfer> transfers_;
   PinnedBuffer<DeviceView> views_;
   PinnedBuffer<std::uint32_t> offsets_;

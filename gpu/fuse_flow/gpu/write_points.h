@@ -37,8 +37,7 @@ struct WritePoints {
     const FusedPoint point = fused[staying[k]];
     Vec3 color{}, normal{};
     for (int s = 0; s < kRepresentatives; ++s) {
-      if (s >= point.count) break;
-      if (!(Layout::has_color || (Layout::has_normal && with_normals))) break;
+      if (s >= point.count || !(Layout::has_color || (Layout::has_normal && with_normals))) continue;
       const PixelAddress a = appearance.grid.addressOf(point.source[s]);
       if (Layout::has_color) color = color + point.share[s] * appearance.color(a);
       if (Layout::has_normal && with_normals) normal = normal + point.share[s] * appearance.normal(a);

@@ -76,14 +76,19 @@ class RepresentativeSelection {
   FUSE_FLOW_HD void finish() { keepLast(); }
 
   FUSE_FLOW_HD int count() const { return count_; }
-  FUSE_FLOW_HD const Candidate& operator[](int k) const { return k == 0 ? kept_[0] : (k == 1 ? kept_[1] : kept_[2]); }
+  FUSE_FLOW_HD Candidate operator[](int k) const {
+    Candidate candidate = kept_[0];
+    if (k == 1) candidate = kept_[1];
+    if (k == 2) candidate = kept_[2];
+    return candidate;
+  }
 
-  /** \brief Number of the highest-ranking one. */
-  FUSE_FLOW_HD int main() const {
-    int best = 0;
-    if (count_ > 1 && outranks(kept_[1], kept_[0])) best = 1;
-    if (count_ > 2 && outranks(kept_[2], (*this)[best])) best = 2;
-    return best;
+  /** \brief Camera of the highest-ranking one. */
+  FUSE_FLOW_HD std::uint32_t mainCamera() const {
+    Candidate best = kept_[0];
+    if (count_ > 1 && outranks(kept_[1], best)) best = kept_[1];
+    if (count_ > 2 && outranks(kept_[2], best)) best = kept_[2];
+    return best.camera;
   }
 
   /** \brief Their confidence-weighted mean, from the coarse cell's corner. */
@@ -91,7 +96,7 @@ class RepresentativeSelection {
     Vec3 sum{};
     float sum_C = 0;
     for (int k = 0; k < kRepresentatives; ++k) {
-      if (k >= count_) break;
+      if (k >= count_) continue;  // not break: compilers then unroll
       sum = sum + kept_[k].sum;
       sum_C += kept_[k].sum_C;
     }
@@ -131,9 +136,9 @@ FUSE_FLOW_HD FusedPoint fuseRepresentatives(const RepresentativeSelection& chose
   Vec3 sum{};
   float total = 0, sum_weights = 0;
   for (int k = 0; k < kRepresentatives; ++k) {
-    if (k >= chosen.count()) break;
-    const Candidate& c = chosen[k];
-    const float v = V[k * step];
+    if (k >= chosen.count()) continue;  // not break: compilers then unroll
+    const Candidate c = chosen[k];
+    const float v = step == 0 ? V[0] : V[k];
     const float share = c.sum_C * v;  // eq. 10; n measurements weigh n times one
     sum = sum + v * c.sum;            // eq. 11: share times the mean
     total += share;

@@ -31,7 +31,7 @@ FUSE_FLOW_HD Value clampTo(Value v, Value low, Value high) {
 }
 
 /** \brief A rigid motion p ↦ R p + t, R row-major. */
-struct RigidTransform {
+struct alignas(16) RigidTransform {
   float r[9]{1, 0, 0, 0, 1, 0, 0, 0, 1};
   Vec3 t{};
 };

@@ -41,10 +41,10 @@ inline void measureConsistency(ConsistencyAt at, const Vec3& corner, const Consi
     child.chosen.finish();
     if (at == ConsistencyAt::CellMean) {
       scratch.judged.push_back(corner + child.chosen.mean());
-      scratch.judged_camera.push_back(child.chosen[child.chosen.main()].camera);
+      scratch.judged_camera.push_back(child.chosen.mainCamera());
     } else {
       for (int k = 0; k < child.chosen.count(); ++k) {
-        const Candidate& c = child.chosen[k];
+        const Candidate c = child.chosen[k];
         scratch.judged.push_back(corner + (1.0f / c.sum_C) * c.sum);
         scratch.judged_camera.push_back(c.camera);
       }
