@@ -1,5 +1,7 @@
 #pragma once
 
+#include <fuse_flow/math/host_device.h>
+
 #include <cstddef>
 #include <cstdint>
 
@@ -22,9 +24,9 @@ struct ImageView {
       : data(pixels), width(w), height(h), row_stride(stride ? stride : sizeof(Pixel) * static_cast<std::size_t>(w)) {}
 
   /** \brief Whether there is an image. */
-  explicit operator bool() const { return data != nullptr; }
+  FUSE_FLOW_HD explicit operator bool() const { return data != nullptr; }
   /** \brief The pixels of row v, 0 … height − 1, not checked. */
-  const Pixel* row(int v) const {
+  FUSE_FLOW_HD const Pixel* row(int v) const {
     return reinterpret_cast<const Pixel*>(reinterpret_cast<const char*>(data) +
                                           row_stride * static_cast<std::size_t>(v));
   }

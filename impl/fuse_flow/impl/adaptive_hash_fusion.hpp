@@ -50,7 +50,7 @@ void AdaptiveHashFusion<PointT, device::Host>::applyFilter(PointCloud& output) {
   }
   std::stable_sort(order.begin(), order.end(),
                    [&](pcl::index_t a, pcl::index_t b) { return camera_of_input(a) < camera_of_input(b); });
-  std::vector<host::WeightedPoint> points(order.size());
+  std::vector<WeightedPoint> points(order.size());
   for (std::size_t k = 0; k < order.size(); ++k) {
     const PointT& p = (*input_)[static_cast<std::size_t>(order[k])];
     points[k] = {{p.x, p.y, p.z}, 1.0f};
@@ -88,7 +88,7 @@ void AdaptiveHashFusion<PointT, device::Host>::applyFilter(PointCloud& output) {
 
   PointCloud result;
   result.resize(aggregation.size());
-  aggregation.forEach(threads, [&](std::size_t position, const host::FusedPoint& fused) {
+  aggregation.forEach(threads, [&](std::size_t position, const FusedPoint& fused) {
     const auto source = [&](std::size_t k) -> const PointT& {
       return (*input_)[static_cast<std::size_t>(order[fused.source[k]])];
     };
@@ -112,7 +112,7 @@ void AdaptiveHashFusion<PointT, device::Host>::applyFilter(PointCloud& output) {
   removed_indices_->clear();
   if (this->extract_removed_indices_) {
     std::vector<std::uint8_t> represents(input_->size(), 0);
-    aggregation.forEach(1, [&](std::size_t, const host::FusedPoint& fused) {
+    aggregation.forEach(1, [&](std::size_t, const FusedPoint& fused) {
       for (std::size_t k = 0; k < fused.count; ++k) represents[static_cast<std::size_t>(order[fused.source[k]])] = 1;
     });
     for (const pcl::index_t index : *indices_)

@@ -3,7 +3,7 @@
 #include <fuse_flow/depth_backprojection.h>
 #include <fuse_flow/impl/host/parallel.hpp>
 #include <fuse_flow/impl/host/preprocessing.hpp>
-#include <fuse_flow/impl/host/view_color.hpp>
+#include <fuse_flow/impl/host/rig_geometry.hpp>
 #include <fuse_flow/impl/parameters.hpp>
 #include <fuse_flow/point_traits.h>
 
@@ -82,7 +82,7 @@ void DepthBackprojection<PointT, device::Host>::applyFilter(PointCloud& output) 
       }
       if constexpr (point::has_color<PointT>)
         if (!from_cloud && view_.color && !missing[index])
-          point::setColor(point, host::viewColor(camera_, geometry, view_.color, u, v, z[u]));
+          point::setColor(point, viewColor(geometry, view_.color, u, v, geometry.ray(u, v), z[u]));
     }
   });
   removed_indices_->clear();

@@ -67,7 +67,7 @@ void FuseFlow<PointT, device::Host>::fuse(const RigFrame& frame, PointCloud& out
   FramePipeline& pipeline = *pipeline_;
   pipeline.generate(frame);
 
-  const auto write = [&](const host::FusedPoint& fused, PointT& point) {
+  const auto write = [&](const FusedPoint& fused, PointT& point) {
     point = PointT();
     point::setPosition(point, fused.p);
     point::setWeight(point, fused.weight);
@@ -90,11 +90,11 @@ void FuseFlow<PointT, device::Host>::fuse(const RigFrame& frame, PointCloud& out
     output.resize(pipeline.aggregation().size());
     pipeline.aggregation().forEach(
         pipeline.resolvedThreads(),
-        [&](std::size_t position, const host::FusedPoint& fused) { write(fused, output[position]); });
+        [&](std::size_t position, const FusedPoint& fused) { write(fused, output[position]); });
   } else {
     fused_at = FramePipeline::Clock::now();
     output.clear();
-    pipeline.fusePointWise([&](const host::FusedPoint& fused) {
+    pipeline.fusePointWise([&](const FusedPoint& fused) {
       if (!(fused.weight > 0) || fused.weight < pipeline.parameters.aggregation.min_weight) return;
       output.emplace_back();
       write(fused, output.back());

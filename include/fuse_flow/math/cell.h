@@ -54,6 +54,23 @@ FUSE_FLOW_HD std::uint64_t hashCellKey(std::uint64_t key) {
   return key ^ key >> 29;
 }
 
+/** \brief The corner of a coarse cell with the smallest coordinates, metres. */
+FUSE_FLOW_HD Vec3 cellCorner(std::uint64_t key, float cell_size) {
+  const CellIndex c = cellOfKey(key);
+  return {static_cast<float>(c.x) * cell_size, static_cast<float>(c.y) * cell_size, static_cast<float>(c.z) * cell_size};
+}
+
+/** \brief Which child of a coarse cell at a level a point falls into: x, y and z of level bits each. \param relative the
+ *  point from the cell's corner, metres */
+FUSE_FLOW_HD std::uint32_t childPosition(const Vec3& relative, int level, float cell_size) {
+  const int side = 1 << level;
+  const float to_child = static_cast<float>(side) / cell_size;
+  const int x = clampTo(static_cast<int>(to_child * relative.x), 0, side - 1);
+  const int y = clampTo(static_cast<int>(to_child * relative.y), 0, side - 1);
+  const int z = clampTo(static_cast<int>(to_child * relative.z), 0, side - 1);
+  return static_cast<std::uint32_t>(x | y << level | z << 2 * level);
+}
+
 /** \brief Section 5 (1) d: the level L at which a coarse cell of count points is split into children of size/2^L. A
  *  surface fills about 4^L of the 8^L children; L is the smallest with at most points_per_cell in each of those. */
 FUSE_FLOW_HD int refinementLevel(std::uint32_t count, float points_per_cell, int max_level) {

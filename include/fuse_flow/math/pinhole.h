@@ -85,7 +85,7 @@ FUSE_FLOW_HD Pixel project(const Intrinsics& K, const Vec3& p_C) {
 /** \brief K and T̂ of an ideal lens in one 3×4 matrix: u = m₀·p / m₂·p, v = m₁·p / m₂·p, z = m₂·p for p in the world
  *  frame. */
 struct ProjectionMatrix {
-  float m[12];  ///< row-major
+  alignas(16) float m[12];  ///< row-major; aligned: a GPU loads a row at once
 };
 
 /** \brief The matrix of an ideal lens; the distortion of K is left out. */

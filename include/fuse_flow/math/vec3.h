@@ -30,8 +30,14 @@ FUSE_FLOW_HD float squaredNorm(const Vec3& a) { return dot(a, a); }
 FUSE_FLOW_HD bool isFinite(const Vec3& a) { return std::isfinite(a.x) && std::isfinite(a.y) && std::isfinite(a.z); }
 ///@}
 
+/** \brief std::clamp, which device code cannot call. */
+template <typename Value>
+FUSE_FLOW_HD Value clampTo(Value v, Value low, Value high) {
+  return v < low ? low : (high < v ? high : v);
+}
+
 /** \brief A rigid motion p ↦ R p + t, R row-major. */
-struct RigidTransform {
+struct alignas(16) RigidTransform {
   float r[9]{1, 0, 0, 0, 1, 0, 0, 0, 1};  ///< R, orthonormal
   Vec3 t{};                               ///< metres
 };

@@ -3,84 +3,19 @@
 #include <fuse_flow/impl/host/coarse_grid.hpp>
 #include <fuse_flow/impl/host/consistency_evaluator.hpp>
 #include <fuse_flow/math/adaptive_hash.h>
+#include <fuse_flow/math/representatives.h>
 
 #include <algorithm>
-#include <array>
-#include <limits>
 
 namespace fuse_flow {
 namespace host {
 
-constexpr int kRepresentatives = 3;  // "the top three points"
-
-/** \brief One fused point and the measurements it came from. */
-struct FusedPoint {
-  Vec3 p{};
-  /** \brief The mean ω of the representatives, weighted with ω itself. */
-  float weight{0};
-  /** \brief The representatives' points, and their shares of eq. 11, which add up to 1; count of them. */
-  std::array<std::uint32_t, kRepresentatives> source{};
-  std::array<float, kRepresentatives> share{};
-  std::uint16_t count{0};
-  /** \brief Different cameras among the representatives. */
-  std::uint16_t views{0};
-};
-
-/** \brief A measurement, or one camera's measurements, that may stand for a cell. Left uninitialised: there are
- *  hundreds of thousands, and filling them with zeros costs more than filling them in. */
-struct Candidate {
-  /** \brief Σ C p and Σ C relative to the coarse cell's corner; of one point unless CameraMeans. */
-  Vec3 sum;
-  float sum_C;
-  float n;
-  /** \brief The most confident point. */
-  float best_C;
-  std::uint32_t best;
-  std::uint32_t camera;
-};
-
-/** \brief Highest C first; ties by camera and pixel, which is the order of the indices. */
-inline bool outranks(const Candidate& a, const Candidate& b) {
-  return a.sum_C != b.sum_C ? a.sum_C > b.sum_C : a.best < b.best;
-}
-
 /** \brief A child of a coarse cell while its points are collected. */
 struct Child {
-  /** \brief One more than are kept: a camera's sum is only known when its last point is in. */
-  std::array<Candidate, kRepresentatives + 1> candidates;
-  int count{0};
+  RepresentativeSelection chosen;
   std::uint32_t position;
 
   explicit Child(std::uint32_t where) : position(where) {}
-
-  void dropLast() {
-    if (count <= kRepresentatives) return;
-    const auto worst = std::max_element(candidates.begin(), candidates.begin() + count, outranks);
-    *worst = candidates[static_cast<std::size_t>(--count)];
-  }
-
-  /** \brief Points come in the order of their indices, camera after camera. */
-  void add(Representatives mode, const Vec3& relative, float C, std::uint32_t index, std::uint32_t camera) {
-    if (mode != Representatives::HighestConfidence && count > 0) {
-      Candidate& last = candidates[static_cast<std::size_t>(count - 1)];
-      if (last.camera == camera) {
-        if (mode == Representatives::CameraMeans) {
-          last.sum = last.sum + C * relative;
-          last.sum_C += C;
-          last.n += 1.0f;
-        } else if (C > last.best_C) {
-          last = {C * relative, C, 1.0f, C, index, camera};
-        }
-        if (C > last.best_C) {
-          last.best_C = C;
-          last.best = index;
-        }
-        return;
-      }
-    }
-    dropLast();
-    candidates[static_cast<std::size_t>(count++)] = {C * relative, C, 1.0f, C, index, camera};
-  }
 };
 
 /** \brief Per-thread memory of fuseCell(); kept from frame to frame. */
@@ -103,23 +38,16 @@ inline void measureConsistency(ConsistencyAt at, const Vec3& corner, const Consi
   scratch.judged.clear();
   scratch.judged_camera.clear();
   for (Child& child : scratch.children) {
-    child.dropLast();
-    Vec3 sum{};
-    float sum_C = 0;
-    int main = 0;
-    for (int k = 0; k < child.count; ++k) {
-      const Candidate& c = child.candidates[static_cast<std::size_t>(k)];
-      if (at == ConsistencyAt::Representatives) {
+    child.chosen.finish();
+    if (at == ConsistencyAt::CellMean) {
+      scratch.judged.push_back(corner + child.chosen.mean());
+      scratch.judged_camera.push_back(child.chosen.mainCamera());
+    } else {
+      for (int k = 0; k < child.chosen.count(); ++k) {
+        const Candidate c = child.chosen[k];
         scratch.judged.push_back(corner + (1.0f / c.sum_C) * c.sum);
         scratch.judged_camera.push_back(c.camera);
       }
-      sum = sum + c.sum;
-      sum_C += c.sum_C;
-      if (outranks(c, child.candidates[static_cast<std::size_t>(main)])) main = k;
-    }
-    if (at == ConsistencyAt::CellMean) {
-      scratch.judged.push_back(corner + (1.0f / sum_C) * sum);
-      scratch.judged_camera.push_back(child.candidates[static_cast<std::size_t>(main)].camera);
     }
   }
   scratch.V.assign(scratch.judged.size(), 1.0f);
@@ -127,32 +55,6 @@ inline void measureConsistency(ConsistencyAt at, const Vec3& corner, const Consi
   scratch.opinions.resize(scratch.judged.size());
   evaluator->evaluate(scratch.judged.data(), scratch.judged_camera.data(), scratch.judged.size(),
                       scratch.opinions.data(), scratch.V.data());
-}
-
-/** \brief Section 5 (2) c and (3) for one child. \param V its representatives' consistency \param step 0: one V for all */
-inline FusedPoint fuseChild(const Child& child, const Vec3& corner, const float* V, int step) {
-  FusedPoint fused;
-  Vec3 sum{};
-  float total = 0, sum_weights = 0;
-  for (int k = 0; k < child.count; ++k) {
-    const Candidate& c = child.candidates[static_cast<std::size_t>(k)];
-    const float v = V[k * step];
-    const float share = c.sum_C * v;  // eq. 10; n measurements weigh n times one
-    sum = sum + v * c.sum;            // eq. 11: share times the mean
-    total += share;
-    sum_weights += share * (share / c.n);
-    fused.source[static_cast<std::size_t>(k)] = c.best;
-    fused.share[static_cast<std::size_t>(k)] = share;
-    bool seen = false;
-    for (int m = 0; m < k; ++m) seen |= child.candidates[static_cast<std::size_t>(m)].camera == c.camera;
-    fused.views = static_cast<std::uint16_t>(fused.views + (seen ? 0 : 1));
-  }
-  fused.count = static_cast<std::uint16_t>(child.count);
-  if (!(total > std::numeric_limits<float>::min())) return fused;  // every view contradicts: weight stays 0
-  fused.p = corner + (1.0f / total) * sum;
-  fused.weight = sum_weights / total;
-  for (float& share : fused.share) share /= total;
-  return fused;
 }
 
 /** \brief Whether a kept point lies in one of the 26 children around position. */
@@ -200,12 +102,7 @@ void fuseCell(const AggregationParameters& p, int max_level, const CoarseGrid& g
               const WeightedPoint* points, const CameraOf& camera_of, const ConsistencyEvaluator* evaluator,
               CellScratch& scratch) {
   const int level = refinementLevel(cell.points, p.points_per_cell, max_level);
-  const int side = 1 << level;
-  const CellIndex c = cellOfKey(cell.key);
-  const Vec3 corner{static_cast<float>(c.x) * p.cell_size, static_cast<float>(c.y) * p.cell_size,
-                    static_cast<float>(c.z) * p.cell_size};
-  const float to_child = static_cast<float>(side) / p.cell_size;
-  const auto coordinate = [side](float v) { return std::clamp(static_cast<int>(v), 0, side - 1); };
+  const Vec3 corner = cellCorner(cell.key, p.cell_size);
 
   if (scratch.slot.size() < (std::size_t{1} << 3 * level)) scratch.slot.resize(std::size_t{1} << 3 * level, 0);
   scratch.children.clear();
@@ -219,15 +116,13 @@ void fuseCell(const AggregationParameters& p, int max_level, const CoarseGrid& g
 #endif
     for (std::uint32_t index = run.begin; index < run.begin + run.count; ++index) {
       const Vec3 relative = points[index].p - corner;
-      const std::uint32_t position =
-          static_cast<std::uint32_t>(coordinate(to_child * relative.x) | coordinate(to_child * relative.y) << level |
-                                     coordinate(to_child * relative.z) << 2 * level);
+      const std::uint32_t position = childPosition(relative, level, p.cell_size);
       std::uint32_t& slot = scratch.slot[position];
       if (slot == 0) {
         scratch.children.emplace_back(position);
         slot = static_cast<std::uint32_t>(scratch.children.size());
       }
-      scratch.children[slot - 1].add(p.representatives, relative, points[index].C, index, camera);
+      scratch.children[slot - 1].chosen.add(p.representatives, relative, points[index].C, index, camera);
     }
   }
   measureConsistency(p.consistency_at, corner, evaluator, scratch);
@@ -235,8 +130,8 @@ void fuseCell(const AggregationParameters& p, int max_level, const CoarseGrid& g
   const bool each = p.consistency_at == ConsistencyAt::Representatives;
   const float* V = scratch.V.data();
   for (const Child& child : scratch.children) {
-    scratch.fused.push_back(fuseChild(child, corner, V, each ? 1 : 0));
-    V += each ? child.count : 1;
+    scratch.fused.push_back(fuseRepresentatives(child.chosen, corner, V, each ? 1 : 0));
+    V += each ? child.chosen.count() : 1;
   }
   selectPoints(p, level, scratch);
   for (std::size_t k = 0; k < scratch.fused.size(); ++k)

@@ -2,6 +2,7 @@
 
 #include <fuse_flow/impl/host/parallel.hpp>
 #include <fuse_flow/math/cell.h>
+#include <fuse_flow/math/representatives.h>
 
 #include <pcl/exceptions.h>
 
@@ -11,12 +12,6 @@
 
 namespace fuse_flow {
 namespace host {
-
-/** \brief A point and its measurement confidence; C = 0: gated, or no measurement. */
-struct WeightedPoint {
-  Vec3 p{};
-  float C{0};
-};
 
 /** \brief Consecutive points that lie in one coarse cell. */
 struct Run {

@@ -2,6 +2,7 @@
 
 #include <fuse_flow/depth_view.h>
 #include <fuse_flow/math/confidence.h>
+#include <fuse_flow/math/depth.h>
 
 #include <cmath>
 #include <limits>
@@ -43,15 +44,10 @@ inline void convertDepthRow(const DepthView& view, float min_range, float max_ra
   if (view.depth16) {
     const std::uint16_t* raw = view.depth16.row(v);
     const float scale = view.depth_scale;
-    for (int u = 0; u < width; ++u) {
-      const float metres = scale * static_cast<float>(raw[u]);
-      const bool valid = (raw[u] != 0) & (raw[u] != 65535) & (metres >= min_range) & (metres <= max_range);
-      z[u] = valid ? metres : 0.0f;
-    }
+    for (int u = 0; u < width; ++u) z[u] = metres(raw[u], scale, min_range, max_range);
   } else {
     const float* raw = view.depth32.row(v);
-    // NaN and infinities fail the comparisons: max_range is finite.
-    for (int u = 0; u < width; ++u) z[u] = (raw[u] > 0) & (raw[u] >= min_range) & (raw[u] <= max_range) ? raw[u] : 0.0f;
+    for (int u = 0; u < width; ++u) z[u] = metres(raw[u], min_range, max_range);
   }
 }
 

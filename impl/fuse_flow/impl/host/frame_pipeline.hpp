@@ -4,7 +4,6 @@
 #include <fuse_flow/impl/host/cell_fusion.hpp>
 #include <fuse_flow/impl/host/consistency_evaluator.hpp>
 #include <fuse_flow/impl/host/preprocessing.hpp>
-#include <fuse_flow/impl/host/view_color.hpp>
 #include <fuse_flow/impl/parameters.hpp>
 
 #include <chrono>
@@ -69,7 +68,7 @@ class FramePipeline {
     const std::uint32_t i = viewOf(index);
     int u = 0, v = 0;
     locate(index, i, u, v);
-    return viewColor(frame_->cameras[i], rig_[i], frame_->views[i].color, u, v, depths_[i].row(v)[u]);
+    return viewColor(rig_[i], frame_->views[i].color, u, v, rig_[i].ray(u, v), depths_[i].row(v)[u]);
   }
 
   /** \brief Unit normal of the depth surface at a point, world frame, facing its camera; zero where neighbours are
@@ -78,18 +77,7 @@ class FramePipeline {
     const std::uint32_t i = viewOf(index);
     int u = 0, v = 0;
     locate(index, i, u, v);
-    const auto tangent = [&](int du, int dv) {
-      const auto at = [&](int sign) {
-        const int a = u + sign * du, b = v + sign * dv;
-        const float z = depths_[i].row(b)[a];
-        const bool there = z > 0 && std::fabs(z - depths_[i].row(v)[u]) < 0.05f * z;
-        return there ? pointOnRay(rig_[i].ray(a, b), z) : pointOnRay(rig_[i].ray(u, v), depths_[i].row(v)[u]);
-      };
-      return at(1) - at(-1);
-    };
-    const Vec3 n = cross(tangent(0, 1), tangent(1, 0));  // v × u points back at the camera: x right, y down, z forward
-    const float norm = std::sqrt(squaredNorm(n));
-    return norm > 0 ? rotate(rig_[i].T_world_camera, (1.0f / norm) * n) : Vec3{};
+    return surfaceNormal(rig_[i], Surface{depths_[i], rig_[i]}, u, v);
   }
 
   using Clock = std::chrono::steady_clock;
@@ -98,6 +86,14 @@ class FramePipeline {
   }
 
  private:
+  /** \brief What surfaceNormal() looks at. */
+  struct Surface {
+    const DepthMap& map;
+    const ViewGeometry& view;
+    float depth(int u, int v) const { return map.row(v)[u]; }
+    Ray ray(int u, int v) const { return view.ray(u, v); }
+  };
+
   /** \brief Rows that one task works on: some 32,000 pixels, whatever the number of threads. */
   struct Stretch {
     std::uint32_t view{0};
@@ -212,36 +208,18 @@ class FramePipeline {
   FusedPoint fusePoint(std::uint32_t index, const ConsistencyEvaluator& evaluator) const {
     const std::uint32_t i = viewOf(index);
     const WeightedPoint& own = points_[index];
-    Vec3 sum{};
-    float total = 0, squares = 0;
-    FusedPoint fused;
-    const auto add = [&](std::uint32_t source, float weight) {
-      sum = sum + weight * (points_[source].p - own.p);
-      total += weight;
-      squares += weight * weight;
-      ++fused.views;
-      if (fused.count == kRepresentatives) return;
-      fused.source[fused.count] = source;
-      fused.share[fused.count] = weight;
-      ++fused.count;
-    };
+    PointWiseFusion fusion(own.p);
     if (parameters.use_distance_consistency) {
-      add(index, own.C * consistency(parameters.consistency, evaluator(own.p, i)));
+      fusion.add(index, own.p, own.C * consistency(parameters.consistency, evaluator(own.p, i)));
       evaluator.forEachOpinion(own.p, i, [&](std::uint32_t j, int u, int v, const ViewOpinion& opinion) {
         const std::uint32_t other = offsets_[j] + static_cast<std::uint32_t>(v * depths_[j].width() + u);
         if (points_[other].C > 0 && opinion.verdict == ViewOpinion::Distance)
-          add(other, points_[other].C * std::exp(-opinion.squared_distance));
+          fusion.add(other, points_[other].p, points_[other].C * std::exp(-opinion.squared_distance));
       });
     } else {
-      add(index, own.C);
+      fusion.add(index, own.p, own.C);
     }
-    if (!(total > std::numeric_limits<float>::min())) return fused;
-    fused.p = own.p + (1.0f / total) * sum;
-    fused.weight = squares / total;
-    float kept = 0;
-    for (int k = 0; k < fused.count; ++k) kept += fused.share[static_cast<std::size_t>(k)];
-    for (float& share : fused.share) share /= kept;
-    return fused;
+    return fusion.finish();
   }
 
   std::uint32_t viewOf(std::uint32_t index) const {

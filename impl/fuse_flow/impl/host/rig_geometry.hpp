@@ -1,5 +1,6 @@
 #pragma once
 
+#include <fuse_flow/math/view.h>
 #include <fuse_flow/rig_frame.h>
 
 #include <algorithm>
@@ -10,13 +11,7 @@ namespace fuse_flow {
 namespace host {
 
 /** \brief What follows from one camera's calibration alone. */
-struct ViewGeometry {
-  Intrinsics intrinsics;
-  RigidTransform T_world_camera;
-  RigidTransform T_camera_world;
-  RigidTransform T_color_depth;
-  /** \brief Of the ideal lens; see locate(). */
-  ProjectionMatrix P;
+struct ViewGeometry : ViewModel {
   /** \brief The other cameras, nearest first: the order in which a point asks them (section 5 (2) b). */
   std::vector<std::uint32_t> neighbours;
 
@@ -24,58 +19,38 @@ struct ViewGeometry {
     intrinsics = camera.intrinsics;
     T_world_camera = toRigidTransform(camera.T_world_camera);
     T_camera_world = toRigidTransform(camera.T_world_camera.inverse());
-    if (camera.color) T_color_depth = toRigidTransform(camera.color->T_depth_color.inverse());
+    own_color_camera = camera.color.has_value();
+    if (camera.color) {
+      color_intrinsics = camera.color->intrinsics;
+      T_color_depth = toRigidTransform(camera.color->T_depth_color.inverse());
+    }
     P = projectionMatrix(intrinsics, T_camera_world);
-    ideal_ = isIdeal(intrinsics.distortion);
+    ideal = isIdeal(intrinsics.distortion);
     const auto w = static_cast<std::size_t>(intrinsics.width);
     const auto h = static_cast<std::size_t>(intrinsics.height);
     column_x_.resize(w);
     for (std::size_t u = 0; u < w; ++u) column_x_[u] = (static_cast<float>(u) - intrinsics.cx) / intrinsics.fx;
-    rays_.resize(ideal_ ? 0 : w * h);
-    if (!ideal_)
+    rays_.resize(ideal ? 0 : w * h);
+    if (!ideal)
       for (std::size_t v = 0; v < h; ++v)
         for (std::size_t u = 0; u < w; ++u)
           rays_[v * w + u] = unproject(intrinsics, {static_cast<float>(u), static_cast<float>(v)});
-    max_squared_radius_ = 0;
-    for (const Ray& r : rays_) max_squared_radius_ = std::max(max_squared_radius_, r.x * r.x + r.y * r.y);
-  }
-
-  /** \brief The pixel nearest to a point in the world frame, and the point's depth. False where the image does not
-   *  reach. */
-  bool locate(const Vec3& p_W, int& u, int& v, float& z) const {
-    Vec3 q = P * p_W;
-    z = q.z;
-    if (!(z > 0)) return false;
-    if (!ideal_) {
-      const Vec3 p_C = T_camera_world * p_W;
-      // Far outside the field of view the lens polynomial folds back into the image.
-      if (p_C.x * p_C.x + p_C.y * p_C.y > 1.02f * max_squared_radius_ * z * z) return false;
-      const Pixel pixel = project(intrinsics, p_C);
-      q = {pixel.u * z, pixel.v * z, z};
-    }
-    const float inverse_z = 1.0f / z;
-    const float x = q.x * inverse_z + 0.5f;
-    const float y = q.y * inverse_z + 0.5f;
-    // Compared as floats, so that a far-off projection never overflows the integer.
-    if (!((x >= 0) & (x < static_cast<float>(intrinsics.width)) & (y >= 0) &
-          (y < static_cast<float>(intrinsics.height))))
-      return false;
-    u = static_cast<int>(x);
-    v = static_cast<int>(y);
-    return true;
+    max_squared_radius = 0;
+    for (const Ray& r : rays_) max_squared_radius = std::max(max_squared_radius, r.x * r.x + r.y * r.y);
   }
 
   /** \brief unproject() of an integer pixel, from a table. */
   Ray ray(int u, int v) const {
-    if (ideal_)
+    if (ideal)
       return {column_x_[static_cast<std::size_t>(u)], (static_cast<float>(v) - intrinsics.cy) / intrinsics.fy};
     return rays_[static_cast<std::size_t>(v) * static_cast<std::size_t>(intrinsics.width) +
                  static_cast<std::size_t>(u)];
   }
 
+  /** \brief The table of a lens with distortion, row by row; empty for an ideal one. */
+  const std::vector<Ray>& rays() const { return rays_; }
+
  private:
-  bool ideal_{true};
-  float max_squared_radius_{0};
   std::vector<float> column_x_;
   std::vector<Ray> rays_;
 };
@@ -83,16 +58,18 @@ struct ViewGeometry {
 /** \brief The geometry of all cameras of a rig; recomputed only when the calibration changes. */
 class RigGeometry {
  public:
-  void update(const std::vector<Camera>& cameras) {
+  /** \brief Whether anything changed. */
+  bool update(const std::vector<Camera>& cameras) {
     if (cameras.size() == cameras_.size() &&
         std::equal(cameras.begin(), cameras.end(), cameras_.begin(), sameCalibration))
-      return;
+      return false;
     cameras_ = cameras;
     views_.resize(cameras.size());
     for (std::size_t i = 0; i < cameras.size(); ++i) {
       views_[i].assign(cameras[i]);
       rankNeighbours(i);
     }
+    return true;
   }
 
   std::size_t size() const { return views_.size(); }

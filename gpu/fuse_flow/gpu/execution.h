@@ -1,0 +1,125 @@
+#pragma once
+
+#include <fuse_flow/gpu/memory.h>
+
+#include <thrust/copy.h>
+#include <thrust/scan.h>
+#include <thrust/sort.h>
+
+#if FUSE_FLOW_CUDA
+#include <cub/cub.cuh>
+#endif
+
+#include <cstring>
+
+namespace fuse_flow {
+namespace gpu {
+
+/** \brief Where the steps of a frame run: a stream, and the scratch memory of the algorithms. The functions return at once on
+ *  CUDA; wait() waits. */
+class Execution {
+ public:
+  Stream stream{};
+
+  auto policy() {
+#if FUSE_FLOW_CUDA
+    return thrust::cuda::par_nosync(scratch_).on(stream);
+#else
+    return thrust::device(scratch_);
+#endif
+  }
+
+  /** \brief step(k) for k = 0 … n − 1, in any order. */
+  template <typename Step>
+  void forEach(std::size_t n, const Step& step) {
+    if (n > 0) thrust::for_each_n(policy(), thrust::counting_iterator<std::uint32_t>(0), n, step);
+  }
+
+  template <typename Value>
+  void fill(Value* where, std::size_t n, int byte) {
+#if FUSE_FLOW_CUDA
+    check(cudaMemsetAsync(where, byte, n * sizeof(Value), stream), "cudaMemsetAsync");
+#else
+    std::memset(static_cast<void*>(where), byte, n * sizeof(Value));
+#endif
+  }
+
+  /** \brief Between pinned memory and the device, either way, or within the device. */
+  template <typename Value>
+  void copy(Value* to, const Value* from, std::size_t n) {
+#if FUSE_FLOW_CUDA
+    if (n > 0) check(cudaMemcpyAsync(to, from, n * sizeof(Value), cudaMemcpyDefault, stream), "cudaMemcpyAsync");
+#else
+    if (n > 0) std::memcpy(static_cast<void*>(to), static_cast<const void*>(from), n * sizeof(Value));
+#endif
+  }
+
+  void wait() {
+#if FUSE_FLOW_CUDA
+    check(cudaStreamSynchronize(stream), "the frame's computation");
+#endif
+  }
+
+  /** \brief sums[k] = Σ values[0 … k), k = 0 … n; n + 1 sums. */
+  template <typename Input, typename Sum>
+  void sumUp(Input values, std::size_t n, Sum* sums) {
+    fill(sums, 1, 0);
+    if (n > 0) thrust::inclusive_scan(policy(), values, values + static_cast<std::ptrdiff_t>(n), sums + 1);
+  }
+
+  /** \brief Stable, by the lowest bits of the keys. The result may be in either of a pair of buffers: swaps them so that it is
+   *  in the first. */
+  void sortByKey(DeviceBuffer<std::uint32_t>& keys, DeviceBuffer<std::uint32_t>& other_keys,
+                 DeviceBuffer<std::uint32_t>& values, DeviceBuffer<std::uint32_t>& other_values, std::size_t n, int bits) {
+    if (n < 2 || bits == 0) return;
+#if FUSE_FLOW_CUDA
+    cub::DoubleBuffer<std::uint32_t> k(keys.data(), other_keys.data());
+    cub::DoubleBuffer<std::uint32_t> v(values.data(), other_values.data());
+    withScratch([&](void* scratch, std::size_t& bytes) {
+      return cub::DeviceRadixSort::SortPairs(scratch, bytes, k, v, static_cast<int>(n), 0, bits, stream);
+    });
+    if (k.Current() != keys.data()) std::swap(keys, other_keys);
+    if (v.Current() != values.data()) std::swap(values, other_values);
+#else
+    (void)other_keys;
+    (void)other_values;
+    thrust::stable_sort_by_key(policy(), keys.data(), keys.data() + n, values.data());
+#endif
+  }
+
+  /** \brief The numbers 0 … n − 1 that the predicate chooses, ascending; how many goes to count, on the device. */
+  template <typename Predicate>
+  void select(std::size_t n, const Predicate& chosen, std::uint32_t* numbers, std::uint32_t* count) {
+    fill(count, 1, 0);
+    if (n == 0) return;
+    const thrust::counting_iterator<std::uint32_t> all(0);
+#if FUSE_FLOW_CUDA
+    withScratch([&](void* scratch, std::size_t& bytes) {
+      return cub::DeviceSelect::If(scratch, bytes, all, numbers, count, static_cast<int>(n), chosen, stream);
+    });
+#else
+    *count = static_cast<std::uint32_t>(
+        thrust::copy_if(policy(), all, all + static_cast<std::ptrdiff_t>(n), numbers, chosen) - numbers);
+#endif
+  }
+
+  std::size_t scratchBytes() const { return scratch_.bytes(); }
+
+ private:
+#if FUSE_FLOW_CUDA
+  template <typename Algorithm>
+  void withScratch(const Algorithm& algorithm) {
+    std::size_t bytes = 0;
+    check(algorithm(nullptr, bytes), "CUB");
+    char* scratch = scratch_.allocate(static_cast<std::ptrdiff_t>(bytes));
+    const cudaError_t error = algorithm(scratch, bytes);
+    scratch_.deallocate(scratch, bytes);
+    check(error, "CUB");
+  }
+#endif
+
+  ScratchAllocator scratch_;
+};
+
+}  // namespace gpu
+}  // namespace fuse_flow

@@ -1,0 +1,219 @@
+#pragma once
+
+#include <fuse_flow/gpu/device_view.h>
+#include <fuse_flow/gpu/execution.h>
+#include <fuse_flow/impl/host/parallel.hpp>
+#include <fuse_flow/impl/host/rig_geometry.hpp>
+#include <fuse_flow/impl/parameters.hpp>
+
+#include <algorithm>
+#include <cstring>
+
+namespace fuse_flow {
+namespace gpu {
+
+/** \brief Where memory is, as far as an upload cares. */
+enum class Memory { Pageable, Pinned, Device };
+
+inline Memory memoryOf(const void* data) {
+#if FUSE_FLOW_CUDA
+  cudaPointerAttributes attributes{};
+  if (cudaPointerGetAttributes(&attributes, data) != cudaSuccess) {
+    (void)cudaGetLastError();
+    return Memory::Pageable;
+  }
+  if (attributes.type == cudaMemoryTypeDevice || attributes.type == cudaMemoryTypeManaged) return Memory::Device;
+  return attributes.type == cudaMemoryTypeHost ? Memory::Pinned : Memory::Pageable;
+#else
+  (void)data;
+  return Memory::Device;  // the device is the CPU
+#endif
+}
+
+/** \brief Cameras and images of a frame on the device. Geometry is uploaded when the calibration changes; images that are on
+ *  the device stay where they are, pinned ones are fetched by the copy engine, others go through a pinned staging buffer. */
+class FrameViews {
+ public:
+  /** \brief Returns at once on CUDA; the frame's images must stay alive until the stream has passed. */
+  void assign(Execution& run, const RigFrame& frame, const ConfidenceParameters& confidence, bool with_color, int threads) {
+    const std::size_t n = frame.cameras.size();
+    const bool calibrated = rig_.update(frame.cameras);
+    if (calibrated) uploadRays(run);
+    if (updatePresence(frame) || calibrated) uploadNeighbours(run);
+    views_.resize(n);
+    std::size_t total = 0;
+    layOutImages(frame, with_color);
+    for (std::size_t i = 0; i < n; ++i) {
+      DeviceView& view = views_.data()[i];
+      const host::ViewGeometry& geometry = rig_[i];
+      view = {};
+      view.model = geometry;
+      view.rays = geometry.ideal ? nullptr : rays_.data() + ray_offsets_[i];
+      view.neighbours = neighbours_.data() + i * (n - 1);
+      view.neighbour_count = neighbour_counts_[i];
+      view.slope = slopeScale(confidence, 1.0f / geometry.intrinsics.fx);
+      view.depth_scale = frame.views[i].depth_scale;
+      view.offset = static_cast<std::uint32_t>(total);
+      view.pitch = (static_cast<std::uint32_t>(geometry.intrinsics.width) + kChunk - 1) / kChunk * kChunk;
+      view.present = !frame.views[i].missing();
+      if (view.present) total += std::size_t{view.pitch} * static_cast<std::size_t>(geometry.intrinsics.height);
+      if (total > kMaxPixels)
+        throw pcl::PCLException("fuse_flow::FuseFlow: a frame on the GPU has more than 2^27 pixels");
+    }
+    pixels_ = static_cast<std::uint32_t>(total);
+    offsets_.resize(n + 1);
+    for (std::size_t i = 0; i < n; ++i) offsets_.data()[i] = views_.data()[i].offset;
+    offsets_.data()[n] = pixels_;
+    uploadImages(run, frame, with_color, threads);
+    device_views_.resize(n);
+    device_offsets_.resize(n + 1);
+    run.copy(device_views_.data(), views_.data(), n);
+    run.copy(device_offsets_.data(), offsets_.data(), n + 1);
+  }
+
+  static constexpr std::size_t kMaxPixels = std::size_t{1} << 27;
+
+  PixelGrid grid() const {
+    return {device_views_.data(), device_offsets_.data(), static_cast<std::uint32_t>(rig_.size())};
+  }
+  /** \brief Padded pixels of all views: a multiple of kChunk. */
+  std::uint32_t pixels() const { return pixels_; }
+  /** \brief Of the last frame's images, over the bus. */
+  std::size_t uploadedBytes() const { return uploaded_; }
+  const host::RigGeometry& rig() const { return rig_; }
+  std::size_t bytes() const {
+    return device_views_.bytes() + rays_.bytes() + neighbours_.bytes() + images_.bytes() + device_offsets_.bytes();
+  }
+
+ private:
+  /** \brief Whether the cameras that are there have changed. */
+  bool updatePresence(const RigFrame& frame) {
+    bool changed = present_.size() != frame.views.size();
+    present_.resize(frame.views.size());
+    for (std::size_t i = 0; i < frame.views.size(); ++i) {
+      const std::uint8_t present = frame.views[i].missing() ? 0 : 1;
+      changed |= present_[i] != present;
+      present_[i] = present;
+    }
+    return changed;
+  }
+
+  void uploadRays(Execution& run) {
+    const std::size_t n = rig_.size();
+    ray_offsets_.assign(n + 1, 0);
+    for (std::size_t i = 0; i < n; ++i) ray_offsets_[i + 1] = ray_offsets_[i] + rig_[i].rays().size();
+    PinnedBuffer<Ray> rays;
+    rays.resize(ray_offsets_[n]);
+    for (std::size_t i = 0; i < n; ++i)
+      std::copy(rig_[i].rays().begin(), rig_[i].rays().end(), rays.data() + ray_offsets_[i]);
+    run.wait();  // for the last frame that used what is there
+    rays_.resize(ray_offsets_[n]);
+    run.copy(rays_.data(), rays.data(), ray_offsets_[n]);
+    run.wait();
+  }
+
+  /** \brief Without the missing cameras, so that no point has to skip them. */
+  void uploadNeighbours(Execution& run) {
+    const std::size_t n = rig_.size();
+    host_neighbours_.resize(n * (n - 1));
+    neighbour_counts_.assign(n, 0);
+    for (std::size_t i = 0; i < n; ++i)
+      for (const std::uint32_t j : rig_[i].neighbours)
+        if (present_[j]) host_neighbours_.data()[i * (n - 1) + neighbour_counts_[i]++] = j;
+    neighbours_.resize(n * (n - 1));
+    run.copy(neighbours_.data(), host_neighbours_.data(), n * (n - 1));
+  }
+
+  /** \brief Every image of a frame that is to be uploaded, in turn; place: where in the buffers. */
+  template <typename Visit>
+  void forEachImage(const RigFrame& frame, bool with_color, const Visit& visit) {
+    for (std::size_t i = 0; i < frame.views.size(); ++i) {
+      const DepthView& view = frame.views[i];
+      if (view.missing()) continue;
+      if (view.depth16) visit(view.depth16, views_.data()[i].depth16);
+      if (view.depth32) visit(view.depth32, views_.data()[i].depth32);
+      if (view.confidence) visit(view.confidence, views_.data()[i].confidence);
+      if (view.color && with_color) visit(view.color, views_.data()[i].color);
+    }
+  }
+
+  struct Transfer {
+    const char* from;
+    std::size_t row_bytes, rows, stride;
+    std::size_t place;
+    Memory memory;
+  };
+
+  void layOutImages(const RigFrame& frame, bool with_color) {
+    transfers_.clear();
+    std::size_t total = 0, staged = 0;
+    forEachImage(frame, with_color, [&](const auto& image, auto&) {
+      const std::size_t row_bytes = sizeof(*image.data) * static_cast<std::size_t>(image.width);
+      const std::size_t rows = static_cast<std::size_t>(image.height);
+      const Memory memory = memoryOf(image.data);
+      transfers_.push_back({reinterpret_cast<const char*>(image.data), row_bytes, rows, image.row_stride, total, memory});
+      const std::size_t bytes = memory == Memory::Device ? 0 : (row_bytes * rows + 255) / 256 * 256;
+      total += bytes;
+      if (memory == Memory::Pageable) staged = total;
+    });
+    images_.resize(total);
+    staging_.resize(staged);
+    uploaded_ = total;
+  }
+
+  void uploadImages(Execution& run, const RigFrame& frame, bool with_color, int threads) {
+    std::size_t t = 0;
+    forEachImage(frame, with_color, [&](const auto& image, auto& on_device) {
+      const Transfer& transfer = transfers_[t++];
+      on_device = image;
+      if (transfer.memory == Memory::Device) return;
+      on_device.data = reinterpret_cast<decltype(image.data)>(images_.data() + transfer.place);
+      on_device.row_stride = transfer.row_bytes;
+    });
+    for (const Transfer& transfer : transfers_) upload(run, transfer, threads);
+  }
+
+  void upload(Execution& run, const Transfer& transfer, int threads) {
+    const std::size_t bytes = transfer.row_bytes * transfer.rows;
+    if (transfer.memory == Memory::Pageable) {
+      char* staged = staging_.data() + transfer.place;
+      constexpr std::size_t tasks = 4;
+      host::parallelFor(threads, tasks, [&](std::size_t task, int) {
+        const std::size_t begin = transfer.rows * task / tasks, end = transfer.rows * (task + 1) / tasks;
+        if (transfer.stride == transfer.row_bytes) {
+          std::memcpy(staged + begin * transfer.row_bytes, transfer.from + begin * transfer.stride,
+                      (end - begin) * transfer.row_bytes);
+        } else {
+          for (std::size_t row = begin; row < end; ++row)
+            std::memcpy(staged + row * transfer.row_bytes, transfer.from + row * transfer.stride, transfer.row_bytes);
+        }
+      });
+      run.copy(images_.data() + transfer.place, static_cast<const char*>(staged), bytes);
+    } else if (transfer.memory == Memory::Pinned) {
+#if FUSE_FLOW_CUDA
+      check(cudaMemcpy2DAsync(images_.data() + transfer.place, transfer.row_bytes, transfer.from, transfer.stride,
+                              transfer.row_bytes, transfer.rows, cudaMemcpyHostToDevice, run.stream),
+            "cudaMemcpy2DAsync");
+#endif
+    }
+  }
+
+  host::RigGeometry rig_;
+  std::vector<std::size_t> ray_offsets_;
+  std::vector<std::uint8_t> present_;
+  std::vector<std::uint32_t> neighbour_counts_;
+  PinnedBuffer<std::uint32_t> host_neighbours_;
+  std::vector<Transfer> transfers_;
+  PinnedBuffer<DeviceView> views_;
+  PinnedBuffer<std::uint32_t> offsets_;
+  PinnedBuffer<char> staging_;
+  DeviceBuffer<DeviceView> device_views_;
+  DeviceBuffer<std::uint32_t> device_offsets_, neighbours_;
+  DeviceBuffer<Ray> rays_;
+  DeviceBuffer<char> images_;
+  std::uint32_t pixels_{0};
+  std::size_t uploaded_{0};
+};
+
+}  // namespace gpu
+}  // namespace fuse_flow

@@ -1,0 +1,145 @@
+#pragma once
+
+#include <fuse_flow/fuse_flow.h>
+#include <fuse_flow/gpu/frame_queue.h>
+
+namespace fuse_flow {
+
+/** \brief The frame pipeline on the GPU: same setters, same cells, the same points within float rounding as on the CPU, and
+ *  the same bytes on every run. The points of a coarse cell are in the order of their places in it; the cells in the CPU's
+ *  order.
+ *
+ *  \code
+ *  fuse_flow::FuseFlow<fuse_flow::PointFused, fuse_flow::device::Thrust> fusion;
+ *  fusion.fuse(frame, cloud);                         // one frame, from start to end
+ *  fusion.submit(frame1); fusion.submit(frame2);      // or several at once: upload, computation and download overlap
+ *  fusion.next(cloud);                                // the oldest
+ *  \endcode
+ *
+ *  Images may be in pageable, pinned or device memory; each is found out by its pointer. Pinned memory is what makes an upload
+ *  fast. Once warm, a frame allocates nothing. Objects are independent: one a thread.
+ *
+ *  Compile with nvcc's -fmad=false (the CMake target does): a contracted multiply-add moves points across cell borders that
+ *  the CPU does not. */
+template <typename PointT>
+class FuseFlow<PointT, device::Thrust> {
+ public:
+  using PointCloud = pcl::PointCloud<PointT>;
+  using Ptr = std::shared_ptr<FuseFlow>;
+  using ConstPtr = std::shared_ptr<const FuseFlow>;
+
+  /** \brief Throws pcl::PCLException if there is no device. It runs on the device that is current where it is made. */
+  FuseFlow() {
+    if (!gpu::deviceAvailable()) throw pcl::PCLException("fuse_flow::FuseFlow: no GPU found");
+    lane_ = std::make_unique<gpu::FrameLane<PointT>>();
+  }
+
+  /** \brief Throws pcl::BadArgumentException for a value out of range. */
+  void setParameters(const FuseFlowParameters& parameters) {
+    checkParameters(parameters);
+    parameters_ = parameters;
+  }
+  const FuseFlowParameters& getParameters() const { return parameters_; }
+
+  /** \brief Host threads that copy pageable images and clouds; 0, the default, is one per core. */
+  void setNumberOfThreads(unsigned int threads) { threads_ = host::resolveThreads(static_cast<int>(threads)); }
+
+  /** \brief Fill PointT's normal, if it has one, from the depth images; default off. */
+  void setComputeNormals(bool compute) { compute_normals_ = compute; }
+
+  /** \brief The CUDA stream that fuse() and fuseOnDevice() run on; default the default stream. Frames in flight have streams
+   *  of their own. */
+  void setStream(gpu::Stream stream) { lane_->pipeline.run.stream = stream; }
+
+  /** \brief How many frames submit() takes before next() must be called; 1 … 16, default 3. Each needs device memory of its
+   *  own. Only while none is in flight. */
+  void setFramesInFlight(std::size_t frames) {
+    detail::checkRange("fuse_flow::FuseFlow", "frames in flight", frames, std::size_t{1}, std::size_t{16});
+    if (inFlight() > 0)
+      throw pcl::PCLException("fuse_flow::FuseFlow: frames are in flight: their number cannot change");
+    frames_in_flight_ = frames;
+    queue_.reset();
+  }
+
+  /** \brief Fuse one frame; as on the CPU. \throws pcl::PCLException also where the device's memory does not suffice
+   *  \throws pcl::BadArgumentException also where the bilateral filter is on: it runs on the CPU only */
+  void fuse(const RigFrame& frame, PointCloud& output) {
+    prepare(*lane_);
+    const gpu::PointSpan<PointT> points = lane_->fusePinned(frame);
+    gpu::toCloud(points, frame.stamp, threads_, output);
+    statistics_ = lane_->pipeline.statistics;
+  }
+
+  /** \brief The same without a copy into a cloud: the points stay in pinned memory until the next call. */
+  gpu::PointSpan<PointT> fusePinned(const RigFrame& frame) {
+    prepare(*lane_);
+    const gpu::PointSpan<PointT> points = lane_->fusePinned(frame);
+    statistics_ = lane_->pipeline.statistics;
+    return points;
+  }
+
+  /** \brief The points left on the device, for what follows on the same stream; they stay until the next call. */
+  gpu::PointSpan<PointT> fuseOnDevice(const RigFrame& frame) {
+    prepare(*lane_);
+    const gpu::PointSpan<PointT> points = lane_->fuseOnDevice(frame);
+    lane_->pipeline.finish();
+    statistics_ = lane_->pipeline.statistics;
+    return points;
+  }
+
+  /** \brief Starts a frame and returns. Its images must stay alive until next() has returned it. \throws pcl::PCLException if
+   *  as many frames are in flight as may be */
+  void submit(const RigFrame& frame) {
+    if (!queue_) queue_ = std::make_unique<gpu::FrameQueue<PointT>>(frames_in_flight_);
+    if (queue_->inFlight() == queue_->lanes())
+      throw pcl::PCLException("fuse_flow::FuseFlow: " + std::to_string(queue_->lanes()) +
+                              " frames are in flight; call next() first");
+    queue_->submit(frame, [this](gpu::FrameLane<PointT>& lane) { prepare(lane); });
+  }
+
+  /** \brief Frames submitted and not yet taken. */
+  std::size_t inFlight() const { return queue_ ? queue_->inFlight() : 0; }
+
+  /** \brief Waits for the oldest frame in flight. Throws what fuse() would have thrown for it; that frame is then gone.
+   *  \throws pcl::PCLException if none is in flight */
+  void next(PointCloud& output) {
+    nextPinned([&](const gpu::PointSpan<PointT>& points, std::uint64_t stamp) {
+      gpu::toCloud(points, stamp, threads_, output);
+    });
+  }
+
+  /** \brief The same without a copy: visit(points in pinned memory, stamp). */
+  template <typename Visit>
+  void nextPinned(const Visit& visit) {
+    if (inFlight() == 0) throw pcl::PCLException("fuse_flow::FuseFlow: no frame is in flight");
+    queue_->next([&](gpu::FrameLane<PointT>& lane, const gpu::PointSpan<PointT>& points, std::uint64_t stamp) {
+      statistics_ = lane.pipeline.statistics;
+      visit(points, stamp);
+    });
+  }
+
+  const FrameStatistics& getStatistics() const { return statistics_; }
+
+  /** \brief Device memory that fuse() holds, bytes. */
+  std::size_t getDeviceBytes() const { return lane_->bytes(); }
+
+  /** \brief Measure the stages of fuse(); default off. */
+  gpu::StageTimes& stageTimes() { return lane_->pipeline.times; }
+
+ private:
+  void prepare(gpu::FrameLane<PointT>& lane) {
+    lane.pipeline.parameters = parameters_;
+    lane.pipeline.threads = threads_;
+    lane.compute_normals = compute_normals_;
+  }
+
+  FuseFlowParameters parameters_;
+  int threads_{host::resolveThreads(0)};
+  bool compute_normals_{false};
+  std::size_t frames_in_flight_{3};
+  std::unique_ptr<gpu::FrameLane<PointT>> lane_;
+  std::unique_ptr<gpu::FrameQueue<PointT>> queue_;
+  FrameStatistics statistics_;
+};
+
+}  // namespace fuse_flow

@@ -1,0 +1,114 @@
+#pragma once
+
+#include <fuse_flow/gpu/cell_table.h>
+#include <fuse_flow/gpu/device_view.h>
+#include <fuse_flow/math/representatives.h>
+
+namespace fuse_flow {
+namespace gpu {
+
+/** \brief pcl's and Eigen's boxes have no device code. */
+struct Box {
+  Vec3 low, high;
+  bool set{false};
+
+  FUSE_FLOW_HD bool contains(const Vec3& p) const {
+    return !set || ((p.x >= low.x) & (p.x <= high.x) & (p.y >= low.y) & (p.y <= high.y) & (p.z >= low.z) & (p.z <= high.z));
+  }
+};
+
+/** \brief How many measurements a frame has, how many pass the gate, and the first point that is too far out. */
+struct PointCounts {
+  std::uint32_t measured;
+  std::uint32_t gated;
+  std::uint32_t too_far;
+};
+
+/** \brief Eq. 3, 8, 9 and the coarse cell of every pixel. As a step of forEach() it works on one chunk of pixels; the CUDA
+ *  kernel, one warp a chunk, gives the same. */
+struct GeneratePoints {
+  PixelGrid grid;
+  /** \brief As measured, for the confidence; and D^r of eq. 8. */
+  const float* raw_z;
+  const float* z;
+  ConfidenceParameters confidence;
+  bool use_confidence;
+  bool use_cells;
+  float inverse_cell_size;
+  Box crop_box;
+  CellTableView table;
+
+  WeightedPoint* points;
+  /** \brief Slot of each point's coarse cell in the table; kNone: no point. */
+  std::uint32_t* slots;
+  PointCounts* counts;
+
+  FUSE_FLOW_HD float measurementConfidence(const DeviceView& view, int u, int v) const {
+    float C = 1.0f;
+    if (use_confidence) {
+      const DepthMapOfView map{&view, raw_z};
+      DepthPatch patch;
+      for (int k = 0; k < 9; ++k) patch.z[k] = map.depth(u + k % 3 - 1, v + k / 3 - 1);
+      C = confidence.form == ConfidenceForm::Published ? confidencePublished(confidence, patch)
+                                                       : confidenceSlopeCompensated(confidence, patch, view.slope);
+    }
+    if (view.confidence) {
+      const float given = view.confidence.row(v)[u];  // NaN counts as no confidence
+      C *= given > 0 ? (given < 1.0f ? given : 1.0f) : 0.0f;
+    }
+    return C;
+  }
+
+  /** \brief Pixel u of a row; C = 0: no measurement or gated. */
+  FUSE_FLOW_HD WeightedPoint measure(const DeviceView& view, int u, int v, bool& measured) const {
+    measured = false;
+    if (u >= view.model.intrinsics.width) return {};
+    const float depth = z[view.indexOf(u, v)];
+    if (!(depth > 0)) return {};
+    measured = true;
+    const float C = measurementConfidence(view, u, v);
+    if (!(C > (use_confidence ? confidence.threshold : 0.0f))) return {};                 // eq. 9
+    const Vec3 p = view.model.T_world_camera * pointOnRay(view.ray(u, v), depth);  // eq. 8
+    if (!crop_box.contains(p)) return {};
+    return {p, C};
+  }
+
+  /** \brief Key of a point's coarse cell; kEmpty for none, and for a point too far out, whose number is reported. */
+  FUSE_FLOW_HD std::uint64_t keyOf(const WeightedPoint& point, std::uint32_t index) const {
+    if (!(point.C > 0)) return CellTableView::kEmpty;
+    const Vec3 cells = inverse_cell_size * point.p;
+    if (fitsCellKey(cells)) return cellKey(cellIndex(cells));
+    atomicMinTo(&counts->too_far, index);
+    return CellTableView::kEmpty;
+  }
+
+  FUSE_FLOW_HD void operator()(std::uint32_t chunk) const {
+    const std::uint32_t begin = chunk * kChunk;
+    const PixelAddress a = grid.addressOf(begin);
+    std::uint32_t measured_points = 0, gated_points = 0;
+    std::uint64_t run_key = CellTableView::kEmpty;
+    std::uint32_t run_begin = begin, run_slot = CellTableView::kNone;
+    for (std::uint32_t index = begin; index < begin + kChunk; ++index) {
+      bool measured = false;
+      const WeightedPoint point = measure(grid.views[a.view], a.u + static_cast<int>(index - begin), a.v, measured);
+      points[index] = point;
+      measured_points += measured ? 1 : 0;
+      gated_points += point.C > 0 ? 1 : 0;
+      if (!use_cells) continue;
+      const std::uint64_t key = keyOf(point, index);
+      if (key != run_key) {
+        if (run_key != CellTableView::kEmpty) table.addPoints(run_slot, run_begin, index - run_begin);
+        run_key = key;
+        run_begin = index;
+        run_slot = key != CellTableView::kEmpty ? table.findOrAdd(key) : CellTableView::kNone;
+      }
+      slots[index] = run_slot;
+    }
+    if (run_key != CellTableView::kEmpty) table.addPoints(run_slot, run_begin, begin + kChunk - run_begin);
+    if (measured_points > 0) atomicAddTo(&counts->measured, measured_points);
+    if (gated_points > 0) atomicAddTo(&counts->gated, gated_points);
+  }
+};
+
+}  // namespace gpu
+}  // namespace fuse_flow

@@ -1,0 +1,104 @@
+#pragma once
+
+/** \file
+ *  \brief The one place that knows what the device is: CUDA under nvcc, else Thrust's OpenMP, TBB or sequential system. */
+
+#if !defined(__CUDACC__) && !defined(THRUST_DEVICE_SYSTEM)
+#if defined(_OPENMP)
+#define THRUST_DEVICE_SYSTEM THRUST_DEVICE_SYSTEM_OMP
+#else
+#define THRUST_DEVICE_SYSTEM THRUST_DEVICE_SYSTEM_CPP
+#endif
+#endif
+
+#include <thrust/execution_policy.h>
+#include <thrust/for_each.h>
+#include <thrust/iterator/counting_iterator.h>
+#include <thrust/version.h>
+
+#if defined(__CUDACC__) && THRUST_DEVICE_SYSTEM == THRUST_DEVICE_SYSTEM_CUDA
+#define FUSE_FLOW_CUDA 1
+#include <cuda_runtime.h>
+#else
+#define FUSE_FLOW_CUDA 0
+#endif
+
+#include <fuse_flow/math/host_device.h>
+
+#include <pcl/exceptions.h>
+
+#include <cstdint>
+#include <string>
+
+namespace fuse_flow {
+namespace gpu {
+
+#if FUSE_FLOW_CUDA
+using Stream = cudaStream_t;
+
+/** \brief Throws pcl::PCLException with CUDA's own words. */
+inline void check(cudaError_t error, const char* what) {
+  if (error == cudaSuccess) return;
+  (void)cudaGetLastError();  // the error is reported; the next call starts afresh
+  throw pcl::PCLException(std::string("fuse_flow::gpu: ") + what + ": " + cudaGetErrorString(error));
+}
+#else
+/** \brief The CPU systems run at once: there is nothing to wait for. */
+struct HostStream {};
+using Stream = HostStream*;
+#endif
+
+/** \brief Whether there is a device to run on. */
+inline bool deviceAvailable() {
+#if FUSE_FLOW_CUDA
+  int count = 0;
+  const bool found = cudaGetDeviceCount(&count) == cudaSuccess && count > 0;
+  (void)cudaGetLastError();
+  return found;
+#else
+  return true;
+#endif
+}
+
+// Integer atomics that both sides have. All of them are relaxed, and none decides an order that a result depends on.
+
+template <typename Value>
+FUSE_FLOW_HD Value atomicAddTo(Value* where, Value value) {
+#if defined(__CUDA_ARCH__)
+  return atomicAdd(where, value);
+#else
+  return __atomic_fetch_add(where, value, __ATOMIC_RELAXED);
+#endif
+}
+
+FUSE_FLOW_HD void atomicMinTo(std::uint32_t* where, std::uint32_t value) {
+#if defined(__CUDA_ARCH__)
+  atomicMin(where, value);
+#else
+  std::uint32_t seen = __atomic_load_n(where, __ATOMIC_RELAXED);
+  while (value < seen && !__atomic_compare_exchange_n(where, &seen, value, true, __ATOMIC_RELAXED, __ATOMIC_RELAXED)) {
+  }
+#endif
+}
+
+/** \brief Puts value where expected is, and returns what was there. */
+FUSE_FLOW_HD std::uint64_t atomicExchangeIf(std::uint64_t* where, std::uint64_t expected, std::uint64_t value) {
+#if defined(__CUDA_ARCH__)
+  return atomicCAS(reinterpret_cast<unsigned long long*>(where), static_cast<unsigned long long>(expected),
+                   static_cast<unsigned long long>(value));
+#else
+  __atomic_compare_exchange_n(where, &expected, value, false, __ATOMIC_RELAXED, __ATOMIC_RELAXED);
+  return expected;
+#endif
+}
+
+FUSE_FLOW_HD std::uint64_t atomicLoad(const std::uint64_t* where) {
+#if defined(__CUDA_ARCH__)
+  return *reinterpret_cast<const volatile std::uint64_t*>(where);
+#else
+  return __atomic_load_n(where, __ATOMIC_RELAXED);
+#endif
+}
+
+}  // namespace gpu
+}  // namespace fuse_flow

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <fuse_flow/gpu/device_view.h>
+#include <fuse_flow/math/representatives.h>
+
+namespace fuse_flow {
+namespace gpu {
+
+/** \brief Colour and normal of the measurements behind a fused point. */
+struct Appearance {
+  PixelGrid grid;
+  const float* z;
+
+  FUSE_FLOW_HD Vec3 color(const PixelAddress& a) const {
+    const DeviceView& view = grid.views[a.view];
+    if (!view.color) return {};
+    return viewColor(view.model, view.color, a.u, a.v, view.ray(a.u, a.v), z[view.indexOf(a.u, a.v)]);
+  }
+
+  FUSE_FLOW_HD Vec3 normal(const PixelAddress& a) const {
+    const DeviceView& view = grid.views[a.view];
+    return surfaceNormal(view.model, DepthMapOfView{&view, z}, a.u, a.v);
+  }
+};
+
+/** \brief Writes the fused points that stay, one after the other, as points of the user's type. \tparam Layout see PointLayout */
+template <typename Layout>
+struct WritePoints {
+  Layout layout;
+  Appearance appearance;
+  bool with_normals;
+  const FusedPoint* fused;
+  const std::uint32_t* staying;
+  typename Layout::Words* output;
+
+  FUSE_FLOW_HD void operator()(std::uint32_t k) const {
+    const FusedPoint point = fused[staying[k]];
+    Vec3 color{}, normal{};
+    for (int s = 0; s < kRepresentatives; ++s) {
+      if (s >= point.count || !(Layout::has_color || (Layout::has_normal && with_normals))) continue;
+      const PixelAddress a = appearance.grid.addressOf(point.source[s]);
+      if (Layout::has_color) color = color + point.share[s] * appearance.color(a);
+      if (Layout::has_normal && with_normals) normal = normal + point.share[s] * appearance.normal(a);
+    }
+    const float norm = std::sqrt(squaredNorm(normal));
+    output[k] = layout.words(point, color, norm > 0 ? (1.0f / norm) * normal : Vec3{});
+  }
+};
+
+}  // namespace gpu
+}  // namespace fuse_flow

@@ -1,0 +1,199 @@
+#pragma once
+
+#include <fuse_flow/math/adaptive_hash.h>
+#include <fuse_flow/math/vec3.h>
+
+#include <cfloat>
+#include <cstdint>
+
+namespace fuse_flow {
+
+constexpr int kRepresentatives = 3;  // "the top three points"
+
+/** \brief A point in the world frame and its measurement confidence; C = 0: gated, or no measurement. */
+struct alignas(16) WeightedPoint {
+  Vec3 p{};
+  float C{0};
+};
+
+/** \brief One fused point and the measurements it came from. */
+struct FusedPoint {
+  Vec3 p{};
+  /** \brief The mean ω of the representatives, weighted with ω itself. */
+  float weight{0};
+  /** \brief The representatives' points, and their shares of eq. 11, which add up to 1; count of them. */
+  std::uint32_t source[kRepresentatives]{};
+  float share[kRepresentatives]{};
+  std::uint16_t count{0};
+  /** \brief Different cameras among the representatives. */
+  std::uint16_t views{0};
+};
+
+/** \brief A measurement, or one camera's measurements, that may stand for a cell. Left uninitialised: there are
+ *  hundreds of thousands, and filling them with zeros costs more than filling them in. */
+struct Candidate {
+  /** \brief Σ C p and Σ C relative to the coarse cell's corner; of one point unless CameraMeans. */
+  Vec3 sum;
+  float sum_C;
+  float n;
+  /** \brief The most confident point. */
+  float best_C;
+  std::uint32_t best;
+  std::uint32_t camera;
+};
+
+/** \brief Highest C first; ties by camera and pixel, which is the order of the indices. */
+FUSE_FLOW_HD bool outranks(const Candidate& a, const Candidate& b) {
+  return a.sum_C != b.sum_C ? a.sum_C > b.sum_C : a.best < b.best;
+}
+
+/** \brief Section 5 (2) a: the representatives of one child cell, while its points come in. Only constants index the
+ *  candidates, so that a GPU can hold them in registers. */
+class RepresentativeSelection {
+ public:
+  /** \brief Points come in the order of their indices, camera after camera. */
+  FUSE_FLOW_HD void add(Representatives mode, const Vec3& relative, float C, std::uint32_t index, std::uint32_t camera) {
+    if (mode != Representatives::HighestConfidence && started_ && last_.camera == camera) {
+      if (mode == Representatives::CameraMeans) {
+        last_.sum = last_.sum + C * relative;
+        last_.sum_C += C;
+        last_.n += 1.0f;
+        if (C > last_.best_C) {
+          last_.best_C = C;
+          last_.best = index;
+        }
+      } else if (C > last_.best_C) {
+        last_ = {C * relative, C, 1.0f, C, index, camera};
+      }
+      return;
+    }
+    if (started_) keepLast();
+    started_ = true;
+    last_ = {C * relative, C, 1.0f, C, index, camera};
+  }
+
+  /** \brief After the last point. */
+  FUSE_FLOW_HD void finish() { keepLast(); }
+
+  FUSE_FLOW_HD int count() const { return count_; }
+  FUSE_FLOW_HD Candidate operator[](int k) const {
+    Candidate candidate = kept_[0];
+    if (k == 1) candidate = kept_[1];
+    if (k == 2) candidate = kept_[2];
+    return candidate;
+  }
+
+  /** \brief Camera of the highest-ranking one. */
+  FUSE_FLOW_HD std::uint32_t mainCamera() const {
+    Candidate best = kept_[0];
+    if (count_ > 1 && outranks(kept_[1], best)) best = kept_[1];
+    if (count_ > 2 && outranks(kept_[2], best)) best = kept_[2];
+    return best.camera;
+  }
+
+  /** \brief Their confidence-weighted mean, from the coarse cell's corner. */
+  FUSE_FLOW_HD Vec3 mean() const {
+    Vec3 sum{};
+    float sum_C = 0;
+    for (int k = 0; k < kRepresentatives; ++k) {
+      if (k >= count_) continue;  // not break: compilers then unroll
+      sum = sum + kept_[k].sum;
+      sum_C += kept_[k].sum_C;
+    }
+    return (1.0f / sum_C) * sum;
+  }
+
+ private:
+  /** \brief A camera's sum is only known when its last point is in: then it takes the place of the lowest-ranking one,
+   *  unless it ranks lowest itself. */
+  FUSE_FLOW_HD void keepLast() {
+    if (count_ == 0) {
+      kept_[0] = last_;
+    } else if (count_ == 1) {
+      kept_[1] = last_;
+    } else if (count_ == 2) {
+      kept_[2] = last_;
+    } else if (outranks(kept_[0], kept_[1]) && outranks(kept_[2], kept_[1])) {
+      if (outranks(last_, kept_[1])) kept_[1] = last_;
+    } else if (outranks(kept_[1], kept_[0]) && outranks(kept_[2], kept_[0])) {
+      if (outranks(last_, kept_[0])) kept_[0] = last_;
+    } else {
+      if (outranks(last_, kept_[2])) kept_[2] = last_;
+    }
+    if (count_ < kRepresentatives) ++count_;
+  }
+
+  Candidate kept_[kRepresentatives];
+  Candidate last_;
+  int count_{0};
+  bool started_{false};
+};
+
+/** \brief Section 5 (2) c and (3) for one child. \param V its representatives' consistency \param step 0: one V for all */
+FUSE_FLOW_HD FusedPoint fuseRepresentatives(const RepresentativeSelection& chosen, const Vec3& corner, const float* V,
+                                            int step) {
+  FusedPoint fused;
+  Vec3 sum{};
+  float total = 0, sum_weights = 0;
+  for (int k = 0; k < kRepresentatives; ++k) {
+    if (k >= chosen.count()) continue;  // not break: compilers then unroll
+    const Candidate c = chosen[k];
+    const float v = step == 0 ? V[0] : V[k];
+    const float share = c.sum_C * v;  // eq. 10; n measurements weigh n times one
+    sum = sum + v * c.sum;            // eq. 11: share times the mean
+    total += share;
+    sum_weights += share * (share / c.n);
+    fused.source[k] = c.best;
+    fused.share[k] = share;
+    bool seen = false;
+    for (int m = 0; m < kRepresentatives; ++m) seen |= m < k && chosen[m].camera == c.camera;
+    fused.views = static_cast<std::uint16_t>(fused.views + (seen ? 0 : 1));
+  }
+  fused.count = static_cast<std::uint16_t>(chosen.count());
+  if (!(total > FLT_MIN)) return fused;  // every view contradicts: weight stays 0
+  fused.p = corner + (1.0f / total) * sum;
+  fused.weight = sum_weights / total;
+  for (float& share : fused.share) share /= total;
+  return fused;
+}
+
+/** \brief The ablation's point-wise fusion of one point with the points that other views have in its place. */
+class PointWiseFusion {
+ public:
+  FUSE_FLOW_HD explicit PointWiseFusion(const Vec3& own) : own_(own) {}
+
+  FUSE_FLOW_HD void add(std::uint32_t source, const Vec3& p, float weight) {
+    sum_ = sum_ + weight * (p - own_);
+    total_ += weight;
+    squares_ += weight * weight;
+    ++fused_.views;
+    for (int k = 0; k < kRepresentatives; ++k) {
+      if (k != fused_.count) continue;
+      fused_.source[k] = source;
+      fused_.share[k] = weight;
+      ++fused_.count;
+      break;
+    }
+  }
+
+  FUSE_FLOW_HD FusedPoint finish() const {
+    FusedPoint fused = fused_;
+    if (!(total_ > FLT_MIN)) return fused;
+    fused.p = own_ + (1.0f / total_) * sum_;
+    fused.weight = squares_ / total_;
+    float kept = 0;
+    for (int k = 0; k < kRepresentatives; ++k)
+      if (k < fused.count) kept += fused.share[k];
+    for (float& share : fused.share) share /= kept;
+    return fused;
+  }
+
+ private:
+  Vec3 own_;
+  Vec3 sum_{};
+  float total_{0};
+  float squares_{0};
+  FusedPoint fused_;
+};
+
+}  // namespace fuse_flow

@@ -1,0 +1,82 @@
+#pragma once
+
+#include <fuse_flow/depth_view.h>
+#include <fuse_flow/math/pinhole.h>
+
+namespace fuse_flow {
+
+/** \brief What the per-pixel maths needs to know of one calibrated view. */
+struct ViewModel {
+  Intrinsics intrinsics;
+  RigidTransform T_world_camera;
+  RigidTransform T_camera_world;
+  /** \brief Of the ideal lens; see locate(). */
+  ProjectionMatrix P;
+  bool ideal{true};
+  /** \brief Of the rays of a lens with distortion: the largest x² + y². */
+  float max_squared_radius{0};
+  /** \brief The colour camera, where it is not the depth camera. */
+  bool own_color_camera{false};
+  Intrinsics color_intrinsics;
+  RigidTransform T_color_depth;
+
+  /** \brief The pixel nearest to a point in the world frame, and the point's depth. False where the image does not
+   *  reach. */
+  FUSE_FLOW_HD bool locate(const Vec3& p_W, int& u, int& v, float& z) const {
+    Vec3 q = P * p_W;
+    z = q.z;
+    if (!(z > 0)) return false;
+    if (!ideal) {
+      const Vec3 p_C = T_camera_world * p_W;
+      // Far outside the field of view the lens polynomial folds back into the image.
+      if (p_C.x * p_C.x + p_C.y * p_C.y > 1.02f * max_squared_radius * z * z) return false;
+      const Pixel pixel = project(intrinsics, p_C);
+      q = {pixel.u * z, pixel.v * z, z};
+    }
+    const float inverse_z = 1.0f / z;
+    const float x = q.x * inverse_z + 0.5f;
+    const float y = q.y * inverse_z + 0.5f;
+    // Compared as floats, so that a far-off projection never overflows the integer.
+    if (!((x >= 0) & (x < static_cast<float>(intrinsics.width)) & (y >= 0) &
+          (y < static_cast<float>(intrinsics.height))))
+      return false;
+    u = static_cast<int>(x);
+    v = static_cast<int>(y);
+    return true;
+  }
+};
+
+/** \brief Colour, channels 0 … 255, of the depth pixel (u, v) with depth z on its ray; black where there is none. With
+ *  a colour camera of its own, the point is projected into that, to the nearest pixel of the border where it just
+ *  misses. */
+FUSE_FLOW_HD Vec3 viewColor(const ViewModel& view, const ImageView<Rgb8>& image, int u, int v, const Ray& ray, float z) {
+  if (!image) return {};
+  if (view.own_color_camera) {
+    const Vec3 p_C = view.T_color_depth * pointOnRay(ray, z);
+    if (!(p_C.z > 0)) return {};
+    const Pixel pixel = project(view.color_intrinsics, p_C);
+    u = static_cast<int>(clampTo(pixel.u + 0.5f, 0.0f, static_cast<float>(image.width - 1)));
+    v = static_cast<int>(clampTo(pixel.v + 0.5f, 0.0f, static_cast<float>(image.height - 1)));
+  }
+  const Rgb8 c = image.row(v)[u];
+  return {static_cast<float>(c.r), static_cast<float>(c.g), static_cast<float>(c.b)};
+}
+
+/** \brief Unit normal of the depth surface at a pixel, world frame, facing its camera; zero where neighbours are
+ *  missing. \param surface has depth(u, v), 0 beyond the image's border, and ray(u, v) */
+template <typename Surface>
+FUSE_FLOW_HD Vec3 surfaceNormal(const ViewModel& view, const Surface& surface, int u, int v) {
+  const float centre = surface.depth(u, v);
+  const auto at = [&](int a, int b) {
+    const float z = surface.depth(a, b);
+    const bool there = z > 0 && std::fabs(z - centre) < 0.05f * z;
+    return there ? pointOnRay(surface.ray(a, b), z) : pointOnRay(surface.ray(u, v), centre);
+  };
+  const Vec3 along_u = at(u + 1, v) - at(u - 1, v);
+  const Vec3 along_v = at(u, v + 1) - at(u, v - 1);
+  const Vec3 n = cross(along_v, along_u);  // v × u points back at the camera: x right, y down, z forward
+  const float norm = std::sqrt(squaredNorm(n));
+  return norm > 0 ? rotate(view.T_world_camera, (1.0f / norm) * n) : Vec3{};
+}
+
+}  // namespace fuse_flow
