@@ -3,6 +3,7 @@
 #include <fuse_flow/fuse_flow.h>
 #include <fuse_flow/gpu/child_runs_kernel.h>
 #include <fuse_flow/gpu/convert_depth.h>
+#include <fuse_flow/gpu/fill_holes.h>
 #include <fuse_flow/gpu/frame_views.h>
 #include <fuse_flow/gpu/fuse_children.h>
 #include <fuse_flow/gpu/fuse_point_wise.h>
@@ -47,6 +48,7 @@ class FramePipeline {
     statistics.preprocess_ms = lap();
     point_count_ = 0;
     if (views_.pixels() == 0) return 0;
+    makeDepthMaps();
     generate();
     if (parameters.use_spatial_hash) {
       aggregate();
@@ -74,7 +76,7 @@ class FramePipeline {
 
   /** \brief Device memory held. */
   std::size_t bytes() const {
-    return views_.bytes() + z_.bytes() + points_.bytes() + slots_.bytes() + numbers_.bytes() + chunk_runs_.bytes() +
+    return views_.bytes() + z_.bytes() + filled_z_.bytes() + points_.bytes() + slots_.bytes() + numbers_.bytes() + chunk_runs_.bytes() +
            run_places_.bytes() + table_.bytes() + cells_.bytes() + first_child_numbers_.bytes() + sorted_.bytes() +
            child_begins_.bytes() + fused_.bytes() +
            weights_.bytes() + positions_.bytes() + states_.bytes() + staying_.bytes() + run.scratchBytes();
@@ -122,15 +124,25 @@ class FramePipeline {
 
   std::size_t chunks() const { return views_.pixels() / kChunk; }
 
-  /** \brief Metres, eq. 3, 8, 9, and the coarse cells. */
-  void generate() {
+  /** \brief Raw depth to D^r of eq. 8. */
+  void makeDepthMaps() {
+    const PreprocessingParameters& p = parameters.preprocessing;
     const std::size_t pixels = views_.pixels();
     z_.resize(pixels);
+    run.forEach(pixels / ConvertDepth::kPixels, ConvertDepth{views_.grid(), p.min_range, p.max_range, z_.data()});
+    times.mark("metres", 6.0 * static_cast<double>(pixels));
+    if (p.fill_neighbours == 0) return;
+    filled_z_.resize(pixels);
+    run.forEach(pixels, FillHoles{views_.grid(), p, z_.data(), filled_z_.data()});
+    std::swap(z_, filled_z_);
+    times.mark("holes", 8.0 * static_cast<double>(pixels));
+  }
+
+  /** \brief Eq. 3, 8, 9, and the coarse cells. */
+  void generate() {
+    const std::size_t pixels = views_.pixels();
     points_.resize(pixels);
     slots_.resize(pixels);
-    run.forEach(pixels / ConvertDepth::kPixels, ConvertDepth{views_.grid(), parameters.preprocessing.min_range, parameters.preprocessing.max_range,
-                                     z_.data()});
-    times.mark("metres", 6.0 * static_cast<double>(pixels));
     std::size_t capacity = std::max(table_.capacity(), pixels / 64);
     while (!generateInto(table_.start(run, parameters.use_spatial_hash ? capacity : 1, &counters_.data()->cells,
                                       &counters_.data()->table_too_full)))
@@ -351,7 +363,7 @@ class FramePipeline {
   CellTableView table_view_{};
   DeviceBuffer<Counters> counters_;
   PinnedBuffer<Counters> counted_;
-  DeviceBuffer<float> z_;
+  DeviceBuffer<float> z_, filled_z_;
   DeviceBuffer<WeightedPoint> points_;
   DeviceBuffer<std::uint32_t> slots_, numbers_, chunk_runs_, run_places_, child_begins_, staying_;
   SortBuffers cell_order_, sorted_;

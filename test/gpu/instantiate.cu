@@ -1,0 +1,7 @@
+// Every class for the GPU, for the point types that differ in what they hold: compiled only.
+#include <fuse_flow/gpu/fuse_flow.h>
+#include <fuse_flow/point_types.h>
+
+template class fuse_flow::FuseFlow<fuse_flow::PointFused, fuse_flow::device::Thrust>;
+template class fuse_flow::FuseFlow<pcl::PointXYZ, fuse_flow::device::Thrust>;
+template class fuse_flow::FuseFlow<pcl::PointXYZRGBNormal, fuse_flow::device::Thrust>;
