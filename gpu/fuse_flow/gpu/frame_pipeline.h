@@ -5,7 +5,7 @@
 #include <fuse_flow/gpu/convert_depth.h>
 #include <fuse_flow/gpu/fill_holes.h>
 #include <fuse_flow/gpu/frame_views.h>
-#include <fuse_flow/gpu/fuse_children.h>
+#include <fuse_flow/gpu/fuse_children_kernel.h>
 #include <fuse_flow/gpu/fuse_point_wise.h>
 #include <fuse_flow/gpu/generate_points_kernel.h>
 #include <fuse_flow/gpu/select_points_kernel.h>
@@ -299,15 +299,20 @@ class FramePipeline {
                                  cells_of_children_.data()});
     times.mark("cells of children", static_cast<double>(cells) * (4 + 4 + sizeof(CoarseCell) + sizeof(CellOfChildren)));
     run.fill(states_.data(), runs, 0);
-    run.forEach(runs, FuseChildren{representatives,
-                                   p,
-                                   {views_.grid().views, z_.data(), parameters.consistency},
-                                   parameters.use_distance_consistency,
-                                   cells_of_children_.data(),
-                                   fused_.data(),
-                                   weights_.data(),
-                                   positions_.data(),
-                                   states_.data()});
+    const FuseChildren fuse{representatives,
+                            p,
+                            {views_.grid().views, z_.data(), parameters.consistency},
+                            parameters.use_distance_consistency,
+                            cells_of_children_.data(),
+                            fused_.data(),
+                            weights_.data(),
+                            positions_.data(),
+                            states_.data()};
+#if FUSE_FLOW_CUDA
+    fuseChildrenInBlocks(fuse, runs, run.stream);
+#else
+    run.forEach(runs, fuse);
+#endif
     times.mark("fuse children", static_cast<double>(statistics.gated_points) * sizeof(WeightedPoint) +
                                     static_cast<double>(runs) * 8);
     if (p.weak_weight > 0) {
