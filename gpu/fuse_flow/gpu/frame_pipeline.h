@@ -62,7 +62,7 @@ class FramePipeline {
   template <typename Layout>
   void write(const Layout& layout, bool with_normals, typename Layout::Words* output) {
     const Appearance appearance{views_.grid(), z_.data()};
-    run.forEach(point_count_, WritePoints<Layout>{layout, appearance, with_normals, fused_.data(), staying_.data(), output});
+    run.forEach(point_count_, WritePoints<Layout>{layout, appearance, with_normals, fused_.data(), weights_.data(), staying_.data(), output});
     times.mark("write points", static_cast<double>(point_count_) *
                                    (sizeof(FusedPoint) + 4 + sizeof(typename Layout::Words) + (Layout::has_color ? 9 : 0)));
   }
@@ -78,7 +78,8 @@ class FramePipeline {
   std::size_t bytes() const {
     return views_.bytes() + z_.bytes() + filled_z_.bytes() + points_.bytes() + slots_.bytes() + numbers_.bytes() + chunk_runs_.bytes() +
            run_places_.bytes() + table_.bytes() + cells_.bytes() + first_child_numbers_.bytes() + sorted_.bytes() +
-           child_begins_.bytes() + fused_.bytes() +
+           child_begins_.bytes() + ranks_.bytes() + cameras_.bytes() +
+           cells_of_children_.bytes() + cell_order_.bytes() + fused_.bytes() +
            weights_.bytes() + positions_.bytes() + states_.bytes() + staying_.bytes() + run.scratchBytes();
   }
 
@@ -284,30 +285,21 @@ class FramePipeline {
     run.select(runs, BeginsChild{sorted_.keys.data()}, child_begins_.data(), &counters->children);
     times.mark("children", static_cast<double>(runs) * 4);
     cells_of_children_.resize(cells);
+    ranks_.resize(runs);
+    cameras_.resize(runs);
     fused_.resize(runs);
     weights_.resize(runs);
     positions_.resize(runs);
     states_.resize(runs);
     staying_.resize(runs);
     const AggregationParameters& p = parameters.aggregation;
-    const Children children{points_.data(),       slots_.data(),        cells_.data(),
+    const Children children{points_.data(),       slots_.data(),         cells_.data(),
                             sorted_.keys.data(),  sorted_.values.data(), child_begins_.data(),
                             &counters->children,  static_cast<std::uint32_t>(runs)};
-    const SelectRepresentatives representatives{children, p.representatives, views_.grid()};
-    run.forEach(cells, FindCells{representatives, p.consistency_at == ConsistencyAt::Representatives,
-                                 cell_order_.values.data(), cell_order_.keys.data(), numbers_.data(),
-                                 cells_of_children_.data()});
-    times.mark("cells of children", static_cast<double>(cells) * (4 + 4 + sizeof(CoarseCell) + sizeof(CellOfChildren)));
-    run.fill(states_.data(), runs, 0);
-    const FuseChildren fuse{representatives,
-                            p,
-                            {views_.grid().views, z_.data(), parameters.consistency},
-                            parameters.use_distance_consistency,
-                            cells_of_children_.data(),
-                            fused_.data(),
-                            weights_.data(),
-                            positions_.data(),
-                            states_.data()};
+    run.forEach(runs, FindCells{children, cell_order_.keys.data(), cells_of_children_.data(), ranks_.data(),
+                                positions_.data()});
+    times.mark("cells of children", static_cast<double>(runs) * (4 + 4 + 4 + 4 + 2));
+    const FuseChildren fuse{{children, p.representatives, views_.grid()}, fused_.data(), cameras_.data()};
 #if FUSE_FLOW_CUDA
     fuseChildrenInBlocks(fuse, runs, run.stream);
 #else
@@ -315,6 +307,7 @@ class FramePipeline {
 #endif
     times.mark("fuse children", static_cast<double>(statistics.gated_points) * sizeof(WeightedPoint) +
                                     static_cast<double>(runs) * 8);
+    judge(fuse, runs);
     if (p.weak_weight > 0) {
       const SelectPoints select{weights_.data(),   positions_.data(),   cells_of_children_.data(),
                                 cells_.data(),     &counters->children, static_cast<std::uint32_t>(cells),
@@ -329,6 +322,27 @@ class FramePipeline {
     selectStaying(runs);
   }
 
+  /** \brief V, and what it makes of each child. */
+  void judge(const FuseChildren& fuse, std::size_t runs) {
+    run.fill(states_.data(), runs, 0);
+    const JudgeChildren judge{parameters.aggregation,
+                              {views_.grid().views, z_.data(), parameters.consistency},
+                              parameters.use_distance_consistency,
+                              fused_.data(),
+                              cameras_.data(),
+                              ranks_.data(),
+                              cells_of_children_.data(),
+                              &counters_.data()->children,
+                              weights_.data(),
+                              states_.data()};
+    if (parameters.use_distance_consistency && parameters.aggregation.consistency_at == ConsistencyAt::Representatives) {
+      run.forEach(runs, JudgeRepresentatives{fuse.select, judge, fused_.data()});
+    } else {
+      run.forEach(runs, judge);
+    }
+    times.mark("consistency", static_cast<double>(runs) * 12);
+  }
+
   void selectStaying(std::size_t n) {
     run.select(n, Stays{states_.data()}, staying_.data(), &counters_.data()->fused);
     times.mark("compaction", static_cast<double>(n));
@@ -340,6 +354,7 @@ class FramePipeline {
     const std::size_t gated = statistics.gated_points;
     child_begins_.resize(gated + 1);
     fused_.resize(gated);
+    weights_.resize(gated);
     states_.resize(gated);
     staying_.resize(gated + 1);
     run.select(pixels, HasPoint{points_.data()}, child_begins_.data(), &counters_.data()->children);
@@ -350,6 +365,7 @@ class FramePipeline {
                                      parameters.aggregation.min_weight,
                                      parameters.use_distance_consistency,
                                      fused_.data(),
+                                     weights_.data(),
                                      states_.data()});
     times.mark("point-wise", static_cast<double>(gated) * sizeof(WeightedPoint));
     selectStaying(gated);
@@ -370,6 +386,7 @@ class FramePipeline {
   PinnedBuffer<Counters> counted_;
   DeviceBuffer<float> z_, filled_z_;
   DeviceBuffer<WeightedPoint> points_;
+  DeviceBuffer<std::uint32_t> ranks_, cameras_;
   DeviceBuffer<std::uint32_t> slots_, numbers_, chunk_runs_, run_places_, child_begins_, staying_;
   SortBuffers cell_order_, sorted_;
   DeviceBuffer<std::uint64_t> first_child_numbers_;

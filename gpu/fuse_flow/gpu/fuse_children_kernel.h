@@ -13,7 +13,7 @@ constexpr std::uint32_t kChildrenOfBlock = 1024;
 /** \brief FuseChildren, sorted within each block by the number of runs. Half of the children hold a single point and some
  *  hundreds: in their own order the lanes of a warp would wait for the longest. Each child writes to its own place, so that the
  *  order within a block, which differs from run to run, shows nowhere. */
-__global__ void __launch_bounds__(kFuseThreads, 3) fuseChildrenKernel(const FuseChildren step) {
+static __global__ void __launch_bounds__(kFuseThreads, 3) fuseChildrenKernel(const FuseChildren step) {
   constexpr std::uint32_t bins = 32;
   __shared__ std::uint32_t places[bins];
   __shared__ std::uint16_t order[kChildrenOfBlock];

@@ -24,7 +24,7 @@ __global__ void __launch_bounds__(128) selectPointsKernel(const SelectPoints ste
   const std::uint32_t end = step.end(rank);
 
   bool weak = false;
-  for (std::uint32_t child = begin + lane; child < end; child += 32) weak |= step.states[child] == FuseChildren::Weak;
+  for (std::uint32_t child = begin + lane; child < end; child += 32) weak |= step.states[child] == Weak;
   if (!__any_sync(all, weak)) return;
 
   const int level = step.level(rank);
@@ -37,8 +37,8 @@ __global__ void __launch_bounds__(128) selectPointsKernel(const SelectPoints ste
   const float kept = __int_as_float(0x7f800000);
   for (std::uint32_t child = begin + lane; child < end; child += 32) {
     const std::uint8_t state = step.states[child];
-    if (state != FuseChildren::Dropped)
-      map[placeOf(step.positions[child])] = state == FuseChildren::Kept ? kept : step.weights[child];
+    if (state != Dropped)
+      map[placeOf(step.positions[child])] = state == Kept ? kept : step.weights[child];
   }
   __syncwarp();
 
@@ -71,8 +71,8 @@ __global__ void __launch_bounds__(128) selectPointsKernel(const SelectPoints ste
     open = __any_sync(all, open);
   }
   for (std::uint32_t child = begin + lane; child < end; child += 32)
-    if (step.states[child] == FuseChildren::Weak)
-      step.states[child] = map[placeOf(step.positions[child])] > 0 ? FuseChildren::Kept : FuseChildren::Dropped;
+    if (step.states[child] == Weak)
+      step.states[child] = map[placeOf(step.positions[child])] > 0 ? Kept : Dropped;
 }
 
 /** \brief Launches it for cells of at most max_level; false if such cells do not fit shared memory. */

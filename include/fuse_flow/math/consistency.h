@@ -61,8 +61,8 @@ struct ViewOpinion {
  *  \param p parameters  \param p_J the point in camera j's frame, metres
  *  \param ray_J the ray of the pixel it falls on  \param depth D_j there, metres; > 0 */
 FUSE_FLOW_HD ViewOpinion viewOpinion(const ConsistencyParameters& p, const Vec3& p_J, const Ray& ray_J, float depth) {
-  const float sigma = consistencySigma(p, depth);
-  const float inverse_sigma = 1.0f / sigma;
+  // Where σ is constant, so is the division.
+  const float inverse_sigma = p.sigma_quadratic > 0 ? 1.0f / consistencySigma(p, depth) : 1.0f / p.sigma;
   const float behind = (p_J.z - depth) * inverse_sigma;
   if (p.occlusion == OcclusionForm::OcclusionAware) {
     if (behind > p.margin) return {ViewOpinion::Hidden, 0.0f};

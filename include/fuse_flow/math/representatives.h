@@ -16,8 +16,8 @@ struct alignas(16) WeightedPoint {
   float C{0};
 };
 
-/** \brief One fused point and the measurements it came from. */
-struct FusedPoint {
+/** \brief One fused point and the measurements it came from. Aligned so that a GPU writes it in three pieces. */
+struct alignas(16) FusedPoint {
   Vec3 p{};
   /** \brief The mean ω of the representatives, weighted with ω itself. */
   float weight{0};
@@ -129,16 +129,16 @@ class RepresentativeSelection {
   bool started_{false};
 };
 
-/** \brief Section 5 (2) c and (3) for one child. \param V its representatives' consistency \param step 0: one V for all */
-FUSE_FLOW_HD FusedPoint fuseRepresentatives(const RepresentativeSelection& chosen, const Vec3& corner, const float* V,
-                                            int step) {
+/** \brief Section 5 (2) c and (3) for one child. \param V its representatives' consistency; null: 1. If all have one V, it
+ *  leaves the point where it is and multiplies into its weight, afterwards. */
+FUSE_FLOW_HD FusedPoint fuseRepresentatives(const RepresentativeSelection& chosen, const Vec3& corner, const float* V) {
   FusedPoint fused;
   Vec3 sum{};
   float total = 0, sum_weights = 0;
   for (int k = 0; k < kRepresentatives; ++k) {
     if (k >= chosen.count()) continue;  // not break: compilers then unroll
     const Candidate c = chosen[k];
-    const float v = step == 0 ? V[0] : V[k];
+    const float v = V == nullptr ? 1.0f : V[k];
     const float share = c.sum_C * v;  // eq. 10; n measurements weigh n times one
     sum = sum + v * c.sum;            // eq. 11: share times the mean
     total += share;
