@@ -205,7 +205,8 @@ TEST_P(DemoQuality, ComesOutNearerToTheTruthCleanerAndCovered) {
     }
     EXPECT_LT(fused_distance[0], 0.9 * thinned_distance[0]);
     EXPECT_LT(fused_distance[1], 0.9 * thinned_distance[1]);
-    EXPECT_LT(multiCameraConsistency(fused, rig).violationShare(), multiCameraConsistency(raw, rig).violationShare() / 3);
+    EXPECT_LT(multiCameraConsistency(fused, rig).violationShare(),
+              multiCameraConsistency(raw, rig).violationShare() / 3);
     // Against what the cameras would have measured without noise: agreement with the noise itself is no merit.
     fuse_flow::RigFrame truth;
     truth.cameras = exact.true_cameras;

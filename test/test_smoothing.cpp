@@ -31,9 +31,9 @@ TEST(Smoothing, AllNeighboursAtOnceAreTheMeanForALargeTolerance) {
 }
 
 TEST(Smoothing, APairCountsOnlyWholeAndOnlyWithinTheTolerance) {
-  EXPECT_EQ(smoothed({0, 0, 0, 1.1f, 1, 0, 0, 0, 0}, 0.2f), 1.0f);       // one of the two is a hole
-  EXPECT_EQ(smoothed({0, 0, 0, 1.5f, 1, 1.5f, 0, 0, 0}, 0.2f), 1.0f);    // beyond a jump
-  EXPECT_EQ(smoothed({0, 0, 0, 0.5f, 1, 1.5f, 0, 0, 0}, 0.2f), 1.0f);    // a steep plane: r = 0
+  EXPECT_EQ(smoothed({0, 0, 0, 1.1f, 1, 0, 0, 0, 0}, 0.2f), 1.0f);     // one of the two is a hole
+  EXPECT_EQ(smoothed({0, 0, 0, 1.5f, 1, 1.5f, 0, 0, 0}, 0.2f), 1.0f);  // beyond a jump
+  EXPECT_EQ(smoothed({0, 0, 0, 0.5f, 1, 1.5f, 0, 0, 0}, 0.2f), 1.0f);  // a steep plane: r = 0
 }
 
 TEST(Smoothing, TheToleranceShrinksFromPassToPassAndGrowsWithTheNoise) {
@@ -72,7 +72,7 @@ TEST(NoiseScale, EachBinBeginsWhereItSaysAndIsATwentiethWideAtMost) {
 TEST(NoiseScale, IsTheMedianOverThatOfANormalDistribution) {
   std::vector<std::uint32_t> counts(fuse_flow::kNoiseBins, 0);
   counts[static_cast<std::size_t>(fuse_flow::noiseBin(1.0f))] = 99;
-  EXPECT_EQ(fuse_flow::noiseScale(counts.data()), 1.0f);  // too few to say
+  EXPECT_EQ(fuse_flow::noiseScale(counts.data()), 1.0f);              // too few to say
   counts[static_cast<std::size_t>(fuse_flow::noiseBin(1.0f))] = 200;  // [1, 1 + 1/32): its middle
   EXPECT_NEAR(fuse_flow::noiseScale(counts.data()), (1 + 1.0f / 64) / 0.6745f, 1e-4f);
   counts[0] = 1000;  // most differences are nothing

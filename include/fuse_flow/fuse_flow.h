@@ -59,11 +59,11 @@ struct FrameStatistics {
   std::vector<std::size_t> missing_cameras;  ///< numbers of the cameras without a view
   /** \brief The noise of each camera over what the parameters say, 0.25 … 8; 1 where it is not measured. */
   std::vector<float> noise_scales;
-  double preprocess_ms{0};                   ///< depth to metres, range, hole fill, noise, smoothing
-  double generate_ms{0};                     ///< eq. 3, 8, 9 and the coarse cell of each point
-  double merge_ms{0};                        ///< coarse cells of all views brought together
-  double fuse_ms{0};                         ///< section 5: representatives, eq. 4–7, 10, 11
-  double output_ms{0};                       ///< colours, normals, and writing the cloud
+  double preprocess_ms{0};  ///< depth to metres, range, hole fill, noise, smoothing
+  double generate_ms{0};    ///< eq. 3, 8, 9 and the coarse cell of each point
+  double merge_ms{0};       ///< coarse cells of all views brought together
+  double fuse_ms{0};        ///< section 5: representatives, eq. 4–7, 10, 11
+  double output_ms{0};      ///< colours, normals, and writing the cloud
   double total_ms{0};
 };
 

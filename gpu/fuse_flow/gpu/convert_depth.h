@@ -45,7 +45,8 @@ struct ConvertDepth {
     if (left >= static_cast<int>(kPixels) && (reinterpret_cast<std::uintptr_t>(raw) & 15u) == 0)
       return *reinterpret_cast<const Raw16*>(raw);
     Raw16 result;
-    for (std::uint32_t k = 0; k < kPixels; ++k) result.value[k] = static_cast<int>(k) < left ? raw[k] : std::uint16_t{0};
+    for (std::uint32_t k = 0; k < kPixels; ++k)
+      result.value[k] = static_cast<int>(k) < left ? raw[k] : std::uint16_t{0};
     return result;
   }
 };

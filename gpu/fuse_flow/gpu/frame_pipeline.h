@@ -34,7 +34,8 @@ class FramePipeline {
   std::size_t fuse(const RigFrame& frame, bool with_color) {
     checkRigFrame(frame);
     if (parameters.preprocessing.bilateral)
-      detail::throwBadArgument("fuse_flow::FuseFlow: the bilateral filter runs on the CPU only; use device::Host for it");
+      detail::throwBadArgument(
+          "fuse_flow::FuseFlow: the bilateral filter runs on the CPU only; use device::Host for it");
     start_ = last_ = Clock::now();
     statistics = {};
     for (std::size_t i = 0; i < frame.views.size(); ++i)
@@ -60,9 +61,11 @@ class FramePipeline {
   template <typename Layout>
   void write(const Layout& layout, bool with_normals, typename Layout::Words* output) {
     const Appearance appearance{views_.grid(), z_.data()};
-    run.forEach(point_count_, WritePoints<Layout>{layout, appearance, with_normals, fused_.data(), staying_.data(), output});
-    times.mark("write points", static_cast<double>(point_count_) *
-                                   (sizeof(FusedPoint) + 4 + sizeof(typename Layout::Words) + (Layout::has_color ? 9 : 0)));
+    run.forEach(point_count_,
+                WritePoints<Layout>{layout, appearance, with_normals, fused_.data(), staying_.data(), output});
+    times.mark("write points",
+               static_cast<double>(point_count_) *
+                   (sizeof(FusedPoint) + 4 + sizeof(typename Layout::Words) + (Layout::has_color ? 9 : 0)));
   }
 
   /** \brief After the output has been waited for. */
@@ -76,8 +79,8 @@ class FramePipeline {
   std::size_t bytes() const {
     return views_.bytes() + z_.bytes() + points_.bytes() + slots_.bytes() + numbers_.bytes() + chunk_runs_.bytes() +
            run_places_.bytes() + table_.bytes() + cells_.bytes() + first_child_numbers_.bytes() + sorted_.bytes() +
-           child_begins_.bytes() + fused_.bytes() +
-           weights_.bytes() + positions_.bytes() + states_.bytes() + staying_.bytes() + run.scratchBytes();
+           child_begins_.bytes() + fused_.bytes() + weights_.bytes() + positions_.bytes() + states_.bytes() +
+           staying_.bytes() + run.scratchBytes();
   }
 
  private:
@@ -128,8 +131,8 @@ class FramePipeline {
     z_.resize(pixels);
     points_.resize(pixels);
     slots_.resize(pixels);
-    run.forEach(pixels / ConvertDepth::kPixels, ConvertDepth{views_.grid(), parameters.preprocessing.min_range, parameters.preprocessing.max_range,
-                                     z_.data()});
+    run.forEach(pixels / ConvertDepth::kPixels, ConvertDepth{views_.grid(), parameters.preprocessing.min_range,
+                                                             parameters.preprocessing.max_range, z_.data()});
     times.mark("metres", 6.0 * static_cast<double>(pixels));
     std::size_t capacity = std::max(table_.capacity(), pixels / 64);
     while (!generateInto(table_.start(run, parameters.use_spatial_hash ? capacity : 1, &counters_.data()->cells,
@@ -247,8 +250,9 @@ class FramePipeline {
     run.copy(&counters_.data()->runs, run_places_.data() + chunk_count, 1);
     const Counters& counted = readCounters();
     if (counted.child_numbers >= CellTableView::kNone)
-      throw pcl::PCLException("fuse_flow::FuseFlow: a frame on the GPU has more than 2^32 child cells; raise min_cell_size "
-                              "or points_per_cell");
+      throw pcl::PCLException(
+          "fuse_flow::FuseFlow: a frame on the GPU has more than 2^32 child cells; raise min_cell_size "
+          "or points_per_cell");
     const std::size_t runs = counted.runs;
     sorted_.resize(runs);
     const WriteRuns write{numbers_.data(), run_places_.data(), sorted_.keys.data(), sorted_.values.data()};
@@ -278,13 +282,13 @@ class FramePipeline {
     states_.resize(runs);
     staying_.resize(runs);
     const AggregationParameters& p = parameters.aggregation;
-    const Children children{points_.data(),       slots_.data(),        cells_.data(),
-                            sorted_.keys.data(),  sorted_.values.data(), child_begins_.data(),
-                            &counters->children,  static_cast<std::uint32_t>(runs)};
+    const Children children{
+        points_.data(),        slots_.data(),        cells_.data(),       sorted_.keys.data(),
+        sorted_.values.data(), child_begins_.data(), &counters->children, static_cast<std::uint32_t>(runs)};
     const SelectRepresentatives representatives{children, p.representatives, views_.grid()};
-    run.forEach(cells, FindCells{representatives, p.consistency_at == ConsistencyAt::Representatives,
-                                 cell_order_.values.data(), cell_order_.keys.data(), numbers_.data(),
-                                 cells_of_children_.data()});
+    run.forEach(
+        cells, FindCells{representatives, p.consistency_at == ConsistencyAt::Representatives, cell_order_.values.data(),
+                         cell_order_.keys.data(), numbers_.data(), cells_of_children_.data()});
     times.mark("cells of children", static_cast<double>(cells) * (4 + 4 + sizeof(CoarseCell) + sizeof(CellOfChildren)));
     run.fill(states_.data(), runs, 0);
     run.forEach(runs, FuseChildren{representatives,
@@ -296,14 +300,15 @@ class FramePipeline {
                                    weights_.data(),
                                    positions_.data(),
                                    states_.data()});
-    times.mark("fuse children", static_cast<double>(statistics.gated_points) * sizeof(WeightedPoint) +
-                                    static_cast<double>(runs) * 8);
+    times.mark("fuse children",
+               static_cast<double>(statistics.gated_points) * sizeof(WeightedPoint) + static_cast<double>(runs) * 8);
     if (p.weak_weight > 0) {
-      const SelectPoints select{weights_.data(),   positions_.data(),   cells_of_children_.data(),
-                                cells_.data(),     &counters->children, static_cast<std::uint32_t>(cells),
+      const SelectPoints select{weights_.data(), positions_.data(),   cells_of_children_.data(),
+                                cells_.data(),   &counters->children, static_cast<std::uint32_t>(cells),
                                 states_.data()};
 #if FUSE_FLOW_CUDA
-      if (!selectPointsInSharedMemory(select, host::HashAggregation::maxLevel(p), run.stream)) run.forEach(cells, select);
+      if (!selectPointsInSharedMemory(select, host::HashAggregation::maxLevel(p), run.stream))
+        run.forEach(cells, select);
 #else
       run.forEach(cells, select);
 #endif

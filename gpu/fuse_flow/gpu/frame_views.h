@@ -35,7 +35,8 @@ inline Memory memoryOf(const void* data) {
 class FrameViews {
  public:
   /** \brief Returns at once on CUDA; the frame's images must stay alive until the stream has passed. */
-  void assign(Execution& run, const RigFrame& frame, const ConfidenceParameters& confidence, bool with_color, int threads) {
+  void assign(Execution& run, const RigFrame& frame, const ConfidenceParameters& confidence, bool with_color,
+              int threads) {
     const std::size_t n = frame.cameras.size();
     const bool calibrated = rig_.update(frame.cameras);
     if (calibrated) uploadRays(run);
@@ -151,7 +152,8 @@ class FrameViews {
       const std::size_t row_bytes = sizeof(*image.data) * static_cast<std::size_t>(image.width);
       const std::size_t rows = static_cast<std::size_t>(image.height);
       const Memory memory = memoryOf(image.data);
-      transfers_.push_back({reinterpret_cast<const char*>(image.data), row_bytes, rows, image.row_stride, total, memory});
+      transfers_.push_back(
+          {reinterpret_cast<const char*>(image.data), row_bytes, rows, image.row_stride, total, memory});
       const std::size_t bytes = memory == Memory::Device ? 0 : (row_bytes * rows + 255) / 256 * 256;
       total += bytes;
       if (memory == Memory::Pageable) staged = total;

@@ -13,7 +13,8 @@ struct Box {
   bool set{false};
 
   FUSE_FLOW_HD bool contains(const Vec3& p) const {
-    return !set || ((p.x >= low.x) & (p.x <= high.x) & (p.y >= low.y) & (p.y <= high.y) & (p.z >= low.z) & (p.z <= high.z));
+    return !set ||
+           ((p.x >= low.x) & (p.x <= high.x) & (p.y >= low.y) & (p.y <= high.y) & (p.z >= low.z) & (p.z <= high.z));
   }
 };
 
@@ -67,7 +68,7 @@ struct GeneratePoints {
     if (!(depth > 0)) return {};
     measured = true;
     const float C = measurementConfidence(view, u, v);
-    if (!(C > (use_confidence ? confidence.threshold : 0.0f))) return {};                 // eq. 9
+    if (!(C > (use_confidence ? confidence.threshold : 0.0f))) return {};          // eq. 9
     const Vec3 p = view.model.T_world_camera * pointOnRay(view.ray(u, v), depth);  // eq. 8
     if (!crop_box.contains(p)) return {};
     return {p, C};

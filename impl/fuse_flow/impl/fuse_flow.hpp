@@ -93,9 +93,9 @@ void FuseFlow<PointT, device::Host>::fuse(const RigFrame& frame, PointCloud& out
     pipeline.aggregate();
     fused_at = FramePipeline::Clock::now();
     output.resize(pipeline.aggregation().size());
-    pipeline.aggregation().forEach(
-        pipeline.resolvedThreads(),
-        [&](std::size_t position, const FusedPoint& fused) { write(fused, output[position]); });
+    pipeline.aggregation().forEach(pipeline.resolvedThreads(), [&](std::size_t position, const FusedPoint& fused) {
+      write(fused, output[position]);
+    });
   } else {
     fused_at = FramePipeline::Clock::now();
     output.clear();

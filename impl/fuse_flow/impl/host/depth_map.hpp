@@ -68,8 +68,8 @@ struct RowsOfPatch {
       : above(depth.row(v - spacing)), here(depth.row(v)), below(depth.row(v + spacing)), step(spacing) {}
 
   DepthPatch operator[](int u) const {
-    return {{above[u - step], above[u], above[u + step], here[u - step], here[u], here[u + step], below[u - step], below[u],
-             below[u + step]}};
+    return {{above[u - step], above[u], above[u + step], here[u - step], here[u], here[u + step], below[u - step],
+             below[u], below[u + step]}};
   }
 };
 

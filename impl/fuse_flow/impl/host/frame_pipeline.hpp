@@ -271,7 +271,7 @@ class FramePipeline {
   const RigFrame* frame_{nullptr};
   int threads_{1};
   RigGeometry rig_;
-  std::vector<DepthMap> depths_;  ///< as measured
+  std::vector<DepthMap> depths_;   ///< as measured
   std::vector<DepthMap> maps_[2];  ///< what refine() works on
   std::vector<std::uint32_t> offsets_;
   std::vector<Stretch> stretches_;
