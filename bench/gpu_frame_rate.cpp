@@ -19,7 +19,9 @@ using Gpu = FuseFlow<PointFused, device::Thrust>;
 
 constexpr int kFrames = 3;  // different ones, in turn
 
-double since(Clock::time_point start) { return std::chrono::duration<double, std::milli>(Clock::now() - start).count(); }
+double since(Clock::time_point start) {
+  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+}
 
 double median(std::vector<double> values) {
   std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2), values.end());
@@ -84,8 +86,8 @@ void dump(const std::string& folder, const RigFrame& frame, const char* memory, 
   }
 }
 
-void printStages(const std::map<std::string, std::vector<double>>& ms, const std::vector<gpu::StageTimes::Stage>& stages,
-                 const Bandwidth& bandwidth) {
+void printStages(const std::map<std::string, std::vector<double>>& ms,
+                 const std::vector<gpu::StageTimes::Stage>& stages, const Bandwidth& bandwidth) {
   std::printf("  %-26s %9s %9s %9s %7s\n", "stage", "ms", "MB", "bound ms", "share");
   double device = 0, bound = 0;
   for (const auto& stage : stages) {
@@ -202,12 +204,14 @@ void run(const Size& size, const Options& options, const Bandwidth& bandwidth) {
     }
     cpu_ms = median(times);
   }
-  std::printf("%dx%dx%d  %.2f Mpixel  %zu points  device %.4f ms (%.1f us a camera, %.3f ns a pixel)  latency pinned %.3f ms, to "
-              "a cloud %.3f ms  sustained pinned %.1f fps (%zu in flight), to clouds %.1f fps  CPU %.2f ms  %.0f MB on the "
-              "device\n",
-              size.cameras, size.width, size.height, megapixels, points, median(device_ms),
-              1e3 * median(device_ms) / size.cameras, median(device_ms) / megapixels, median(latency_ms), median(cloud_ms),
-              best, best_lanes, best_cloud, cpu_ms, 1e-6 * static_cast<double>(bytes));
+  std::printf(
+      "%dx%dx%d  %.2f Mpixel  %zu points  device %.4f ms (%.1f us a camera, %.3f ns a pixel)  latency pinned %.3f ms, "
+      "to "
+      "a cloud %.3f ms  sustained pinned %.1f fps (%zu in flight), to clouds %.1f fps  CPU %.2f ms  %.0f MB on the "
+      "device\n",
+      size.cameras, size.width, size.height, megapixels, points, median(device_ms),
+      1e3 * median(device_ms) / size.cameras, median(device_ms) / megapixels, median(latency_ms), median(cloud_ms),
+      best, best_lanes, best_cloud, cpu_ms, 1e-6 * static_cast<double>(bytes));
   printStages(stage_ms, stages, bandwidth);
   std::fflush(stdout);
 }

@@ -51,11 +51,12 @@ class Room {
     frame.cameras = cameras_;
     frame.views.resize(cameras_.size());
     const std::size_t rows = static_cast<std::size_t>(height_);
-    fuse_flow::host::parallelFor(fuse_flow::host::resolveThreads(0), cameras_.size() * rows, [&](std::size_t task, int) {
-      const std::size_t i = task / rows, v = task % rows;
-      renderRow(i, static_cast<int>(v), seed, depth + task * static_cast<std::size_t>(width_),
-                color + task * static_cast<std::size_t>(width_));
-    });
+    fuse_flow::host::parallelFor(
+        fuse_flow::host::resolveThreads(0), cameras_.size() * rows, [&](std::size_t task, int) {
+          const std::size_t i = task / rows, v = task % rows;
+          renderRow(i, static_cast<int>(v), seed, depth + task * static_cast<std::size_t>(width_),
+                    color + task * static_cast<std::size_t>(width_));
+        });
     for (std::size_t i = 0; i < cameras_.size(); ++i) {
       frame.views[i].depth16 = {depth + i * pixelsOfCamera(), width_, height_};
       frame.views[i].color = {color + i * pixelsOfCamera(), width_, height_};
@@ -72,7 +73,7 @@ class Room {
       const double wall = d[axis] > 0 ? high[axis] : low[axis];
       if (d[axis] != 0) nearest = std::min(nearest, (wall - o[axis]) / d[axis]);
     }
-    static const double spheres[6][4] = {{0, 0, 0.9, 0.45},    {1.2, 0.8, 0.5, 0.5},  {-1.1, 0.9, 1.2, 0.3},
+    static const double spheres[6][4] = {{0, 0, 0.9, 0.45},      {1.2, 0.8, 0.5, 0.5},   {-1.1, 0.9, 1.2, 0.3},
                                          {-0.9, -1.1, 0.4, 0.4}, {0.9, -1.0, 1.5, 0.25}, {0.1, 1.5, 0.3, 0.3}};
     for (const auto& s : spheres) {
       const Eigen::Vector3d c(s[0], s[1], s[2]);
@@ -82,8 +83,10 @@ class Room {
       const double t = (-b - std::sqrt(discriminant)) / a;
       if (t > 0) nearest = std::min(nearest, t);
     }
-    static const double boxes[4][6] = {{-2.4, -0.6, 0, -1.8, 0.6, 0.8}, {0.4, -2.2, 0, 1.6, -1.6, 1.1},
-                                       {1.6, 1.2, 0, 2.3, 2.0, 0.6}, {-0.3, -0.3, 0, 0.3, 0.3, 0.45}};
+    static const double boxes[4][6] = {{-2.4, -0.6, 0, -1.8, 0.6, 0.8},
+                                       {0.4, -2.2, 0, 1.6, -1.6, 1.1},
+                                       {1.6, 1.2, 0, 2.3, 2.0, 0.6},
+                                       {-0.3, -0.3, 0, 0.3, 0.3, 0.45}};
     for (const auto& b : boxes) {
       double enter = 0, leave = nearest;
       for (int axis = 0; axis < 3; ++axis) {
@@ -113,9 +116,9 @@ class Room {
                                 (v - static_cast<double>(K.cy)) / static_cast<double>(K.fy), 1);
       const Eigen::Vector3d d = camera.T_world_camera.linear() * ray;
       const double z = cast(camera.T_world_camera.translation(), d);
-      const std::uint32_t r = scramble(scramble(scramble(seed + 77u * static_cast<std::uint32_t>(i)) +
-                                                static_cast<std::uint32_t>(v)) +
-                                       static_cast<std::uint32_t>(u));
+      const std::uint32_t r =
+          scramble(scramble(scramble(seed + 77u * static_cast<std::uint32_t>(i)) + static_cast<std::uint32_t>(v)) +
+                   static_cast<std::uint32_t>(u));
       // The sum of four uniform numbers: nearly normal, of variance 1/3 before scaling.
       const double normal = 1.7320508 * ((r & 255u) + (r >> 8 & 255u) + (r >> 16 & 255u) + (r >> 24) - 510.0) / 255.0;
       const double sigma = 0.0005 + 0.001425 * z * z;

@@ -540,7 +540,7 @@ TYPED_TEST(PointConformance, MultiViewConsistencyMultipliesTheConfidenceFieldByV
   EXPECT_NEAR(filter.getConsistency()[20], std::exp(-1.0f), 1e-4f);
   EXPECT_EQ(filter.getViewCounts()[20], 1);
   EXPECT_NEAR(filter.getConsistency()[21], 1.0f, 1e-5f);
-  EXPECT_NEAR(filter.getConsistency()[kSpike], 0.05f, 1e-6f);
+  EXPECT_NEAR(filter.getConsistency()[kSpike], ConsistencyParameters().free_space_penalty, 1e-6f);
   if constexpr (hasConfidence<TypeParam>) {
     EXPECT_NEAR(confidenceOf(output[20]), 0.5f * std::exp(-1.0f), 1e-4f);
     EXPECT_NEAR(confidenceOf(output[21]), 0.5f, 1e-5f);

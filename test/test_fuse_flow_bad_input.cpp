@@ -173,7 +173,9 @@ TEST(FuseFlowBadInput, IntegerDepthOf65535IsNoMeasurement) {
 }
 
 TEST(FuseFlowBadInput, OneCameraAloneIsNotContradicted) {
-  const Cloud cloud = scenes::fuse(wall(1).rig);
+  FuseFlowParameters parameters;
+  parameters.half_weight_noise = 0;
+  const Cloud cloud = scenes::fuse(wall(1).rig, parameters);
   ASSERT_FALSE(cloud.empty());
   std::size_t certain = 0;
   for (const auto& point : cloud) {
@@ -278,6 +280,12 @@ TEST(FuseFlowBadInput, AParameterOutOfItsRangeIsRefusedByClassNameAndValueAndCha
       {[](auto& p) { p.aggregation.cell_size = 0; }, {"AdaptiveHashFusion", "cell_size", "0"}},
       {[](auto& p) { p.aggregation.min_cell_size = -0.01f; }, {"AdaptiveHashFusion", "min_cell_size", "-0.01"}},
       {[](auto& p) { p.aggregation.points_per_cell = 0; }, {"AdaptiveHashFusion", "points_per_cell", "0"}},
+      {[](auto& p) { p.smoothing.passes = 5; }, {"FuseFlow", "smoothing_passes", "5"}},
+      {[](auto& p) { p.smoothing.passes = -1; }, {"FuseFlow", "smoothing_passes", "-1"}},
+      {[=](auto& p) { p.smoothing.tolerance = nan; }, {"FuseFlow", "smoothing_tolerance", "nan"}},
+      {[](auto& p) { p.smoothing.shrink = 1.5f; }, {"FuseFlow", "smoothing_shrink", "1.5"}},
+      {[](auto& p) { p.smoothing.shrink = 0; }, {"FuseFlow", "smoothing_shrink", "0"}},
+      {[](auto& p) { p.half_weight_noise = -1; }, {"FuseFlow", "half_weight_noise", "-1"}},
       {[](auto& p) { p.aggregation.min_weight = 2; }, {"AdaptiveHashFusion", "min_weight", "2"}},
       {[=](auto& p) { p.aggregation.weak_weight = nan; }, {"AdaptiveHashFusion", "weak_weight", "nan"}},
       {[](auto& p) { p.crop_box = Eigen::AlignedBox3f(); }, {"FuseFlow", "crop_box"}}};

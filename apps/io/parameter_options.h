@@ -27,6 +27,11 @@ class ParameterOptions {
     add(app, "--bilateral", pre.bilateral, "edge-preserving filter over the depth (true/false)");
     add(app, "--bilateral-sigma-s", pre.bilateral_sigma_s, "pixels");
     add(app, "--bilateral-sigma-r", pre.bilateral_sigma_r, "m");
+    add(app, "--smoothing-passes", given_.smoothing.passes, "refined depth, 0-4; 0: the measured depth");
+    add(app, "--smoothing-tolerance", given_.smoothing.tolerance, "of the refined depth, standard deviations");
+    add(app, "--smoothing-shrink", given_.smoothing.shrink, "of the tolerance from pass to pass");
+    add(app, "--adapt-noise", given_.adapt_noise, "measure how noisy each view is (true/false)");
+    add(app, "--half-weight-noise", given_.half_weight_noise, "axial noise that halves a weight, m; 0: none does");
     ConfidenceParameters& c = given_.confidence;
     addEnum(app, "--confidence-form", c.form,
             {{"published", ConfidenceForm::Published}, {"slope_compensated", ConfidenceForm::SlopeCompensated}},

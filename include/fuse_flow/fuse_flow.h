@@ -4,6 +4,7 @@
 #include <fuse_flow/math/adaptive_hash.h>
 #include <fuse_flow/math/confidence.h>
 #include <fuse_flow/math/consistency.h>
+#include <fuse_flow/math/smoothing.h>
 #include <fuse_flow/preprocessing.h>
 #include <fuse_flow/rig_frame.h>
 
@@ -21,9 +22,18 @@ namespace fuse_flow {
  *  doc/parameters.md. */
 struct FuseFlowParameters {
   PreprocessingParameters preprocessing;
+  /** \brief D^r of eq. 8. The confidence of eq. 3 and the distances of eq. 6 are taken from the measured depth, points,
+   *  colours and normals from the refined one. */
+  SmoothingParameters smoothing;
   ConfidenceParameters confidence;
   ConsistencyParameters consistency;
   AggregationParameters aggregation;
+  /** \brief Measure how noisy each view is, and scale the axial noise of the confidence parameters by it, frame by frame;
+   *  off: the sensor is as noisy as those say. */
+  bool adapt_noise{true};
+  /** \brief Axial noise at which a measurement weighs half as much as an exact one, metres; ≥ 0, 0: noise does not weigh.
+   *  See noiseWeight(); C of eq. 10 is multiplied by it after the gate of eq. 9. */
+  float half_weight_noise{0.025f};
   /** \brief MF of the paper's ablation; off: C = 1 wherever there is a measurement. */
   bool use_measurement_confidence{true};
   /** \brief DC; off: V = 1. */
@@ -47,11 +57,13 @@ struct FrameStatistics {
   std::size_t coarse_cells{0};
   std::size_t fused_points{0};
   std::vector<std::size_t> missing_cameras;  ///< numbers of the cameras without a view
-  double preprocess_ms{0};                   ///< depth to metres, range, hole fill, bilateral filter
-  double generate_ms{0};                     ///< eq. 3, 8, 9 and the coarse cell of each point
-  double merge_ms{0};                        ///< coarse cells of all views brought together
-  double fuse_ms{0};                         ///< section 5: representatives, eq. 4–7, 10, 11
-  double output_ms{0};                       ///< colours, normals, and writing the cloud
+  /** \brief The noise of each camera over what the parameters say, 0.25 … 8; 1 where it is not measured. */
+  std::vector<float> noise_scales;
+  double preprocess_ms{0};  ///< depth to metres, range, hole fill, noise, smoothing
+  double generate_ms{0};    ///< eq. 3, 8, 9 and the coarse cell of each point
+  double merge_ms{0};       ///< coarse cells of all views brought together
+  double fuse_ms{0};        ///< section 5: representatives, eq. 4–7, 10, 11
+  double output_ms{0};      ///< colours, normals, and writing the cloud
   double total_ms{0};
 };
 

@@ -41,7 +41,8 @@ inline std::size_t missingIn(const Cloud& a, const Cloud& b) {
     auto other = std::lower_bound(sorted.begin(), sorted.end(), point.x - kTolerance,
                                   [](const PointFused& p, float x) { return p.x < x; });
     bool found = false;
-    for (; !found && other != sorted.end() && other->x <= point.x + kTolerance; ++other) found = samePoint(point, *other);
+    for (; !found && other != sorted.end() && other->x <= point.x + kTolerance; ++other)
+      found = samePoint(point, *other);
     missing += found ? 0 : 1;
   }
   return missing;
@@ -81,6 +82,7 @@ inline void expectSameStatistics(const fuse_flow::FrameStatistics& host, const f
   EXPECT_EQ(device.gated_points, host.gated_points);
   EXPECT_EQ(device.coarse_cells, host.coarse_cells);
   EXPECT_EQ(device.missing_cameras, host.missing_cameras);
+  EXPECT_EQ(device.noise_scales, host.noise_scales);
 }
 
 /** \brief Fuses a frame on both and expects the same. */

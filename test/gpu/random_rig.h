@@ -72,9 +72,9 @@ class RandomFrame {
       camera.color->intrinsics.height = 1 + random.below(max_side);
       camera.color->T_depth_color.translation().x() = random.uniform(-0.05, 0.05);
     }
-    camera.T_world_camera.linear() =
-        (Eigen::AngleAxisd(random.uniform(-0.2, 0.2), Eigen::Vector3d::UnitX()) *
-         Eigen::AngleAxisd(random.uniform(-0.2, 0.2), Eigen::Vector3d::UnitY())).toRotationMatrix();
+    camera.T_world_camera.linear() = (Eigen::AngleAxisd(random.uniform(-0.2, 0.2), Eigen::Vector3d::UnitX()) *
+                                      Eigen::AngleAxisd(random.uniform(-0.2, 0.2), Eigen::Vector3d::UnitY()))
+                                         .toRotationMatrix();
     camera.T_world_camera.translation() << random.uniform(-0.3, 0.3) * scale, random.uniform(-0.3, 0.3) * scale,
         random.uniform(-0.15, 0.15) * scale;
   }
@@ -110,7 +110,8 @@ class RandomFrame {
   static void drawColor(Random& random, const fuse_flow::Camera& camera, Images& images, fuse_flow::DepthView& view) {
     const fuse_flow::Intrinsics& K = camera.color ? camera.color->intrinsics : camera.intrinsics;
     for (int k = 0; k < K.width * K.height; ++k)
-      images.color.push_back({static_cast<std::uint8_t>(random.below(256)), static_cast<std::uint8_t>(random.below(256)),
+      images.color.push_back({static_cast<std::uint8_t>(random.below(256)),
+                              static_cast<std::uint8_t>(random.below(256)),
                               static_cast<std::uint8_t>(random.below(256))});
     view.color = {images.color.data(), K.width, K.height};
   }
@@ -136,6 +137,11 @@ inline fuse_flow::FuseFlowParameters parameters(Random& random, double scale = 1
     p.preprocessing.min_range = static_cast<float>(0.9 * scale);
     p.preprocessing.max_range = static_cast<float>(1.2 * scale);
   }
+  p.smoothing.passes = random.below(kMaxSmoothingPasses + 1);
+  p.smoothing.tolerance = random.uniform(1.0f, 4.0f);
+  p.smoothing.shrink = random.uniform(0.4f, 1.0f);
+  p.adapt_noise = !random.oneIn(3);
+  p.half_weight_noise = random.oneIn(3) ? 0.0f : random.uniform(0.002f, 0.1f);
   p.confidence.form = random.oneIn(2) ? ConfidenceForm::Published : ConfidenceForm::SlopeCompensated;
   p.confidence.threshold = random.oneIn(3) ? random.uniform(0.0f, 0.7f) : p.confidence.threshold;
   p.consistency.occlusion = random.oneIn(2) ? OcclusionForm::Published : OcclusionForm::OcclusionAware;

@@ -55,7 +55,8 @@ struct Entered {
 TEST(GpuCellTable, EveryKeyHasOneSlotItsNumberOfPointsAndItsFirst) {
   std::mt19937_64 random(3);
   std::vector<std::uint64_t> keys(50000);
-  for (std::uint64_t& key : keys) key = cellKey({static_cast<int>(random() % 20) - 10, static_cast<int>(random() % 20), 5});
+  for (std::uint64_t& key : keys)
+    key = cellKey({static_cast<int>(random() % 20) - 10, static_cast<int>(random() % 20), 5});
   std::map<std::uint64_t, std::uint32_t> count, first;
   for (std::uint32_t k = 0; k < keys.size(); ++k) {
     ++count[keys[k]];

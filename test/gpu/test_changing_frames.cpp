@@ -19,8 +19,13 @@ struct Wall {
     for (int i = 0; i < cameras; ++i) {
       fuse_flow::Camera camera;
       camera.name = "wall camera " + std::to_string(i);
-      camera.intrinsics = {width, height, static_cast<float>(width), static_cast<float>(width),
-                           0.5f * static_cast<float>(width), 0.5f * static_cast<float>(height), {}};
+      camera.intrinsics = {width,
+                           height,
+                           static_cast<float>(width),
+                           static_cast<float>(width),
+                           0.5f * static_cast<float>(width),
+                           0.5f * static_cast<float>(height),
+                           {}};
       camera.T_world_camera.translation().x() = 0.01 * i;
       rig.cameras.push_back(camera);
       rig.views.emplace_back();

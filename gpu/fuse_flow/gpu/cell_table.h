@@ -67,7 +67,12 @@ class CellTable {
     run.fill(first_.data(), capacity_, 0xff);
     run.fill(used, 1, 0);
     run.fill(too_full, 1, 0);
-    return {keys_.data(), counts_.data(), first_.data(), slots_.data(), used, too_full,
+    return {keys_.data(),
+            counts_.data(),
+            first_.data(),
+            slots_.data(),
+            used,
+            too_full,
             static_cast<std::uint32_t>(capacity_ - 1)};
   }
 

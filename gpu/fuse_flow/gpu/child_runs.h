@@ -78,7 +78,9 @@ struct WriteRuns {
 /** \brief Whether a sorted run is the first of its child. */
 struct BeginsChild {
   const std::uint32_t* run_children;
-  FUSE_FLOW_HD bool operator()(std::uint32_t run) const { return run == 0 || run_children[run] != run_children[run - 1]; }
+  FUSE_FLOW_HD bool operator()(std::uint32_t run) const {
+    return run == 0 || run_children[run] != run_children[run - 1];
+  }
 };
 
 }  // namespace gpu

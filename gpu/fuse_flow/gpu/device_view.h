@@ -19,6 +19,8 @@ struct DeviceView {
   const std::uint32_t* neighbours{nullptr};
   std::uint32_t neighbour_count{0};
   SlopeScale slope{};
+  /** \brief See noiseScale(); measured on the device. */
+  float noise_scale{1.0f};
 
   ImageView<std::uint16_t> depth16;
   ImageView<float> depth32;

@@ -70,7 +70,8 @@ class Execution {
   /** \brief Stable, by the lowest bits of the keys. The result may be in either of a pair of buffers: swaps them so that it is
    *  in the first. */
   void sortByKey(DeviceBuffer<std::uint32_t>& keys, DeviceBuffer<std::uint32_t>& other_keys,
-                 DeviceBuffer<std::uint32_t>& values, DeviceBuffer<std::uint32_t>& other_values, std::size_t n, int bits) {
+                 DeviceBuffer<std::uint32_t>& values, DeviceBuffer<std::uint32_t>& other_values, std::size_t n,
+                 int bits) {
     if (n < 2 || bits == 0) return;
 #if FUSE_FLOW_CUDA
     cub::DoubleBuffer<std::uint32_t> k(keys.data(), other_keys.data());

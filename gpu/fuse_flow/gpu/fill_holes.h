@@ -12,19 +12,23 @@ struct FillHoles {
   PreprocessingParameters parameters;
   const float* measured;
   float* filled;
+  float* q;  // 1 / filled as well, unless null
 
-  FUSE_FLOW_HD void operator()(std::uint32_t index) const {
+  FUSE_FLOW_HD float filledAt(std::uint32_t index) const {
     const float z = measured[index];
     const PixelAddress a = grid.addressOf(index);
     const DeviceView& view = grid.views[a.view];
-    if (z > 0 || a.u >= view.model.intrinsics.width) {  // beyond the width: padding
-      filled[index] = z;
-      return;
-    }
+    if (z > 0 || a.u >= view.model.intrinsics.width) return z;  // beyond the width: padding
     const DepthMapOfView map{&view, measured};
     float patch[9];
     for (int k = 0; k < 9; ++k) patch[k] = map.depth(a.u + k % 3 - 1, a.v + k / 3 - 1);
-    filled[index] = filledDepth(parameters, patch);
+    return filledDepth(parameters, patch);
+  }
+
+  FUSE_FLOW_HD void operator()(std::uint32_t index) const {
+    const float z = filledAt(index);
+    filled[index] = z;
+    if (q != nullptr) q[index] = z > 0 ? 1.0f / z : 0.0f;
   }
 };
 

@@ -8,7 +8,9 @@
 #include <fuse_flow/gpu/fuse_children_kernel.h>
 #include <fuse_flow/gpu/fuse_point_wise.h>
 #include <fuse_flow/gpu/generate_points_kernel.h>
+#include <fuse_flow/gpu/noise_scale_kernel.h>
 #include <fuse_flow/gpu/select_points_kernel.h>
+#include <fuse_flow/gpu/smooth_depth.h>
 #include <fuse_flow/gpu/stage_times.h>
 #include <fuse_flow/gpu/write_points.h>
 
@@ -35,9 +37,11 @@ class FramePipeline {
   std::size_t fuse(const RigFrame& frame, bool with_color) {
     checkRigFrame(frame);
     if (parameters.preprocessing.bilateral)
-      detail::throwBadArgument("fuse_flow::FuseFlow: the bilateral filter runs on the CPU only; use device::Host for it");
+      detail::throwBadArgument(
+          "fuse_flow::FuseFlow: the bilateral filter runs on the CPU only; use device::Host for it");
     start_ = last_ = Clock::now();
     statistics = {};
+    statistics.noise_scales.assign(frame.views.size(), 1.0f);
     for (std::size_t i = 0; i < frame.views.size(); ++i)
       if (frame.views[i].missing()) statistics.missing_cameras.push_back(i);
     times.start(run.stream);
@@ -49,6 +53,8 @@ class FramePipeline {
     point_count_ = 0;
     if (views_.pixels() == 0) return 0;
     makeDepthMaps();
+    measureNoise();
+    refine();
     generate();
     if (parameters.use_spatial_hash) {
       aggregate();
@@ -61,10 +67,12 @@ class FramePipeline {
   /** \brief Writes the fused points of the last fuse() to device memory. */
   template <typename Layout>
   void write(const Layout& layout, bool with_normals, typename Layout::Words* output) {
-    const Appearance appearance{views_.grid(), z_.data()};
-    run.forEach(point_count_, WritePoints<Layout>{layout, appearance, with_normals, fused_.data(), weights_.data(), staying_.data(), output});
-    times.mark("write points", static_cast<double>(point_count_) *
-                                   (sizeof(FusedPoint) + 4 + sizeof(typename Layout::Words) + (Layout::has_color ? 9 : 0)));
+    const Appearance appearance{views_.grid(), refined()};
+    run.forEach(point_count_, WritePoints<Layout>{layout, appearance, with_normals, fused_.data(), weights_.data(),
+                                                  staying_.data(), output});
+    times.mark("write points",
+               static_cast<double>(point_count_) *
+                   (sizeof(FusedPoint) + 4 + sizeof(typename Layout::Words) + (Layout::has_color ? 9 : 0)));
   }
 
   /** \brief After the output has been waited for. */
@@ -76,11 +84,12 @@ class FramePipeline {
 
   /** \brief Device memory held. */
   std::size_t bytes() const {
-    return views_.bytes() + z_.bytes() + filled_z_.bytes() + points_.bytes() + slots_.bytes() + numbers_.bytes() + chunk_runs_.bytes() +
+    return views_.bytes() + z_.bytes() + filled_z_.bytes() + maps_[0].bytes() + maps_[1].bytes() +
+           noise_counts_.bytes() + points_.bytes() + slots_.bytes() + numbers_.bytes() + chunk_runs_.bytes() +
            run_places_.bytes() + table_.bytes() + cells_.bytes() + first_child_numbers_.bytes() + sorted_.bytes() +
-           child_begins_.bytes() + ranks_.bytes() + cameras_.bytes() +
-           cells_of_children_.bytes() + cell_order_.bytes() + fused_.bytes() +
-           weights_.bytes() + positions_.bytes() + states_.bytes() + staying_.bytes() + run.scratchBytes();
+           child_begins_.bytes() + ranks_.bytes() + cameras_.bytes() + cells_of_children_.bytes() +
+           cell_order_.bytes() + fused_.bytes() + weights_.bytes() + positions_.bytes() + states_.bytes() +
+           staying_.bytes() + run.scratchBytes();
   }
 
  private:
@@ -125,18 +134,68 @@ class FramePipeline {
 
   std::size_t chunks() const { return views_.pixels() / kChunk; }
 
-  /** \brief Raw depth to D^r of eq. 8. */
+  /** \brief Raw depth to metres and, for the smoothing, to 1/metres. */
   void makeDepthMaps() {
     const PreprocessingParameters& p = parameters.preprocessing;
     const std::size_t pixels = views_.pixels();
+    const bool smooth = parameters.smoothing.passes > 0, fill = p.fill_neighbours > 0;
     z_.resize(pixels);
-    run.forEach(pixels / ConvertDepth::kPixels, ConvertDepth{views_.grid(), p.min_range, p.max_range, z_.data()});
-    times.mark("metres", 6.0 * static_cast<double>(pixels));
-    if (p.fill_neighbours == 0) return;
+    if (smooth)
+      for (DeviceBuffer<float>& map : maps_) map.resize(pixels);
+    float* q = smooth ? maps_[0].data() : nullptr;
+    run.forEach(pixels / ConvertDepth::kPixels,
+                ConvertDepth{views_.grid(), p.min_range, p.max_range, z_.data(), fill ? nullptr : q});
+    times.mark("metres", (smooth ? 10.0 : 6.0) * static_cast<double>(pixels));
+    if (!fill) return;
     filled_z_.resize(pixels);
-    run.forEach(pixels, FillHoles{views_.grid(), p, z_.data(), filled_z_.data()});
+    run.forEach(pixels, FillHoles{views_.grid(), p, z_.data(), filled_z_.data(), q});
     std::swap(z_, filled_z_);
-    times.mark("holes", 8.0 * static_cast<double>(pixels));
+    times.mark("holes", (smooth ? 12.0 : 8.0) * static_cast<double>(pixels));
+  }
+
+  /** \brief How noisy each view is; stays on the device, with a copy for the statistics. */
+  void measureNoise() {
+    if (!parameters.adapt_noise) return;
+    const std::size_t n = views_.rig().size();
+    noise_counts_.resize(n * kNoiseBins);
+    noise_scales_.resize(n);
+    counted_noise_.resize(n);
+    run.fill(noise_counts_.data(), n * kNoiseBins, 0);
+    const CountNoise count{views_.grid(), parameters.confidence, z_.data(), noise_counts_.data()};
+    const MeasureNoise measure{{parameters.confidence, views_.deviceViews(), noise_scales_.data()},
+                               noise_counts_.data()};
+#if FUSE_FLOW_CUDA
+    const auto views = static_cast<unsigned int>(n);
+    countNoiseKernel<<<dim3(kNoiseBlocks, views), kNoiseThreads, 0, run.stream>>>(count);
+    measureNoiseKernel<<<views, kNoiseThreads, 0, run.stream>>>(measure);
+    check(cudaGetLastError(), "measureNoiseKernel");
+#else
+    run.forEach(chunks(), count);
+    run.forEach(n, measure);
+#endif
+    run.copy(counted_noise_.data(), noise_scales_.data(), n);
+    times.mark("noise", static_cast<double>(views_.pixels()) * 5 * 4 / (kNoiseStride * kNoiseStride));
+  }
+
+  /** \brief D^r of eq. 8. */
+  void refine() {
+    const int passes = parameters.smoothing.passes;
+    for (int pass = 0; pass < passes; ++pass) {
+      const SmoothDepth step{views_.grid(), parameters.smoothing,   parameters.confidence,
+                             pass,          maps_[pass % 2].data(), maps_[(pass + 1) % 2].data()};
+#if FUSE_FLOW_CUDA
+      smoothDepthKernel<<<views_.tiles().count, kTileThreads, 0, run.stream>>>(step, views_.tiles());
+      check(cudaGetLastError(), "smoothDepthKernel");
+#else
+      run.forEach(views_.pixels(), step);
+#endif
+    }
+    if (passes > 0) times.mark("smoothing", 8.0 * passes * static_cast<double>(views_.pixels()));
+  }
+
+  const float* refined() const {
+    const int passes = parameters.smoothing.passes;
+    return passes == 0 ? z_.data() : maps_[passes % 2].data();
   }
 
   /** \brief Eq. 3, 8, 9, and the coarse cells. */
@@ -160,8 +219,9 @@ class FramePipeline {
     run.fill(&counts->too_far, 1, 0xff);
     const GeneratePoints step{views_.grid(),
                               z_.data(),
-                              z_.data(),
+                              refined(),
                               parameters.confidence,
+                              parameters.half_weight_noise,
                               parameters.use_measurement_confidence,
                               parameters.use_spatial_hash,
                               1.0f / parameters.aggregation.cell_size,
@@ -178,12 +238,19 @@ class FramePipeline {
 #else
     run.forEach(chunks(), step);
 #endif
-    times.mark("confidence, points, cells", static_cast<double>(pixels) * (4 + sizeof(WeightedPoint) + 4));
+    times.mark("confidence, points, cells", static_cast<double>(pixels) * (parameters.smoothing.passes > 0 ? 8 : 4) +
+                                                static_cast<double>(pixels) * (sizeof(WeightedPoint) + 4));
     const Counters& counted = readCounters();
+    if (parameters.adapt_noise) keepNoiseScales();
     if (counted.points.too_far != 0xffffffffu) throwTooFar(counted.points.too_far);
     statistics.measured_points = counted.points.measured;
     statistics.gated_points = counted.points.gated;
     return counted.table_too_full == 0;
+  }
+
+  void keepNoiseScales() {
+    for (std::size_t i = 0; i < statistics.noise_scales.size(); ++i)
+      statistics.noise_scales[i] = counted_noise_.data()[i];
   }
 
   Box cropBox() const {
@@ -260,8 +327,9 @@ class FramePipeline {
     run.copy(&counters_.data()->runs, run_places_.data() + chunk_count, 1);
     const Counters& counted = readCounters();
     if (counted.child_numbers >= CellTableView::kNone)
-      throw pcl::PCLException("fuse_flow::FuseFlow: a frame on the GPU has more than 2^32 child cells; raise min_cell_size "
-                              "or points_per_cell");
+      throw pcl::PCLException(
+          "fuse_flow::FuseFlow: a frame on the GPU has more than 2^32 child cells; raise min_cell_size "
+          "or points_per_cell");
     const std::size_t runs = counted.runs;
     sorted_.resize(runs);
     const WriteRuns write{numbers_.data(), run_places_.data(), sorted_.keys.data(), sorted_.values.data()};
@@ -293,9 +361,9 @@ class FramePipeline {
     states_.resize(runs);
     staying_.resize(runs);
     const AggregationParameters& p = parameters.aggregation;
-    const Children children{points_.data(),       slots_.data(),         cells_.data(),
-                            sorted_.keys.data(),  sorted_.values.data(), child_begins_.data(),
-                            &counters->children,  static_cast<std::uint32_t>(runs)};
+    const Children children{
+        points_.data(),        slots_.data(),        cells_.data(),       sorted_.keys.data(),
+        sorted_.values.data(), child_begins_.data(), &counters->children, static_cast<std::uint32_t>(runs)};
     run.forEach(runs, FindCells{children, cell_order_.keys.data(), cells_of_children_.data(), ranks_.data(),
                                 positions_.data()});
     times.mark("cells of children", static_cast<double>(runs) * (4 + 4 + 4 + 4 + 2));
@@ -305,15 +373,16 @@ class FramePipeline {
 #else
     run.forEach(runs, fuse);
 #endif
-    times.mark("fuse children", static_cast<double>(statistics.gated_points) * sizeof(WeightedPoint) +
-                                    static_cast<double>(runs) * 8);
+    times.mark("fuse children",
+               static_cast<double>(statistics.gated_points) * sizeof(WeightedPoint) + static_cast<double>(runs) * 8);
     judge(fuse, runs);
     if (p.weak_weight > 0) {
-      const SelectPoints select{weights_.data(),   positions_.data(),   cells_of_children_.data(),
-                                cells_.data(),     &counters->children, static_cast<std::uint32_t>(cells),
+      const SelectPoints select{weights_.data(), positions_.data(),   cells_of_children_.data(),
+                                cells_.data(),   &counters->children, static_cast<std::uint32_t>(cells),
                                 states_.data()};
 #if FUSE_FLOW_CUDA
-      if (!selectPointsInSharedMemory(select, host::HashAggregation::maxLevel(p), run.stream)) run.forEach(cells, select);
+      if (!selectPointsInSharedMemory(select, host::HashAggregation::maxLevel(p), run.stream))
+        run.forEach(cells, select);
 #else
       run.forEach(cells, select);
 #endif
@@ -335,7 +404,8 @@ class FramePipeline {
                               &counters_.data()->children,
                               weights_.data(),
                               states_.data()};
-    if (parameters.use_distance_consistency && parameters.aggregation.consistency_at == ConsistencyAt::Representatives) {
+    if (parameters.use_distance_consistency &&
+        parameters.aggregation.consistency_at == ConsistencyAt::Representatives) {
       run.forEach(runs, JudgeRepresentatives{fuse.select, judge, fused_.data()});
     } else {
       run.forEach(runs, judge);
@@ -384,7 +454,11 @@ class FramePipeline {
   CellTableView table_view_{};
   DeviceBuffer<Counters> counters_;
   PinnedBuffer<Counters> counted_;
-  DeviceBuffer<float> z_, filled_z_;
+  /** \brief As measured, and what refine() works on. */
+  DeviceBuffer<float> z_, filled_z_, maps_[2];
+  DeviceBuffer<std::uint32_t> noise_counts_;
+  DeviceBuffer<float> noise_scales_;
+  PinnedBuffer<float> counted_noise_;
   DeviceBuffer<WeightedPoint> points_;
   DeviceBuffer<std::uint32_t> ranks_, cameras_;
   DeviceBuffer<std::uint32_t> slots_, numbers_, chunk_runs_, run_places_, child_begins_, staying_;

@@ -13,7 +13,8 @@ struct Box {
   bool set{false};
 
   FUSE_FLOW_HD bool contains(const Vec3& p) const {
-    return !set || ((p.x >= low.x) & (p.x <= high.x) & (p.y >= low.y) & (p.y <= high.y) & (p.z >= low.z) & (p.z <= high.z));
+    return !set ||
+           ((p.x >= low.x) & (p.x <= high.x) & (p.y >= low.y) & (p.y <= high.y) & (p.z >= low.z) & (p.z <= high.z));
   }
 };
 
@@ -32,6 +33,8 @@ struct GeneratePoints {
   const float* raw_z;
   const float* z;
   ConfidenceParameters confidence;
+  /** \brief See FuseFlowParameters. */
+  float half_weight_noise;
   bool use_confidence;
   bool use_cells;
   float inverse_cell_size;
@@ -67,10 +70,11 @@ struct GeneratePoints {
     if (!(depth > 0)) return {};
     measured = true;
     const float C = measurementConfidence(view, u, v);
-    if (!(C > (use_confidence ? confidence.threshold : 0.0f))) return {};                 // eq. 9
+    if (!(C > (use_confidence ? confidence.threshold : 0.0f))) return {};          // eq. 9
     const Vec3 p = view.model.T_world_camera * pointOnRay(view.ray(u, v), depth);  // eq. 8
     if (!crop_box.contains(p)) return {};
-    return {p, C};
+    const float per_half = half_weight_noise > 0 ? view.noise_scale / half_weight_noise : 0.0f;
+    return {p, C * noiseWeight(axialNoise(confidence, depth), per_half)};
   }
 
   /** \brief Key of a point's coarse cell; kEmpty for none, and for a point too far out, whose number is reported. */

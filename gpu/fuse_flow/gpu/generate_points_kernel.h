@@ -11,7 +11,8 @@ constexpr int kGenerateThreads = 256;
 
 /** \brief GeneratePoints, one warp a chunk: neighbouring pixels nearly always share a cell, so that the table is asked once a run,
  *  not once a point. */
-static __global__ void __launch_bounds__(kGenerateThreads) generatePointsKernel(const GeneratePoints step, std::uint32_t chunks) {
+static __global__ void __launch_bounds__(kGenerateThreads)
+    generatePointsKernel(const GeneratePoints step, std::uint32_t chunks) {
   constexpr unsigned int all = 0xffffffffu;
   const unsigned int lane = threadIdx.x % kChunk;
   const std::uint32_t warps = gridDim.x * (kGenerateThreads / kChunk);

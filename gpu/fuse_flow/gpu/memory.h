@@ -20,13 +20,14 @@ inline void* allocateDevice(std::size_t bytes) {
     (void)cudaGetLastError();
     std::size_t free_bytes = 0, total = 0;
     (void)cudaMemGetInfo(&free_bytes, &total);
-    throw pcl::PCLException("fuse_flow::gpu: out of GPU memory: " + std::to_string(bytes >> 20) + " MiB more asked for, " +
-                            std::to_string(free_bytes >> 20) + " of " + std::to_string(total >> 20) + " MiB are free");
+    throw pcl::PCLException("fuse_flow::gpu: out of GPU memory: " + std::to_string(bytes >> 20) +
+                            " MiB more asked for, " + std::to_string(free_bytes >> 20) + " of " +
+                            std::to_string(total >> 20) + " MiB are free");
   }
   check(error, "cudaMalloc");
   return memory;
 #else
-  return ::operator new(bytes, std::align_val_t{256});
+  return ::operator new (bytes, std::align_val_t{256});
 #endif
 }
 
@@ -34,7 +35,7 @@ inline void freeDevice(void* memory) noexcept {
 #if FUSE_FLOW_CUDA
   if (memory) (void)cudaFree(memory);
 #else
-  ::operator delete(memory, std::align_val_t{256});
+  ::operator delete (memory, std::align_val_t{256});
 #endif
 }
 
@@ -45,7 +46,7 @@ inline void* allocatePinned(std::size_t bytes) {
   check(cudaHostAlloc(&memory, bytes, cudaHostAllocDefault), "cudaHostAlloc");
   return memory;
 #else
-  return ::operator new(bytes, std::align_val_t{256});
+  return ::operator new (bytes, std::align_val_t{256});
 #endif
 }
 
@@ -53,7 +54,7 @@ inline void freePinned(void* memory) noexcept {
 #if FUSE_FLOW_CUDA
   if (memory) (void)cudaFreeHost(memory);
 #else
-  ::operator delete(memory, std::align_val_t{256});
+  ::operator delete (memory, std::align_val_t{256});
 #endif
 }
 
@@ -63,7 +64,8 @@ class Buffer {
  public:
   Buffer() = default;
   ~Buffer() { release(data_); }
-  Buffer(Buffer&& other) noexcept : data_(std::exchange(other.data_, nullptr)), capacity_(std::exchange(other.capacity_, 0)) {}
+  Buffer(Buffer&& other) noexcept
+      : data_(std::exchange(other.data_, nullptr)), capacity_(std::exchange(other.capacity_, 0)) {}
   Buffer& operator=(Buffer&& other) noexcept {
     std::swap(data_, other.data_);
     std::swap(capacity_, other.capacity_);

@@ -51,7 +51,8 @@ struct SelectPoints {
 
  private:
   /** \brief The state of a weak point; Weak: not to be told yet. */
-  FUSE_FLOW_HD std::uint8_t decide(std::uint32_t child, int cell_level, std::uint32_t begin, std::uint32_t cell_end) const {
+  FUSE_FLOW_HD std::uint8_t decide(std::uint32_t child, int cell_level, std::uint32_t begin,
+                                   std::uint32_t cell_end) const {
     bool open = false, beaten = false;
     forEachRowAround(positions[child], cell_level, [&](int row, int x_begin, int x_end) {
       for (std::uint32_t other = lowerBound(begin, cell_end, row + x_begin);

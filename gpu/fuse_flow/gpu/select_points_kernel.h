@@ -37,8 +37,7 @@ __global__ void __launch_bounds__(128) selectPointsKernel(const SelectPoints ste
   const float kept = __int_as_float(0x7f800000);
   for (std::uint32_t child = begin + lane; child < end; child += 32) {
     const std::uint8_t state = step.states[child];
-    if (state != Dropped)
-      map[placeOf(step.positions[child])] = state == Kept ? kept : step.weights[child];
+    if (state != Dropped) map[placeOf(step.positions[child])] = state == Kept ? kept : step.weights[child];
   }
   __syncwarp();
 
@@ -71,8 +70,7 @@ __global__ void __launch_bounds__(128) selectPointsKernel(const SelectPoints ste
     open = __any_sync(all, open);
   }
   for (std::uint32_t child = begin + lane; child < end; child += 32)
-    if (step.states[child] == Weak)
-      step.states[child] = map[placeOf(step.positions[child])] > 0 ? Kept : Dropped;
+    if (step.states[child] == Weak) step.states[child] = map[placeOf(step.positions[child])] > 0 ? Kept : Dropped;
 }
 
 /** \brief Launches it for cells of at most max_level; false if such cells do not fit shared memory. */

@@ -47,7 +47,7 @@ void ConfidenceEstimation<PointT, device::Host>::applyFilter(pcl::Indices& indic
     }
   });
   host::parallelFor(threads, rows, [&](std::size_t v, int) {
-    host::confidenceRow(parameters_, depth, 1.0f / focal_length_, static_cast<int>(v),
+    host::confidenceRow(parameters_, depth, 1.0f / focal_length_, 1.0f, static_cast<int>(v),
                         confidence_.data() + v * input_->width);
   });
   const auto C = [this](pcl::index_t index) { return confidence_[static_cast<std::size_t>(index)]; };

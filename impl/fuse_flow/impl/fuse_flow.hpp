@@ -8,6 +8,9 @@ namespace fuse_flow {
 
 inline FuseFlowParameters FuseFlowParameters::published() {
   FuseFlowParameters p;
+  p.smoothing.passes = 0;
+  p.adapt_noise = false;
+  p.half_weight_noise = 0;
   p.confidence.form = ConfidenceForm::Published;
   p.consistency.occlusion = OcclusionForm::Published;
   p.consistency.distance = DistanceForm::Euclidean;
@@ -21,9 +24,11 @@ inline FuseFlowParameters FuseFlowParameters::published() {
 
 inline void checkParameters(const FuseFlowParameters& p) {
   checkParameters(p.preprocessing);
+  checkParameters(p.smoothing);
   checkParameters(p.confidence);
   checkParameters(p.consistency);
   checkParameters(p.aggregation);
+  detail::checkNonNegative("fuse_flow::FuseFlow", "half_weight_noise", p.half_weight_noise);
   if (p.crop_box && (p.crop_box->isEmpty() || !p.crop_box->min().allFinite() || !p.crop_box->max().allFinite()))
     detail::throwBadArgument("fuse_flow::FuseFlow: crop_box is empty or not finite");
 }
@@ -88,9 +93,9 @@ void FuseFlow<PointT, device::Host>::fuse(const RigFrame& frame, PointCloud& out
     pipeline.aggregate();
     fused_at = FramePipeline::Clock::now();
     output.resize(pipeline.aggregation().size());
-    pipeline.aggregation().forEach(
-        pipeline.resolvedThreads(),
-        [&](std::size_t position, const FusedPoint& fused) { write(fused, output[position]); });
+    pipeline.aggregation().forEach(pipeline.resolvedThreads(), [&](std::size_t position, const FusedPoint& fused) {
+      write(fused, output[position]);
+    });
   } else {
     fused_at = FramePipeline::Clock::now();
     output.clear();

@@ -4,6 +4,7 @@
 #include <fuse_flow/math/adaptive_hash.h>
 #include <fuse_flow/math/confidence.h>
 #include <fuse_flow/math/consistency.h>
+#include <fuse_flow/math/smoothing.h>
 #include <fuse_flow/preprocessing.h>
 
 namespace fuse_flow {
@@ -37,6 +38,14 @@ inline void checkParameters(const PreprocessingParameters& p) {
   detail::checkPositive(owner, "fill_tolerance", p.fill_tolerance);
   detail::checkPositive(owner, "bilateral_sigma_s", p.bilateral_sigma_s);
   detail::checkPositive(owner, "bilateral_sigma_r", p.bilateral_sigma_r);
+}
+
+inline void checkParameters(const SmoothingParameters& p) {
+  constexpr const char* owner = "fuse_flow::FuseFlow";
+  detail::checkRange(owner, "smoothing_passes", p.passes, 0, kMaxSmoothingPasses);
+  detail::checkPositive(owner, "smoothing_tolerance", p.tolerance);
+  detail::checkPositive(owner, "smoothing_shrink", p.shrink);
+  detail::checkRange(owner, "smoothing_shrink", p.shrink, 0.0f, 1.0f);
 }
 
 inline void checkParameters(const ConfidenceParameters& p) {

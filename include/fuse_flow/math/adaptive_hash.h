@@ -33,11 +33,11 @@ struct AggregationParameters {
   /** \brief Where V is measured. */
   ConsistencyAt consistency_at{ConsistencyAt::CellMean};
   /** \brief A fused point of smaller ω is dropped, whatever surrounds it; [0, 1]. */
-  float min_weight{0.015f};
+  float min_weight{0.006f};
   /** \brief A fused point of ω under this is weak: it is kept only if none of the 26 cells around it in the same coarse
    *  cell keeps a better one. Where views disagree the measurements that agree stay, and a surface that only doubtful
    *  measurements show thins out instead of vanishing; [0, 1], 0 keeps all. */
-  float weak_weight{0.25f};
+  float weak_weight{0.2f};
 };
 
 }  // namespace fuse_flow

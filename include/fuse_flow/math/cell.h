@@ -57,7 +57,8 @@ FUSE_FLOW_HD std::uint64_t hashCellKey(std::uint64_t key) {
 /** \brief The corner of a coarse cell with the smallest coordinates, metres. */
 FUSE_FLOW_HD Vec3 cellCorner(std::uint64_t key, float cell_size) {
   const CellIndex c = cellOfKey(key);
-  return {static_cast<float>(c.x) * cell_size, static_cast<float>(c.y) * cell_size, static_cast<float>(c.z) * cell_size};
+  return {static_cast<float>(c.x) * cell_size, static_cast<float>(c.y) * cell_size,
+          static_cast<float>(c.z) * cell_size};
 }
 
 /** \brief Which child of a coarse cell at a level a point falls into: x, y and z of level bits each. \param relative the

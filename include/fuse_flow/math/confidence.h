@@ -44,6 +44,11 @@ FUSE_FLOW_HD float axialNoise(const ConfidenceParameters& p, float z) {
   return p.noise_floor + p.noise_quadratic * z * z;
 }
 
+/** \brief The same of inverse depth q = 1/z; 1/metres. */
+FUSE_FLOW_HD float inverseDepthNoise(const ConfidenceParameters& p, float q) {
+  return p.noise_floor * q * q + p.noise_quadratic;
+}
+
 /** \brief Eq. 3, divided by α + γ so that C ∈ (0, 1] as eq. 2 says. G and sigma_local in length units. */
 FUSE_FLOW_HD float confidence(const ConfidenceParameters& p, float G, float sigma_local) {
   const float g = 1.0f + p.beta * G;
@@ -95,10 +100,19 @@ struct SlopeScale {
   float reference_noise_per_unit;  ///< the sensor's noise at noise_reference, length units
 };
 
-/** \brief Once a view. \param p parameters  \param pixel_angle tangent between neighbouring pixels, 1/f */
-FUSE_FLOW_HD SlopeScale slopeScale(const ConfidenceParameters& p, float pixel_angle) {
+/** \brief Once a view. \param p parameters  \param pixel_angle tangent between neighbouring pixels, 1/f
+ *  \param noise_scale the view's noise over axialNoise(), see noiseScale(): what is noise in one sensor is an edge in
+ *  another */
+FUSE_FLOW_HD SlopeScale slopeScale(const ConfidenceParameters& p, float pixel_angle, float noise_scale = 1.0f) {
   const float step = 2.0f * std::tan(p.max_incidence) * pixel_angle;
-  return {step, 1.41421356f * step, axialNoise(p, p.noise_reference) / p.length_unit};
+  return {step, 1.41421356f * step, axialNoise(p, p.noise_reference) / (p.length_unit * noise_scale)};
+}
+
+/** \brief The share of its weight that noise leaves a measurement: 1 / (1 + (σ / σ_½)²), inverse variance for noise well
+ *  over σ_½, and one under it. \param noise σ, metres \param per_half 1 / σ_½, 1/metres; 0: no such weight */
+FUSE_FLOW_HD float noiseWeight(float noise, float per_half) {
+  const float x = noise * per_half;
+  return 1.0f / (1.0f + x * x);
 }
 
 /** \brief Slope-compensated form. Second differences r = z₋ − 2 z₀ + z₊ in the four directions through the pixel vanish

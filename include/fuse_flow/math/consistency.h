@@ -36,7 +36,7 @@ struct ConsistencyParameters {
   /** \brief Beyond this many σ a nearer measurement hides the point and a farther one has seen through it; > 0. */
   float margin{2.5f};
   /** \brief What each view that has seen through a point multiplies its V by; (0, 1]. */
-  float free_space_penalty{0.05f};
+  float free_space_penalty{0.03f};
   /** \brief K: a point is compared with at most K − 1 other views; ≥ 2. */
   int max_views{8};
   /** \brief A point looks into at most this many other views to find those K − 1; ≥ max_views − 1. */

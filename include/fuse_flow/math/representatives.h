@@ -52,7 +52,8 @@ FUSE_FLOW_HD bool outranks(const Candidate& a, const Candidate& b) {
 class RepresentativeSelection {
  public:
   /** \brief Points come in the order of their indices, camera after camera. */
-  FUSE_FLOW_HD void add(Representatives mode, const Vec3& relative, float C, std::uint32_t index, std::uint32_t camera) {
+  FUSE_FLOW_HD void add(Representatives mode, const Vec3& relative, float C, std::uint32_t index,
+                        std::uint32_t camera) {
     if (mode != Representatives::HighestConfidence && started_ && last_.camera == camera) {
       if (mode == Representatives::CameraMeans) {
         last_.sum = last_.sum + C * relative;

@@ -49,7 +49,8 @@ struct ViewModel {
 /** \brief Colour, channels 0 … 255, of the depth pixel (u, v) with depth z on its ray; black where there is none. With
  *  a colour camera of its own, the point is projected into that, to the nearest pixel of the border where it just
  *  misses. */
-FUSE_FLOW_HD Vec3 viewColor(const ViewModel& view, const ImageView<Rgb8>& image, int u, int v, const Ray& ray, float z) {
+FUSE_FLOW_HD Vec3 viewColor(const ViewModel& view, const ImageView<Rgb8>& image, int u, int v, const Ray& ray,
+                            float z) {
   if (!image) return {};
   if (view.own_color_camera) {
     const Vec3 p_C = view.T_color_depth * pointOnRay(ray, z);

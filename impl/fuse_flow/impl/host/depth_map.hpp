@@ -3,6 +3,8 @@
 #include <fuse_flow/depth_view.h>
 #include <fuse_flow/math/confidence.h>
 #include <fuse_flow/math/depth.h>
+#include <fuse_flow/math/noise_scale.h>
+#include <fuse_flow/math/smoothing.h>
 
 #include <cmath>
 #include <limits>
@@ -11,26 +13,30 @@
 namespace fuse_flow {
 namespace host {
 
-/** \brief A depth image in metres, 0 where there is no measurement, with a border of one pixel of zeros, so that 3×3
- *  neighbourhoods need no special case at the image's edge. */
+/** \brief A depth image in metres, 0 where there is no measurement, with a border of zeros, so that neighbourhoods need no
+ *  special case at the image's edge. */
 class DepthMap {
  public:
+  static constexpr int kBorder = kMaxSmoothingStep;
+  static_assert(kBorder >= kNoiseSpacing, "second differences look that far");
+
   void resize(int width, int height) {
     if (width == width_ && height == height_) return;
     width_ = width;
     height_ = height;
-    z_.assign(static_cast<std::size_t>(stride()) * static_cast<std::size_t>(height + 2), 0.0f);
+    z_.assign(static_cast<std::size_t>(stride()) * static_cast<std::size_t>(height + 2 * kBorder), 0.0f);
   }
   void clear() { resize(0, 0); }
 
   int width() const { return width_; }
   int height() const { return height_; }
-  int stride() const { return width_ + 2; }
+  int stride() const { return width_ + 2 * kBorder; }
   bool empty() const { return width_ == 0; }
 
-  /** \brief Pointer to pixel (0, v); indices −1 and width are the border. v from −1 to height. */
-  float* row(int v) { return z_.data() + static_cast<std::ptrdiff_t>(v + 1) * stride() + 1; }
-  const float* row(int v) const { return z_.data() + static_cast<std::ptrdiff_t>(v + 1) * stride() + 1; }
+  /** \brief Pointer to pixel (0, v). The border is kBorder pixels wide on all sides: v from −kBorder to height + kBorder
+   *  − 1, and indices likewise. */
+  float* row(int v) { return z_.data() + static_cast<std::ptrdiff_t>(v + kBorder) * stride() + kBorder; }
+  const float* row(int v) const { return z_.data() + static_cast<std::ptrdiff_t>(v + kBorder) * stride() + kBorder; }
 
  private:
   int width_{0};
@@ -51,28 +57,81 @@ inline void convertDepthRow(const DepthView& view, float min_range, float max_ra
   }
 }
 
-/** \brief Eq. 3 for one row of a depth map; C = 0 where there is no measurement. */
-inline void confidenceRow(const ConfidenceParameters& parameters, const DepthMap& depth, float pixel_angle, int v,
-                          float* __restrict C) {
+/** \brief The rows above, at and below one, at a spacing. */
+struct RowsOfPatch {
+  const float* __restrict above;
+  const float* __restrict here;
+  const float* __restrict below;
+  int step;
+
+  RowsOfPatch(const DepthMap& depth, int v, int spacing)
+      : above(depth.row(v - spacing)), here(depth.row(v)), below(depth.row(v + spacing)), step(spacing) {}
+
+  DepthPatch operator[](int u) const {
+    return {{above[u - step], above[u], above[u + step], here[u - step], here[u], here[u + step], below[u - step],
+             below[u], below[u + step]}};
+  }
+};
+
+/** \brief q = 1/z of one row; 0 where there is no measurement. */
+inline void invertRow(const float* z, int width, float* q) {
+  for (int u = 0; u < width; ++u) {
+    const float inverse = 1.0f / z[u];
+    q[u] = z[u] > 0 ? inverse : 0.0f;
+  }
+}
+
+/** \brief One pass of the smoothing over one row; holes stay holes. \param noise_scale of the view  \param q inverse depth
+ *  \param out inverse depth, or depth after the last pass */
+inline void smoothRow(const SmoothingParameters& smoothing, const ConfidenceParameters& confidence, int pass,
+                      float noise_scale, const DepthMap& q, int v, float* __restrict out) {
+  const ConfidenceParameters p = confidence;  // a copy: the compiler then knows that nothing overwrites it
+  const float tolerance = smoothingTolerance(smoothing, pass, noise_scale);
+  const RowsOfPatch rows(q, v, smoothingStep(pass));
+  const int width = q.width();
+  for (int u = 0; u < width; ++u) {
+    const float centre = rows.here[u];
+    const float smoothed = smoothedInverseDepth(rows[u].z, tolerance * inverseDepthNoise(p, centre));
+    out[u] = centre > 0 ? smoothed : 0.0f;
+  }
+  if (pass == smoothing.passes - 1) invertRow(out, width, out);
+}
+
+/** \brief Noise of a view over axialNoise(): see noiseScale(). */
+inline float measureNoiseScale(const ConfidenceParameters& p, const DepthMap& depth) {
+  std::uint32_t counts[kNoiseBins] = {};
+  const auto count = [&](float before, float z, float after) {
+    if (before > 0 && after > 0) ++counts[noiseBin(noiseRatio(p, before, z, after))];
+  };
+  for (int v = kNoiseStride / 2; v < depth.height(); v += kNoiseStride) {
+    const float* here = depth.row(v);
+    const float* above = depth.row(v - kNoiseSpacing);
+    const float* below = depth.row(v + kNoiseSpacing);
+    for (int u = kNoiseStride / 2; u < depth.width(); u += kNoiseStride) {
+      if (!(here[u] > 0)) continue;
+      count(here[u - kNoiseSpacing], here[u], here[u + kNoiseSpacing]);
+      count(above[u], here[u], below[u]);
+    }
+  }
+  return noiseScale(counts);
+}
+
+/** \brief Eq. 3 for one row of a depth map; C = 0 where there is no measurement. \param noise_scale of the view */
+inline void confidenceRow(const ConfidenceParameters& parameters, const DepthMap& depth, float pixel_angle,
+                          float noise_scale, int v, float* __restrict C) {
   const ConfidenceParameters p = parameters;  // a copy: the compiler then knows that C does not overwrite it
-  const float* __restrict above = depth.row(v - 1);
-  const float* __restrict here = depth.row(v);
-  const float* __restrict below = depth.row(v + 1);
+  const RowsOfPatch rows(depth, v, 1);
   const int width = depth.width();
   if (p.form == ConfidenceForm::Published) {
     for (int u = 0; u < width; ++u) {
-      const DepthPatch patch{{above[u - 1], above[u], above[u + 1], here[u - 1], here[u], here[u + 1], below[u - 1],
-                              below[u], below[u + 1]}};
-      const float c = confidencePublished(p, patch);
-      C[u] = here[u] > 0 ? c : 0.0f;
+      const float c = confidencePublished(p, rows[u]);
+      C[u] = rows.here[u] > 0 ? c : 0.0f;
     }
   } else {
-    const SlopeScale slope = slopeScale(p, pixel_angle);
+    const SlopeScale slope = slopeScale(p, pixel_angle, noise_scale);
     for (int u = 0; u < width; ++u) {
-      const DepthPatch patch{{above[u - 1], above[u], above[u + 1], here[u - 1], here[u], here[u + 1], below[u - 1],
-                              below[u], below[u + 1]}};
-      const float c = confidenceSlopeCompensated(p, patch, slope);
-      C[u] = here[u] > 0 ? c : 0.0f;
+      const float c = confidenceSlopeCompensated(p, rows[u], slope);
+      C[u] = rows.here[u] > 0 ? c : 0.0f;
     }
   }
 }

@@ -68,7 +68,7 @@ class FramePipeline {
     const std::uint32_t i = viewOf(index);
     int u = 0, v = 0;
     locate(index, i, u, v);
-    return viewColor(rig_[i], frame_->views[i].color, u, v, rig_[i].ray(u, v), depths_[i].row(v)[u]);
+    return viewColor(rig_[i], frame_->views[i].color, u, v, rig_[i].ray(u, v), refined(i).row(v)[u]);
   }
 
   /** \brief Unit normal of the depth surface at a point, world frame, facing its camera; zero where neighbours are
@@ -77,7 +77,7 @@ class FramePipeline {
     const std::uint32_t i = viewOf(index);
     int u = 0, v = 0;
     locate(index, i, u, v);
-    return surfaceNormal(rig_[i], Surface{depths_[i], rig_[i]}, u, v);
+    return surfaceNormal(rig_[i], Surface{refined(i), rig_[i]}, u, v);
   }
 
   using Clock = std::chrono::steady_clock;
@@ -107,9 +107,13 @@ class FramePipeline {
   };
 
   void layOut() {
-    statistics = {};
     const std::size_t n = frame_->cameras.size();
+    std::vector<float> noise_scales = std::move(statistics.noise_scales);  // its memory
+    statistics = {};
+    noise_scales.assign(n, 1.0f);
+    statistics.noise_scales = std::move(noise_scales);
     depths_.resize(n);
+    for (std::vector<DepthMap>& maps : maps_) maps.resize(n);
     offsets_.assign(n + 1, 0);
     stretches_.clear();
     std::size_t total = 0;
@@ -122,6 +126,8 @@ class FramePipeline {
         continue;
       }
       depths_[i].resize(K.width, K.height);
+      for (std::vector<DepthMap>& maps : maps_)
+        if (parameters.smoothing.passes > 0) maps[i].resize(K.width, K.height);
       total += static_cast<std::size_t>(K.width) * static_cast<std::size_t>(K.height);
       const int rows = std::max(1, 32768 / K.width);
       for (int row = 0; row < K.height; row += rows)
@@ -136,15 +142,42 @@ class FramePipeline {
 
   void preprocess() {
     const PreprocessingParameters& p = parameters.preprocessing;
+    forEachRow([&](std::size_t i, int v) {
+      convertDepthRow(frame_->views[i], p.min_range, p.max_range, v, depths_[i].row(v));
+    });
+    const bool whole_images = p.fill_neighbours != 0 || p.bilateral;
+    if (whole_images || parameters.adapt_noise)
+      parallelFor(threads_, depths_.size(), [&](std::size_t i, int) {
+        if (depths_[i].empty()) return;
+        if (whole_images) preprocessDepthMap(p, depths_[i]);
+        if (parameters.adapt_noise) statistics.noise_scales[i] = measureNoiseScale(parameters.confidence, depths_[i]);
+      });
+    refine();
+  }
+
+  /** \brief D^r of eq. 8: to and fro between two maps of inverse depth, the last pass giving depth. */
+  void refine() {
+    const int passes = parameters.smoothing.passes;
+    if (passes == 0) return;
+    forEachRow([&](std::size_t i, int v) { invertRow(depths_[i].row(v), depths_[i].width(), maps_[0][i].row(v)); });
+    for (int pass = 0; pass < passes; ++pass)
+      forEachRow([&](std::size_t i, int v) {
+        smoothRow(parameters.smoothing, parameters.confidence, pass, statistics.noise_scales[i], maps_[pass % 2][i], v,
+                  maps_[(pass + 1) % 2][i].row(v));
+      });
+  }
+
+  /** \brief step(view, row), in any order. */
+  template <typename Step>
+  void forEachRow(const Step& step) {
     parallelFor(threads_, stretches_.size(), [&](std::size_t s, int) {
-      const Stretch& stretch = stretches_[s];
-      for (int v = stretch.begin_row; v < stretch.end_row; ++v)
-        convertDepthRow(frame_->views[stretch.view], p.min_range, p.max_range, v, depths_[stretch.view].row(v));
+      for (int v = stretches_[s].begin_row; v < stretches_[s].end_row; ++v) step(stretches_[s].view, v);
     });
-    if (p.fill_neighbours == 0 && !p.bilateral) return;
-    parallelFor(threads_, depths_.size(), [&](std::size_t i, int) {
-      if (!depths_[i].empty()) preprocessDepthMap(p, depths_[i]);
-    });
+  }
+
+  const DepthMap& refined(std::size_t i) const {
+    const int passes = parameters.smoothing.passes;
+    return passes == 0 ? depths_[i] : maps_[passes % 2][i];
   }
 
   void generatePoints() {
@@ -170,7 +203,9 @@ class FramePipeline {
   void generateRow(std::uint32_t i, int v, std::vector<float>& C, RunBuilder& builder, Counts& counts) {
     const ViewGeometry& view = rig_[i];
     const RigidTransform T_world_camera = view.T_world_camera;
-    const float* z = depths_[i].row(v);
+    const float* z = refined(i).row(v);
+    const float noise_scale = statistics.noise_scales[i];
+    const float per_half = parameters.half_weight_noise > 0 ? noise_scale / parameters.half_weight_noise : 0.0f;
     const int width = depths_[i].width();
     C.resize(static_cast<std::size_t>(width));
     measurementConfidence(i, v, C.data());
@@ -186,7 +221,7 @@ class FramePipeline {
       if (!(c[u] > threshold)) continue;                                 // eq. 9
       const Vec3 p = T_world_camera * pointOnRay(view.ray(u, v), z[u]);  // eq. 8
       if (parameters.crop_box && !parameters.crop_box->contains(Eigen::Vector3f(p.x, p.y, p.z))) continue;
-      points[u] = {p, c[u]};
+      points[u] = {p, c[u] * noiseWeight(axialNoise(parameters.confidence, z[u]), per_half)};
       ++counts.gated;
       if (hash) builder.add(row_begin + static_cast<std::uint32_t>(u), p);
     }
@@ -195,7 +230,7 @@ class FramePipeline {
   void measurementConfidence(std::uint32_t i, int v, float* C) const {
     const int width = depths_[i].width();
     if (parameters.use_measurement_confidence) {
-      confidenceRow(parameters.confidence, depths_[i], 1.0f / rig_[i].intrinsics.fx, v, C);
+      confidenceRow(parameters.confidence, depths_[i], 1.0f / rig_[i].intrinsics.fx, statistics.noise_scales[i], v, C);
     } else {
       std::fill(C, C + width, 1.0f);
     }
@@ -236,7 +271,8 @@ class FramePipeline {
   const RigFrame* frame_{nullptr};
   int threads_{1};
   RigGeometry rig_;
-  std::vector<DepthMap> depths_;
+  std::vector<DepthMap> depths_;   ///< as measured
+  std::vector<DepthMap> maps_[2];  ///< what refine() works on
   std::vector<std::uint32_t> offsets_;
   std::vector<Stretch> stretches_;
   std::vector<WeightedPoint> points_;

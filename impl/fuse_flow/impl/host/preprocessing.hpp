@@ -16,8 +16,8 @@ inline void fillSmallHoles(const PreprocessingParameters& p, DepthMap& depth, De
     for (int u = 0; u < depth.width(); ++u) {
       if (raw.row(v)[u] > 0) continue;
       const float *above = raw.row(v - 1) + u, *here = raw.row(v) + u, *below = raw.row(v + 1) + u;
-      depth.row(v)[u] = filledDepth(
-          p, {above[-1], above[0], above[1], here[-1], here[0], here[1], below[-1], below[0], below[1]});
+      depth.row(v)[u] =
+          filledDepth(p, {above[-1], above[0], above[1], here[-1], here[0], here[1], below[-1], below[0], below[1]});
     }
 }
 

@@ -41,8 +41,7 @@ struct ViewGeometry : ViewModel {
 
   /** \brief unproject() of an integer pixel, from a table. */
   Ray ray(int u, int v) const {
-    if (ideal)
-      return {column_x_[static_cast<std::size_t>(u)], (static_cast<float>(v) - intrinsics.cy) / intrinsics.fy};
+    if (ideal) return {column_x_[static_cast<std::size_t>(u)], (static_cast<float>(v) - intrinsics.cy) / intrinsics.fy};
     return rays_[static_cast<std::size_t>(v) * static_cast<std::size_t>(intrinsics.width) +
                  static_cast<std::size_t>(u)];
   }

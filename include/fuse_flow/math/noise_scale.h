@@ -1,0 +1,72 @@
+#pragma once
+
+#include <fuse_flow/math/confidence.h>
+
+#include <cstdint>
+#include <cstring>
+
+namespace fuse_flow {
+
+// How noisy a view is, beside what axialNoise() expects of it: the median of the second differences of its inverse depth,
+// which vanish on planes, over a spacing at which neighbours are independent. Counted, not sorted: integers in a histogram do not depend on who adds them in what order.
+
+/** \brief Spacing of the second differences, pixels; sensors match blocks of that size, so nearer pixels agree by their
+ *  making. */
+constexpr int kNoiseSpacing = 8;
+/** \brief Every so many-th pixel, each way, is looked at. */
+constexpr int kNoiseStride = 4;
+/** \brief With fewer second differences the view counts as just as noisy as expected. */
+constexpr std::uint32_t kMinNoiseSamples = 100;
+constexpr float kMinNoiseScale = 0.25f;
+constexpr float kMaxNoiseScale = 8.0f;
+
+/** \brief 32 bins an octave, from 2⁻⁶ to 2⁶. */
+constexpr int kNoiseBins = 12 * 32;
+
+/** \brief The second difference of three inverse depths over the standard deviation that is expected of it. \param before
+ *  depth, metres, > 0; so the others */
+FUSE_FLOW_HD float noiseRatio(const ConfidenceParameters& p, float before, float z, float after) {
+  const float q = 1.0f / z;
+  const float r = 1.0f / before - 2 * q + 1.0f / after;
+  return (r < 0 ? -r : r) / (2.449490f * inverseDepthNoise(p, q));
+}
+
+/** \brief The bin of a ratio; what is out of range goes to the first or the last. */
+FUSE_FLOW_HD int noiseBin(float ratio) {
+  std::uint32_t bits = 0;
+  std::memcpy(&bits, &ratio, sizeof bits);
+  constexpr int first = (127 - 6) << 5;  // exponent and five bits of the mantissa of 2⁻⁶
+  const int bin = static_cast<int>(bits >> 18) - first;
+  return bin < 0 ? 0 : (bin < kNoiseBins ? bin : kNoiseBins - 1);
+}
+
+/** \brief Where a bin begins. */
+FUSE_FLOW_HD float noiseBinBegin(int bin) {
+  const std::uint32_t bits = static_cast<std::uint32_t>(bin + ((127 - 6) << 5)) << 18;
+  float value = 0;
+  std::memcpy(&value, &bits, sizeof value);
+  return value;
+}
+
+/** \brief The view's noise over axialNoise(), kMinNoiseScale … kMaxNoiseScale, where the median lies in a bin: of a normal
+ *  distribution it is 0.6745 σ. \param half of all counts  \param before counts of the bins before  \param count its own */
+FUSE_FLOW_HD float noiseScaleInBin(int bin, float half, std::uint32_t before, std::uint32_t count) {
+  const float begin = noiseBinBegin(bin), end = noiseBinBegin(bin + 1);
+  const float inside = (half - static_cast<float>(before)) / static_cast<float>(count > 0 ? count : 1u);
+  const float scale = (begin + inside * (end - begin)) / 0.6745f;
+  return scale < kMinNoiseScale ? kMinNoiseScale : (scale > kMaxNoiseScale ? kMaxNoiseScale : scale);
+}
+
+/** \brief The same from the counts of kNoiseBins bins. */
+FUSE_FLOW_HD float noiseScale(const std::uint32_t* counts) {
+  std::uint32_t total = 0;
+  for (int bin = 0; bin < kNoiseBins; ++bin) total += counts[bin];
+  if (total < kMinNoiseSamples) return 1.0f;
+  const float half = 0.5f * static_cast<float>(total);
+  std::uint32_t before = 0;
+  int bin = 0;
+  while (bin < kNoiseBins - 1 && static_cast<float>(before + counts[bin]) < half) before += counts[bin++];
+  return noiseScaleInBin(bin, half, before, counts[bin]);
+}
+
+}  // namespace fuse_flow

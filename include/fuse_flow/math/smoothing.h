@@ -1,0 +1,62 @@
+#pragma once
+
+#include <fuse_flow/math/confidence.h>
+
+namespace fuse_flow {
+
+/** \brief How the D^r of eq. 8 is made from the measured depth: passes over 3×3 neighbourhoods whose spacing doubles from
+ *  pass to pass (1, 2, 4, 8 pixels), in which only neighbours count that lie on the pixel's own surface to within the
+ *  noise. The passes work on inverse depth q = 1/z: of a plane it is an affine function of the pixel, however the plane is
+ *  inclined, so planes stay exactly where they are; and of sensors that triangulate the noise of q is the same everywhere.
+ *  The paper says "refined depth" and not how. */
+struct SmoothingParameters {
+  /** \brief 0 … 4; 0: D^r is the measured depth. */
+  int passes{4};
+  /** \brief A pair of opposite neighbours counts while its second difference is under this many standard deviations of
+   *  what noise alone makes of it; > 0. */
+  float tolerance{2.5f};
+  /** \brief The tolerance of a pass over that of the pass before, which has averaged noise away; (0, 1]. */
+  float shrink{0.7f};
+};
+
+constexpr int kMaxSmoothingPasses = 4;
+/** \brief Farthest pixel that a pass looks at. */
+constexpr int kMaxSmoothingStep = 1 << (kMaxSmoothingPasses - 1);
+
+/** \brief Distance between the pixels of a pass's neighbourhood. \param pass 0 … passes − 1 */
+FUSE_FLOW_HD int smoothingStep(int pass) { return 1 << pass; }
+
+/** \brief Of a pass: the largest second difference that counts, in units of the noise. Independent noise σ gives second
+ *  differences √6 σ. \param noise_scale noiseScale() of the view */
+FUSE_FLOW_HD float smoothingTolerance(const SmoothingParameters& p, int pass, float noise_scale) {
+  float tolerance = 2.449490f * p.tolerance * noise_scale;
+  for (int k = 0; k < pass; ++k) tolerance *= p.shrink;
+  return tolerance;
+}
+
+/** \brief One pass at one pixel. The four pairs of opposite neighbours have second differences r = q₋ − 2 q₀ + q₊; each
+ *  weighs w = (1 − (r/t)²)² inside the tolerance t (Tukey's biweight). q₀ + Σ w r / (1 + 2 Σ w) is the weighted mean of q₀
+ *  and its neighbours. What lies beyond a jump in depth, has no counterpart, or is a hole, does not count.
+ *  \param q inverse depths of the 3×3 pixels at the pass's spacing, row by row, 1/metres, 0 for holes; q[4], the pixel
+ *  itself, is none  \param tolerance t, 1/metres */
+FUSE_FLOW_HD float smoothedInverseDepth(const float (&q)[9], float tolerance) {
+  const float per_tolerance = 1.0f / tolerance;
+  float sum_weights = 0, sum = 0;
+  const auto add = [&](float before, float after) {
+    const float there = before > 0 ? (after > 0 ? 1.0f : 0.0f) : 0.0f;
+    const float r = before - 2 * q[4] + after;
+    const float x = r * per_tolerance;
+    const float inside = 1.0f - x * x;
+    const float root = inside > 0 ? inside : 0.0f;
+    const float w = there * (root * root);
+    sum_weights += w;
+    sum += w * r;
+  };
+  add(q[3], q[5]);
+  add(q[1], q[7]);
+  add(q[0], q[8]);
+  add(q[2], q[6]);
+  return q[4] + sum / (1.0f + 2.0f * sum_weights);
+}
+
+}  // namespace fuse_flow
