@@ -20,7 +20,7 @@ TEST_P(RandomFrames, AreFusedAsOnTheHost) {
   Tally tally;
   for (int k = 0; k < 400; ++k) {
     SCOPED_TRACE(k);
-    frame.draw(random);
+    frame.draw(random, 6, k % 20 == 0 ? 120 : 40);  // now and then large enough to tell the noise
     expectSame(frame.rig, random_rig::parameters(random), host, device, &tally);
     ASSERT_FALSE(HasFailure());
   }

@@ -19,9 +19,8 @@ struct FillHoles {
     const PixelAddress a = grid.addressOf(index);
     const DeviceView& view = grid.views[a.view];
     if (z > 0 || a.u >= view.model.intrinsics.width) return z;  // beyond the width: padding
-    const DepthMapOfView map{&view, measured};
     float patch[9];
-    for (int k = 0; k < 9; ++k) patch[k] = map.depth(a.u + k % 3 - 1, a.v + k / 3 - 1);
+    readPatch({&view, measured}, a.u, a.v, index, 1, patch);
     return filledDepth(parameters, patch);
   }
 

@@ -45,7 +45,10 @@ class FramePipeline {
     for (std::size_t i = 0; i < frame.views.size(); ++i)
       if (frame.views[i].missing()) statistics.missing_cameras.push_back(i);
     times.start(run.stream);
-    counters_.resize(1);
+    if (counters_.capacity() == 0) {
+      counters_.resize(1);
+      run.fill(counters_.data(), 1, 0);
+    }
     counted_.resize(1);
     views_.assign(run, frame, parameters.confidence, with_color, threads);
     times.mark("upload", 2.0 * static_cast<double>(views_.uploadedBytes()));
@@ -231,9 +234,7 @@ class FramePipeline {
                               slots_.data(),
                               counts};
 #if FUSE_FLOW_CUDA
-    const std::size_t blocks = (chunks() * kChunk + kGenerateThreads - 1) / kGenerateThreads;
-    generatePointsKernel<<<static_cast<unsigned int>(std::min<std::size_t>(blocks, 132 * 16)), kGenerateThreads, 0,
-                           run.stream>>>(step, static_cast<std::uint32_t>(chunks()));
+    generatePointsKernel<<<views_.tiles().count, kTileThreads, 0, run.stream>>>(step, views_.tiles());
     check(cudaGetLastError(), "generatePointsKernel");
 #else
     run.forEach(chunks(), step);
@@ -366,15 +367,14 @@ class FramePipeline {
         sorted_.values.data(), child_begins_.data(), &counters->children, static_cast<std::uint32_t>(runs)};
     run.forEach(runs, FindCells{children, cell_order_.keys.data(), cells_of_children_.data(), ranks_.data(),
                                 positions_.data()});
-    times.mark("cells of children", static_cast<double>(runs) * (4 + 4 + 4 + 4 + 2));
+    times.mark("cells of children");
     const FuseChildren fuse{{children, p.representatives, views_.grid()}, fused_.data(), cameras_.data()};
 #if FUSE_FLOW_CUDA
     fuseChildrenInBlocks(fuse, runs, run.stream);
 #else
     run.forEach(runs, fuse);
 #endif
-    times.mark("fuse children",
-               static_cast<double>(statistics.gated_points) * sizeof(WeightedPoint) + static_cast<double>(runs) * 8);
+    times.mark("fuse children");
     judge(fuse, runs);
     if (p.weak_weight > 0) {
       const SelectPoints select{weights_.data(), positions_.data(),   cells_of_children_.data(),
@@ -410,13 +410,19 @@ class FramePipeline {
     } else {
       run.forEach(runs, judge);
     }
-    times.mark("consistency", static_cast<double>(runs) * 12);
+    times.mark("consistency");
   }
 
   void selectStaying(std::size_t n) {
     run.select(n, Stays{states_.data()}, staying_.data(), &counters_.data()->fused);
-    times.mark("compaction", static_cast<double>(n));
+    times.mark("compaction");
     point_count_ = readCounters().fused;
+    const double children = static_cast<double>(counted_.data()->children);
+    times.setBytes("cells of children", children * (4 + 4 + 4 + 4 + 2));
+    times.setBytes("fuse children", static_cast<double>(statistics.gated_points) * sizeof(WeightedPoint) +
+                                        children * (8 + sizeof(FusedPoint) + 4));
+    times.setBytes("consistency", children * (16 + 4 + 4 + 5));
+    times.setBytes("compaction", children);
   }
 
   void fusePointWise() {

@@ -17,25 +17,11 @@ struct SmoothDepth {
 
   FUSE_FLOW_HD float smoothed(const PixelAddress& a, std::uint32_t index) const {
     const DeviceView& view = grid.views[a.view];
-    const Intrinsics& K = view.model.intrinsics;
-    if (a.u >= K.width) return 0.0f;  // padding
+    if (a.u >= view.model.intrinsics.width) return 0.0f;  // padding
     const float centre = q[index];
     if (!(centre > 0)) return 0.0f;
-    const int step = smoothingStep(pass);
     float patch[9];
-    if ((a.u >= step) & (a.v >= step) & (a.u < K.width - step) & (a.v < K.height - step)) {
-      const float* above = q + index - static_cast<std::uint32_t>(step) * view.pitch;
-      const float* here = q + index;
-      const float* below = q + index + static_cast<std::uint32_t>(step) * view.pitch;
-      for (int k = 0; k < 3; ++k) {
-        patch[k] = above[(k - 1) * step];
-        patch[3 + k] = here[(k - 1) * step];
-        patch[6 + k] = below[(k - 1) * step];
-      }
-    } else {
-      const DepthMapOfView map{&view, q};
-      for (int k = 0; k < 9; ++k) patch[k] = map.depth(a.u + (k % 3 - 1) * step, a.v + (k / 3 - 1) * step);
-    }
+    readPatch({&view, q}, a.u, a.v, index, smoothingStep(pass), patch);
     const float tolerance = smoothingTolerance(smoothing, pass, view.noise_scale);
     const float result = smoothedInverseDepth(patch, tolerance * inverseDepthNoise(confidence, centre));
     if (pass != smoothing.passes - 1) return result;
@@ -47,10 +33,8 @@ struct SmoothDepth {
 
 #if FUSE_FLOW_CUDA
 static __global__ void __launch_bounds__(kTileThreads) smoothDepthKernel(const SmoothDepth step, const TileGrid tiles) {
-  PixelAddress a;
-  if (!pixelOfTile(tiles, a)) return;
-  const std::uint32_t index = step.grid.views[a.view].indexOf(a.u, a.v);
-  step.out[index] = step.smoothed(a, index);
+  forEachPixelOfTile(
+      tiles, [&step](const PixelAddress& a, std::uint32_t index) { step.out[index] = step.smoothed(a, index); });
 }
 #endif
 
