@@ -8,9 +8,9 @@ namespace gpu {
 
 /** \brief Eq. 4–7 over the depth maps of a frame. */
 struct ConsistencyEvaluator {
-  const DeviceView* views;
-  const float* z;
-  ConsistencyParameters parameters;
+  const DeviceView* views{nullptr};
+  const float* z{nullptr};
+  ConsistencyParameters parameters{};
 
   static constexpr std::uint32_t kNoCamera = 0xffffffffu;
 

@@ -84,11 +84,5 @@ struct SelectPoints {
   }
 };
 
-/** \brief Whether a child's point stays. */
-struct Stays {
-  const std::uint8_t* states;
-  FUSE_FLOW_HD bool operator()(std::uint32_t child) const { return states[child] == Kept; }
-};
-
 }  // namespace gpu
 }  // namespace fuse_flow

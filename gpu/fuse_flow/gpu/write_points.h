@@ -39,7 +39,7 @@ struct WritePoints {
     point.weight = weights[staying[k]];
     Vec3 color{}, normal{};
     for (int s = 0; s < kRepresentatives; ++s) {
-      if (s >= point.count || !(Layout::has_color || (Layout::has_normal && with_normals))) continue;
+      if (s >= static_cast<int>(point.count) || !(Layout::has_color || (Layout::has_normal && with_normals))) continue;
       const PixelAddress a = appearance.grid.addressOf(point.source[s]);
       if (Layout::has_color) color = color + point.share[s] * appearance.color(a);
       if (Layout::has_normal && with_normals) normal = normal + point.share[s] * appearance.normal(a);

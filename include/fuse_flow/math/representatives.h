@@ -24,9 +24,9 @@ struct alignas(16) FusedPoint {
   /** \brief The representatives' points, and their shares of eq. 11, which add up to 1; count of them. */
   std::uint32_t source[kRepresentatives]{};
   float share[kRepresentatives]{};
-  std::uint16_t count{0};
+  std::uint32_t count{0};
   /** \brief Different cameras among the representatives. */
-  std::uint16_t views{0};
+  std::uint32_t views{0};
 };
 
 /** \brief A measurement, or one camera's measurements, that may stand for a cell. Left uninitialised: there are
@@ -148,9 +148,9 @@ FUSE_FLOW_HD FusedPoint fuseRepresentatives(const RepresentativeSelection& chose
     fused.share[k] = share;
     bool seen = false;
     for (int m = 0; m < kRepresentatives; ++m) seen |= m < k && chosen[m].camera == c.camera;
-    fused.views = static_cast<std::uint16_t>(fused.views + (seen ? 0 : 1));
+    fused.views = fused.views + (seen ? 0u : 1u);
   }
-  fused.count = static_cast<std::uint16_t>(chosen.count());
+  fused.count = static_cast<std::uint32_t>(chosen.count());
   if (!(total > FLT_MIN)) return fused;  // every view contradicts: weight stays 0
   fused.p = corner + (1.0f / total) * sum;
   fused.weight = sum_weights / total;
@@ -169,7 +169,7 @@ class PointWiseFusion {
     squares_ += weight * weight;
     ++fused_.views;
     for (int k = 0; k < kRepresentatives; ++k) {
-      if (k != fused_.count) continue;
+      if (k != static_cast<int>(fused_.count)) continue;
       fused_.source[k] = source;
       fused_.share[k] = weight;
       ++fused_.count;
@@ -184,7 +184,7 @@ class PointWiseFusion {
     fused.weight = squares_ / total_;
     float kept = 0;
     for (int k = 0; k < kRepresentatives; ++k)
-      if (k < fused.count) kept += fused.share[k];
+      if (k < static_cast<int>(fused.count)) kept += fused.share[k];
     for (float& share : fused.share) share /= kept;
     return fused;
   }
