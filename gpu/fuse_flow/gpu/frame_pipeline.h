@@ -5,10 +5,10 @@
 #include <fuse_flow/gpu/depth_maps.h>
 #include <fuse_flow/gpu/fuse_point_wise.h>
 #include <fuse_flow/gpu/generate_points_kernel.h>
+#include <fuse_flow/gpu/too_far.h>
 #include <fuse_flow/gpu/write_points.h>
 
 #include <chrono>
-#include <sstream>
 
 namespace fuse_flow {
 namespace gpu {
@@ -129,7 +129,7 @@ class FramePipeline {
                                                 static_cast<double>(pixels) * (sizeof(WeightedPoint) + 4));
     const Counters& counted = counters_.read(run);
     if (parameters.adapt_noise) keepNoiseScales();
-    if (counted.points.too_far != 0xffffffffu) throwTooFar(counted.points.too_far);
+    if (counted.points.too_far != 0xffffffffu) throwTooFarPoint(counted.points.too_far);
     statistics.measured_points = counted.points.measured;
     statistics.gated_points = counted.points.gated;
     return counted.table_too_full == 0;
@@ -146,16 +146,12 @@ class FramePipeline {
     return {{low.x(), low.y(), low.z()}, {high.x(), high.y(), high.z()}, true};
   }
 
-  [[noreturn]] void throwTooFar(std::uint32_t index) {
+  [[noreturn]] void throwTooFarPoint(std::uint32_t index) {
     PinnedBuffer<WeightedPoint> point;
     point.resize(1);
     run.copy(point.data(), points_.data() + index, 1);
     run.wait();
-    const Vec3& p = point.data()->p;
-    std::ostringstream message;
-    message << "fuse_flow::AdaptiveHashFusion: point (" << p.x << ", " << p.y << ", " << p.z << ") m is more than "
-            << kMaxCellCoordinate << " cells of " << parameters.aggregation.cell_size << " m from the origin";
-    throw pcl::PCLException(message.str());
+    throwTooFar(point.data()->p, parameters.aggregation.cell_size);
   }
 
   ConsistencyEvaluator evaluator() const { return {views_.grid().views, maps_.measured(), parameters.consistency}; }
