@@ -1384,7 +1384,7 @@ TEST(BadParameters, MultiViewConsistencyNamesThem) {
   const char* owner = "MultiViewConsistency";
   expectRejected<Filter>(&P::sigma, 0.0f, owner, "sigma", "0");
   expectRejected<Filter>(&P::sigma, kNaN, owner, "sigma", "nan");
-  expectRejected<Filter>(&P::sigma_quadratic, -1.0f, owner, "sigma_quadratic", "-1");
+  expectRejected<Filter>(&P::sigma_per_noise, -1.0f, owner, "sigma_per_noise", "-1");
   expectRejected<Filter>(&P::margin, 0.0f, owner, "margin", "0");
   expectRejected<Filter>(&P::free_space_penalty, 0.0f, owner, "free_space_penalty", "0");
   expectRejected<Filter>(&P::free_space_penalty, 1.5f, owner, "free_space_penalty", "1.5");
