@@ -218,7 +218,12 @@ struct ConfidenceCase {
   using Point = P;
   using Filter = ConfidenceEstimation<P>;
   static constexpr const char* name = "ConfidenceEstimation";
-  static void configure(Filter&) {}
+  /** \brief A threshold that pixels beside a hole pass. */
+  static void configure(Filter& filter) {
+    ConfidenceParameters parameters;
+    parameters.threshold = 0.4f;
+    filter.setParameters(parameters);
+  }
   /** \brief The spike, and the eight pixels beside it that see a jump of half a metre. */
   static pcl::Indices bad() {
     pcl::Indices indices;
