@@ -5,6 +5,10 @@
 #include <cerrno>
 #include <cstdlib>
 
+#if defined(__GLIBC__)
+#include <malloc.h>
+#endif
+
 #if defined(__has_feature)
 #if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer) || __has_feature(memory_sanitizer)
 #define FUSE_FLOW_TEST_SANITIZED 1
@@ -156,6 +160,37 @@ TEST_F(FrameAllocations, ThereAreNonePointWise) {
   fuse_flow::FuseFlowParameters parameters;
   parameters.use_spatial_hash = false;
   expectNone<PointFused>(parameters, 2);
+}
+
+/** \brief Bytes that malloc has handed out. */
+std::size_t bytesInUse() {
+#if defined(FUSE_FLOW_TEST_COUNTS_ALLOCATIONS)
+  const struct mallinfo2 info = mallinfo2();
+  return info.uordblks + info.hblkhd;
+#else
+  return 0;
+#endif
+}
+
+TEST_F(Allocations, AFrameHoldsAtMost64BytesAPixelBeyondInputAndOutput) {
+  fuse_flow::io::DemoOptions options;
+  options.frames = 1;
+  const auto recording = fuse_flow::io::makeDemoRecording(options);
+  fuse_flow::RigFrame rig;
+  rig.cameras = recording.cameras;
+  rig.views.resize(rig.cameras.size());
+  for (std::size_t i = 0; i < rig.views.size(); ++i) rig.views[i].depth16 = recording.depth[0][i].view();
+  const double pixels = 640.0 * 480.0 * static_cast<double>(rig.views.size());
+  const std::size_t before = bytesInUse();
+  FuseFlow<PointFused> fusion;
+  fusion.setNumberOfThreads(2);
+  pcl::PointCloud<PointFused> cloud;
+  for (int repetition = 0; repetition < 2; ++repetition) fusion.fuse(rig, cloud);
+  const std::size_t output = cloud.points.capacity() * sizeof(PointFused);
+  const double bytes_a_pixel = static_cast<double>(bytesInUse() - before - output) / pixels;
+  RecordProperty("bytes_a_pixel", std::to_string(bytes_a_pixel));
+  EXPECT_LE(bytes_a_pixel, 64.0);
+  EXPECT_GE(bytes_a_pixel, 28.0);  // three depth maps and the points: less, and nothing was measured
 }
 
 }  // namespace

@@ -32,7 +32,7 @@ class AdaptiveHashFusion<PointT, device::Thrust> : public AdaptiveHashFusion<Poi
     SmoothingParameters none;
     none.passes = 0;
     maps_.make(device_.run, device_.times, views_, {{}, none, {}, false});
-    const gpu::ConsistencyEvaluator evaluator{views_.grid().views, maps_.measured(), this->consistency_};
+    const gpu::ConsistencyEvaluator evaluator{views_.grid().views, maps_.measured(), this->consistency_, false, {}};
     return aggregation_.fuse(this->parameters_, points, cameras, &evaluator);
   }
 

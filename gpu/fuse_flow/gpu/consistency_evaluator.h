@@ -11,6 +11,9 @@ struct ConsistencyEvaluator {
   const DeviceView* views{nullptr};
   const float* z{nullptr};
   ConsistencyParameters parameters{};
+  /** \brief Whether the noise of the views is known, and how it grows. */
+  bool noise_known{false};
+  ConfidenceParameters noise_model{};
 
   static constexpr std::uint32_t kNoCamera = 0xffffffffu;
 
@@ -92,10 +95,11 @@ struct ConsistencyEvaluator {
 
   FUSE_FLOW_HD ViewOpinion judge(const Vec3& p_W, const Sight& sight) const {
     const DeviceView& view = views[sight.address.view];
+    const float noise = noise_known ? view.noise_scale * axialNoise(noise_model, sight.depth) : 0.0f;
     return parameters.distance == DistanceForm::Euclidean
                ? viewOpinion(parameters, view.model.T_camera_world * p_W, view.ray(sight.address.u, sight.address.v),
-                             sight.depth)
-               : viewOpinion(parameters, {0, 0, sight.depth_of_point}, {}, sight.depth);
+                             sight.depth, noise)
+               : viewOpinion(parameters, {0, 0, sight.depth_of_point}, {}, sight.depth, noise);
   }
 };
 

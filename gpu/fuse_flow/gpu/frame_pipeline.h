@@ -154,7 +154,9 @@ class FramePipeline {
     throwTooFar(point.data()->p, parameters.aggregation.cell_size);
   }
 
-  ConsistencyEvaluator evaluator() const { return {views_.grid().views, maps_.measured(), parameters.consistency}; }
+  ConsistencyEvaluator evaluator() const {
+    return {views_.grid().views, maps_.measured(), parameters.consistency, true, parameters.confidence};
+  }
 
   /** \brief Section 5. */
   void aggregate() {

@@ -57,7 +57,8 @@ class MultiViewConsistency<PointT, device::Thrust> : public MultiViewConsistency
     device_.upload(points.data(), n, points_);
     V_.resize(n);
     views_.resize(n);
-    const gpu::ConsistencyEvaluator evaluator{frame_views_.grid().views, maps_.measured(), this->parameters_};
+    const gpu::ConsistencyEvaluator evaluator{
+        frame_views_.grid().views, maps_.measured(), this->parameters_, false, {}};
     run.forEach(n, gpu::JudgePoints{evaluator, this->source_camera_, points_.data(), V_.data(), views_.data()});
     device_.download(V_, n, V);
     device_.download(views_, n, views);
