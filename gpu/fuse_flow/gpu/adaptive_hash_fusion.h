@@ -29,10 +29,9 @@ class AdaptiveHashFusion<PointT, device::Thrust> : public AdaptiveHashFusion<Poi
                                      const std::vector<std::uint32_t>& cameras) override {
     if (!this->frame_) return aggregation_.fuse(this->parameters_, points, cameras, nullptr);
     views_.assign(device_.run, *this->frame_, {}, false, host::resolveThreads(this->threads_));
-    SmoothingParameters none;
-    none.passes = 0;
-    maps_.make(device_.run, device_.times, views_, {{}, none, {}, false});
-    const gpu::ConsistencyEvaluator evaluator{views_.grid().views, maps_.measured(), this->consistency_, false, {}};
+    maps_.make(device_.run, device_.times, views_,
+               gpu::DepthMapParameters::withoutSmoothing(PreprocessingParameters()));
+    const gpu::ConsistencyEvaluator evaluator{views_.grid().views, maps_.measured(), this->consistency_};
     return aggregation_.fuse(this->parameters_, points, cameras, &evaluator);
   }
 

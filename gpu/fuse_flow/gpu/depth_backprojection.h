@@ -54,9 +54,7 @@ class DepthBackprojection<PointT, device::Thrust> : public DepthBackprojection<P
     frame.views.push_back(view);
     gpu::Execution& run = device_.run;
     views_.assign(run, frame, {}, false, host::resolveThreads(this->threads_));
-    SmoothingParameters none;
-    none.passes = 0;
-    maps_.make(run, device_.times, views_, {this->parameters_, none, {}, false});
+    maps_.make(run, device_.times, views_, gpu::DepthMapParameters::withoutSmoothing(this->parameters_));
     const std::size_t size = static_cast<std::size_t>(view.width()) * static_cast<std::size_t>(view.height());
     z_.resize(size);
     points_.resize(size);

@@ -15,7 +15,16 @@ struct DepthMapParameters {
   PreprocessingParameters preprocessing;
   SmoothingParameters smoothing;
   ConfidenceParameters confidence;
-  bool adapt_noise;
+  bool adapt_noise{true};
+
+  /** \brief For the filters that work on their own, which know of neither noise nor smoothing. */
+  static DepthMapParameters withoutSmoothing(const PreprocessingParameters& preprocessing) {
+    DepthMapParameters p;
+    p.preprocessing = preprocessing;
+    p.smoothing.passes = 0;
+    p.adapt_noise = false;
+    return p;
+  }
 };
 
 /** \brief Throws pcl::BadArgumentException for what runs on the CPU only. \param owner the class that says so */

@@ -50,15 +50,12 @@ class MultiViewConsistency<PointT, device::Thrust> : public MultiViewConsistency
     gpu::checkRunsOnDevice("fuse_flow::MultiViewConsistency", this->preprocessing_);
     gpu::Execution& run = device_.run;
     frame_views_.assign(run, this->frame_, {}, false, host::resolveThreads(this->threads_));
-    SmoothingParameters none;
-    none.passes = 0;
-    maps_.make(run, device_.times, frame_views_, {this->preprocessing_, none, {}, false});
+    maps_.make(run, device_.times, frame_views_, gpu::DepthMapParameters::withoutSmoothing(this->preprocessing_));
     const std::size_t n = points.size();
     device_.upload(points.data(), n, points_);
     V_.resize(n);
     views_.resize(n);
-    const gpu::ConsistencyEvaluator evaluator{
-        frame_views_.grid().views, maps_.measured(), this->parameters_, false, {}};
+    const gpu::ConsistencyEvaluator evaluator{frame_views_.grid().views, maps_.measured(), this->parameters_};
     run.forEach(n, gpu::JudgePoints{evaluator, this->source_camera_, points_.data(), V_.data(), views_.data()});
     device_.download(V_, n, V);
     device_.download(views_, n, views);
