@@ -72,7 +72,7 @@ struct Options {
   std::vector<Size> sizes;
 };
 
-/** \brief The first frame as files that bench/gpu_peer.py reads. */
+/** \brief The first frame as files that bench/torch_voxel_average.py reads. */
 void dump(const std::string& folder, const RigFrame& frame, const char* memory, std::size_t bytes) {
   std::ofstream(folder + "/images.bin", std::ios::binary).write(memory, static_cast<std::streamsize>(bytes));
   std::ofstream rig(folder + "/rig.txt");
