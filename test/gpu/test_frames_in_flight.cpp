@@ -22,6 +22,7 @@ TEST(GpuFramesInFlight, ComeBackInTurnWithTheBytesOfOneAtATime) {
   }
   for (const std::size_t lanes : {1u, 2u, 3u, 5u}) {
     several.setFramesInFlight(lanes);
+    several.setCopyAhead(lanes != 2);
     std::size_t next = 0;
     const auto take = [&] {
       several.next(cloud);
