@@ -3,6 +3,8 @@
 
 #include <pcl/exceptions.h>
 
+#include <fstream>
+
 namespace {
 
 using namespace device_comparison;
@@ -123,17 +125,40 @@ TEST(GpuErrors, AFrameOfMorePixelsThanCanBeNumberedIsRefused) {
 #endif
 }
 
+/** \brief Resident memory of this process, bytes; 0 where it cannot be told. */
+std::size_t hostBytes() {
+  std::ifstream file("/proc/self/statm");
+  std::size_t total = 0, resident = 0;
+  file >> total >> resident;
+  return 4096 * resident;
+}
+
+/** \brief Free memory of the device; 0 where the device is the CPU. */
+std::size_t freeDeviceBytes() {
+  std::size_t free_bytes = 0;
+#if FUSE_FLOW_CUDA
+  std::size_t total = 0;
+  fuse_flow::gpu::check(cudaMemGetInfo(&free_bytes, &total), "cudaMemGetInfo");
+#endif
+  return free_bytes;
+}
+
 TEST(GpuMemory, DoesNotGrowOnceWarm) {
   Random random(53);
   std::vector<RandomFrame> frames(5);
   for (RandomFrame& frame : frames) frame.draw(random, 4, 30);
   Device device;
   Cloud cloud;
-  for (const RandomFrame& frame : frames) device.fuse(frame.rig, cloud);
-  const std::size_t bytes = device.getDeviceBytes();
+  for (int k = 0; k < 10; ++k) {
+    for (const RandomFrame& frame : frames) device.fuse(frame.rig, cloud);
+  }
+  const std::size_t bytes = device.getDeviceBytes(), host_bytes = hostBytes(), free_bytes = freeDeviceBytes();
   EXPECT_GT(bytes, 0u);
-  for (int k = 0; k < 2000; ++k) device.fuse(frames[static_cast<std::size_t>(k) % frames.size()].rig, cloud);
+  const int count = FUSE_FLOW_CUDA ? 10000 : 2000;
+  for (int k = 0; k < count; ++k) device.fuse(frames[static_cast<std::size_t>(k) % frames.size()].rig, cloud);
   EXPECT_EQ(device.getDeviceBytes(), bytes);
+  EXPECT_EQ(freeDeviceBytes(), free_bytes);
+  EXPECT_LT(hostBytes(), host_bytes + (8u << 20));
 }
 
 }  // namespace

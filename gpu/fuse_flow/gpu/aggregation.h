@@ -50,7 +50,8 @@ class Aggregation {
   std::size_t bytes() const {
     return numbers_.bytes() + chunk_runs_.bytes() + run_places_.bytes() + cells_.bytes() +
            first_child_numbers_.bytes() + sorted_.bytes() + child_begins_.bytes() + ranks_.bytes() + cameras_.bytes() +
-           positions_.bytes() + cells_of_children_.bytes() + cell_order_.bytes();
+           positions_.bytes() + cells_of_children_.bytes() + first_points_.bytes() + order_.bytes() + marks_.bytes() +
+           marks_before_.bytes();
   }
 
  private:
@@ -68,25 +69,29 @@ class Aggregation {
 
   int maxLevel() const { return host::HashAggregation::maxLevel(parameters_); }
 
-  ChildrenOfCell childrenOfCell() const {
-    return {in_.table, cell_order_.values.data(), parameters_.points_per_cell, maxLevel()};
-  }
+  ChildrenOfCell childrenOfCell() const { return {in_.table, order_.data(), parameters_.points_per_cell, maxLevel()}; }
 
   /** \brief Cells by their first points, and the numbers of their children. */
   void orderCells(std::size_t cells) {
-    cell_order_.resize(cells);
+    first_points_.resize(cells);
+    order_.resize(cells);
     first_child_numbers_.resize(cells + 1);
     cells_.resize(in_.table.mask + std::size_t{1});
-    run_.forEach(cells, ListCells{in_.table, cell_order_.keys.data(), cell_order_.values.data()});
-    run_.sortByKey(cell_order_.keys, cell_order_.other_keys, cell_order_.values, cell_order_.other_values, cells,
-                   bitsFor(in_.size));
-    const auto children =
-        thrust::make_transform_iterator(thrust::counting_iterator<std::uint32_t>(0), childrenOfCell());
+    const std::size_t words = in_.size / 32;
+    marks_.resize(words);
+    marks_before_.resize(words + 1);
+    run_.fill(marks_.data(), words, 0);
+    run_.forEach(cells, MarkFirstPoints{in_.table, marks_.data()});
+    const thrust::counting_iterator<std::uint32_t> all(0);
+    run_.sumUp(thrust::make_transform_iterator(all, CountMarks{marks_.data()}), words, marks_before_.data());
+    run_.forEach(cells, RankCells{in_.table, marks_.data(), marks_before_.data(), first_points_.data(), order_.data()});
+    const auto children = thrust::make_transform_iterator(all, childrenOfCell());
     run_.sumUp(children, cells, first_child_numbers_.data());
     run_.copy(&counters_.device(run_)->child_numbers, first_child_numbers_.data() + cells, 1);
     run_.forEach(cells,
                  DescribeCells{childrenOfCell(), first_child_numbers_.data(), parameters_.cell_size, cells_.data()});
-    times_.mark("order of cells", static_cast<double>(cells) * (4 * 16 + 16 + sizeof(CoarseCell)));
+    times_.mark("order of cells", static_cast<double>(cells) * (3 * 8 + 8 + 12 + sizeof(CoarseCell)) +
+                                      static_cast<double>(words) * (4 + 4 + 4));
   }
 
   /** \brief Runs of points that fall into one child, sorted by child and pixel. */
@@ -149,8 +154,8 @@ class Aggregation {
                             child_begins_.data(),
                             &counters->children,
                             static_cast<std::uint32_t>(runs)};
-    run_.forEach(runs, FindCells{children, cell_order_.keys.data(), cells_of_children_.data(), ranks_.data(),
-                                 positions_.data()});
+    run_.forEach(
+        runs, FindCells{children, first_points_.data(), cells_of_children_.data(), ranks_.data(), positions_.data()});
     times_.mark("cells of children");
     const FuseChildren fuse{{children, p.representatives, in_.grid}, points.fused.data(), cameras_.data()};
 #if FUSE_FLOW_CUDA
@@ -217,7 +222,8 @@ class Aggregation {
   PointsInCells in_{};
   const ConsistencyEvaluator* evaluator_{nullptr};
 
-  SortBuffers cell_order_, sorted_;
+  SortBuffers sorted_;
+  DeviceBuffer<std::uint32_t> marks_, marks_before_, first_points_, order_;
   DeviceBuffer<std::uint64_t> first_child_numbers_;
   DeviceBuffer<CoarseCell> cells_;
   DeviceBuffer<std::uint32_t> numbers_, chunk_runs_, run_places_, child_begins_, ranks_, cameras_;
