@@ -125,6 +125,27 @@ TEST(GpuErrors, AFrameOfMorePixelsThanCanBeNumberedIsRefused) {
 #endif
 }
 
+#if FUSE_FLOW_CUDA
+TEST(GpuErrors, RunningOutOfTheDevicesMemoryIsSaidAndSurvived) {
+  Random random(54);
+  RandomFrame frame;
+  do frame.draw(random, 6, 600);
+  while (frame.rig.cameras.size() < 4);
+  std::vector<void*> blocks;
+  for (std::size_t size = std::size_t{1} << 36; size >= std::size_t{1} << 20; size /= 2) {
+    void* block = nullptr;
+    while (cudaMalloc(&block, size) == cudaSuccess) blocks.push_back(block);
+    (void)cudaGetLastError();
+  }
+  Device device;
+  Cloud cloud;
+  expectMentions(messageOf<pcl::PCLException>([&] { device.fuse(frame.rig, cloud); }), {"out of GPU memory", "MiB"});
+  for (void* block : blocks) (void)cudaFree(block);
+  Host host;
+  expectSame(frame.rig, {}, host, device);
+}
+#endif
+
 /** \brief Resident memory of this process, bytes; 0 where it cannot be told. */
 std::size_t hostBytes() {
   std::ifstream file("/proc/self/statm");
