@@ -75,9 +75,9 @@ class QualityOfSequence {
     s.covered_pixels += q.covered_pixels;
   }
   Quality result() const {
-    Quality q = sum_;
-    if (q.seen_points > 0) q.error = error_ / static_cast<double>(q.seen_points);
-    if (q.multi_view_points > 0) q.multi_view_error = multi_view_error_ / static_cast<double>(q.multi_view_points);
+    Quality q = sum_;  // 0 / 0 is NaN: nobody saw a point
+    q.error = error_ / static_cast<double>(q.seen_points);
+    q.multi_view_error = multi_view_error_ / static_cast<double>(q.multi_view_points);
     return q;
   }
 
