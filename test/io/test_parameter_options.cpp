@@ -68,8 +68,9 @@ const std::vector<Option>& options() {
       {"--representatives", "different_cameras",
        [](const P& p) { return static_cast<double>(p.aggregation.representatives); },
        static_cast<double>(Representatives::DifferentCameras), "cameras"},
-      {"--consistency-at", "cell_mean", [](const P& p) { return static_cast<double>(p.aggregation.consistency_at); },
-       static_cast<double>(ConsistencyAt::CellMean), "cell"},
+      {"--consistency-at", "representatives",
+       [](const P& p) { return static_cast<double>(p.aggregation.consistency_at); },
+       static_cast<double>(ConsistencyAt::Representatives), "cell"},
       {"--cell-size", "0.45", [](const P& p) { return p.aggregation.cell_size; }, 0.45, "0"},
       {"--min-cell-size", "0.003", [](const P& p) { return p.aggregation.min_cell_size; }, 0.003, "0"},
       {"--points-per-cell", "47", [](const P& p) { return p.aggregation.points_per_cell; }, 47, "0"},
@@ -163,7 +164,7 @@ TEST(ParameterOptions, EveryFormHasAName) {
   EXPECT_EQ(parse({"--representatives", "highest_confidence"}).aggregation.representatives,
             Representatives::HighestConfidence);
   EXPECT_EQ(parse({"--representatives", "camera_means"}).aggregation.representatives, Representatives::CameraMeans);
-  EXPECT_EQ(parse({"--consistency-at", "representatives"}).aggregation.consistency_at, ConsistencyAt::Representatives);
+  EXPECT_EQ(parse({"--consistency-at", "cell_mean"}).aggregation.consistency_at, ConsistencyAt::CellMean);
 }
 
 TEST(ParameterOptions, TheCropBoxIsItsTwoCorners) {
