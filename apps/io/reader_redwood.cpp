@@ -43,6 +43,16 @@ std::vector<std::string> findFiles(const fs::path& folder, const std::vector<std
   return paths;
 }
 
+/** \brief Open3D's samples keep odometry.log, which is of the same form, beside trajectory.log. */
+std::string findTrajectory(const std::string& folder) {
+  const std::vector<std::string> logs = findFiles(folder, {".log"});
+  if (logs.size() == 1) return logs[0];
+  const std::string usual = (fs::path(folder) / "trajectory.log").string();
+  if (std::find(logs.begin(), logs.end(), usual) != logs.end()) return usual;
+  throw InputError(folder + ": has " + std::to_string(logs.size()) +
+                   " trajectories (.log), must be one, or one of them trajectory.log");
+}
+
 /** \brief Blocks of five lines: "i j k", then camera → world, 4×4; i is the frame's number. */
 std::map<std::size_t, Eigen::Isometry3d> readTrajectory(const std::string& path) {
   const std::vector<double> numbers = readNumbers(path);
@@ -101,10 +111,7 @@ std::unique_ptr<Recording> openRedwood(const std::string& folder, const Recordin
   sequence.kind = "redwood";
   sequence.path = folder;
   sequence.intrinsics = findIntrinsics(folder);
-  const std::vector<std::string> logs = findFiles(folder, {".log"});
-  if (logs.size() > 1)
-    throw InputError(folder + ": has " + std::to_string(logs.size()) + " trajectories (.log), must be one");
-  const std::map<std::size_t, Eigen::Isometry3d> poses = readTrajectory(logs[0]);
+  const std::map<std::size_t, Eigen::Isometry3d> poses = readTrajectory(findTrajectory(folder));
 
   const std::vector<std::string> depths = findFiles(fs::path(folder) / "depth", {".png"});
   const bool is_color = fs::is_directory(fs::path(folder) / "color");

@@ -103,9 +103,18 @@ TEST_F(Redwood, WhatIsWrongWithATrajectoryIsNamed) {
   }
   write("trajectory.log", "0 0 1\n1 0 0 0\n0 1 0 0\n0 0 -1 0\n0 0 0 1\n");
   EXPECT_TRUE(refuses([&] { open(); }, {log, "pose of frame 0", "is not rigid"}));
-  write("trajectory.log", "0 0 1\n" + levelView().poseText());
-  write("second.log", "0 0 1\n" + levelView().poseText());
-  EXPECT_TRUE(refuses([&] { open(); }, {folder_.string(), "2 trajectories"}));
+}
+
+TEST_F(Redwood, AmongSeveralTrajectoriesItIsTheOneNamedSo) {
+  write("odometry.log", "0 1 3\n" + cornerView(3).poseText());
+  io::LoadedFrame frame;
+  open()->read(0, frame);
+  EXPECT_TRUE(showsRoom(frame, 0));
+  fs::rename(path("trajectory.log"), path("second.log"));
+  EXPECT_TRUE(refuses([&] { open(); }, {folder_.string(), "2 trajectories", "trajectory.log"}));
+  fs::remove(path("odometry.log"));
+  open()->read(0, frame);
+  EXPECT_TRUE(showsRoom(frame, 0));
 }
 
 TEST_F(Redwood, WhatIsWrongWithIntrinsicsIsNamed) {
