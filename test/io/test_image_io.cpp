@@ -56,6 +56,21 @@ TEST_F(ImageIo, AColorThatThePngDeclaresTransparentIsDepthLikeAnyOther) {
   EXPECT_EQ(image.data, kDepths);
 }
 
+TEST_F(ImageIo, AnInterlacedPngIsReadLikeAnyOther) {
+  const std::string header = bytesOf({0, 0, 0, 3, 0, 0, 0, 2, 16, 0, 0, 0, 1});
+  const auto row = [](const std::vector<std::uint16_t>& values) {
+    std::string samples(1, '\0');
+    for (const std::uint16_t value : values)
+      samples += {static_cast<char>(value >> 8), static_cast<char>(value & 0xff)};
+    return samples;
+  };
+  // Of the seven passes of a 3x2 image, those that are not empty: pixel 0, pixel 2, pixel 1, the second row.
+  const std::string rows = row({kDepths[0]}) + row({kDepths[2]}) + row({kDepths[1]}) + row({256, 12345, 65535});
+  io::DepthImage image;
+  io::readDepthPng(write("a.png", png(pngChunk("IHDR", header) + pngChunk("IDAT", zlibStored(rows)))), image);
+  EXPECT_EQ(image.data, kDepths);
+}
+
 TEST_F(ImageIo, DepthInAnyOtherKindOfPngIsRefused) {
   const auto samples = [](int count) { return std::string(static_cast<std::size_t>(count), '\1'); };
   const std::vector<std::pair<std::string, std::string>> kinds = {
