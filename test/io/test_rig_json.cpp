@@ -115,10 +115,11 @@ TEST_F(RigJson, WhatIsWrittenReadsBackTheSame) {
   camera.T_world_camera.rotate(Eigen::AngleAxisd(0.1, Eigen::Vector3d(1, 2, 3).normalized()));
   camera.intrinsics.fx = 1000.0f / 3;
   camera.color->T_depth_color.rotate(Eigen::AngleAxisd(0.2, Eigen::Vector3d::UnitX()));
-  cameras.push_back({Camera(camera), 0.001f});
-  cameras[1].camera.name = "right";
-  cameras[1].camera.color.reset();
-  cameras[1].camera.intrinsics.distortion = {};
+  io::RigCamera right{camera, 0.001f};
+  right.camera.name = "right";
+  right.camera.color.reset();
+  right.camera.intrinsics.distortion = {};
+  cameras.push_back(right);  // from here on camera is no more
   io::writeRigJson(path("back.json"), cameras);
   const auto back = io::readRigJson(path("back.json"));
   ASSERT_EQ(back.size(), 2u);
@@ -128,7 +129,7 @@ TEST_F(RigJson, WhatIsWrittenReadsBackTheSame) {
     EXPECT_EQ(numbersOf(back[i].camera.intrinsics), numbersOf(cameras[i].camera.intrinsics));
     EXPECT_EQ(back[i].camera.T_world_camera.matrix(), cameras[i].camera.T_world_camera.matrix());
   }
-  EXPECT_EQ(numbersOf(back[0].camera.color->intrinsics), numbersOf(camera.color->intrinsics));
+  EXPECT_EQ(numbersOf(back[0].camera.color->intrinsics), numbersOf(cameras[0].camera.color->intrinsics));
   EXPECT_EQ(back[0].camera.color->T_depth_color.matrix(), cameras[0].camera.color->T_depth_color.matrix());
   EXPECT_FALSE(back[1].camera.color);
 }
