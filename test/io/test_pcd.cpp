@@ -110,9 +110,12 @@ TEST_F(Pcd, AFlatWallDeterminesTheIntrinsicsToo) {
 }
 
 TEST_F(Pcd, TheViewpointIsThePoseOfTheCameraRealPartFirst) {
-  const io::LoadedFrame frame = open({write("a.pcd", PcdText().text())});
-  EXPECT_LT((frame.rig.cameras[0].T_world_camera.matrix() - levelView().T_world_camera.matrix()).cwiseAbs().maxCoeff(),
-            1e-6);
+  PcdText pcd;
+  pcd.viewpoint = "1 2 3 0.70710678 0 0 0.70710678";  // a quarter turn about z, which takes x to y
+  const io::LoadedFrame frame = open({write("a.pcd", pcd.text())});
+  const Eigen::Isometry3d& T = frame.rig.cameras[0].T_world_camera;
+  EXPECT_LT((T * Eigen::Vector3d(1, 0, 0) - Eigen::Vector3d(1, 3, 3)).norm(), 1e-6);
+  EXPECT_LT((T * Eigen::Vector3d(0, 0, 1) - Eigen::Vector3d(1, 2, 4)).norm(), 1e-6);
 }
 
 TEST_F(Pcd, PixelsWithoutAPointHaveNoDepth) {
