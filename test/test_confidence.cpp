@@ -1,4 +1,4 @@
-#include <fuse_flow/math/confidence.h>
+#include <fuse_flow/fuse_flow.h>
 
 #include <gtest/gtest.h>
 
@@ -51,11 +51,18 @@ TEST(Confidence, FollowsEquationThreeByHand) {
   EXPECT_FLOAT_EQ(confidence(p, 3, 100), 0.25f);
 }
 
-TEST(Confidence, DefaultThresholdIsThePublishedOneOnTheNormalisedScale) {
+TEST(Confidence, PublishedThresholdIsThePapersOnTheNormalisedScale) {
   // α / (1 + βG) + γ / (1 + δσ) = 0.5/5 + 1/2 = 0.6 is the paper's τ.
-  EXPECT_NEAR(confidence({}, 8, 1), ConfidenceParameters{}.threshold, 1e-6f);
-  EXPECT_LT(confidence({}, 8.1f, 1), ConfidenceParameters{}.threshold);
-  EXPECT_GT(confidence({}, 7.9f, 1), ConfidenceParameters{}.threshold);
+  const float threshold = fuse_flow::FuseFlowParameters::published().confidence.threshold;
+  EXPECT_NEAR(confidence({}, 8, 1), threshold, 1e-6f);
+  EXPECT_LT(confidence({}, 8.1f, 1), threshold);
+  EXPECT_GT(confidence({}, 7.9f, 1), threshold);
+}
+
+TEST(Confidence, APixelAloneDoesNotPassTheDefaultGate) {
+  fuse_flow::DepthPatch alone{};
+  alone.z[4] = 1.0f;
+  EXPECT_LT(slopeCompensated({}, alone), ConfidenceParameters{}.threshold);
 }
 
 TEST(Confidence, FallsWithGradientAndWithSpread) {

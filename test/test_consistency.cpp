@@ -63,21 +63,20 @@ TEST(ViewOpinion, AsPublishedEveryViewCountsHoweverFarOff) {
   EXPECT_NEAR(before.squared_distance, 100.0f, 1e-2f);
 }
 
-TEST(ConsistencySigma, GrowsWithTheSquareOfTheDepthBeyondOneMetre) {
+TEST(ConsistencySigma, IsAtLeastTheNoiseOfTheMeasurement) {
   ConsistencyParameters p;
   p.sigma = 0.02f;
-  p.sigma_quadratic = 0.01f;
-  EXPECT_FLOAT_EQ(consistencySigma(p, 0.5f), 0.02f);
+  p.sigma_per_noise = 2.0f;
+  EXPECT_FLOAT_EQ(consistencySigma(p, 0.0f), 0.02f);
+  EXPECT_FLOAT_EQ(consistencySigma(p, 0.009f), 0.02f);
+  EXPECT_FLOAT_EQ(consistencySigma(p, 0.025f), 0.05f);
+  p.sigma_per_noise = 0;
   EXPECT_FLOAT_EQ(consistencySigma(p, 1.0f), 0.02f);
-  EXPECT_FLOAT_EQ(consistencySigma(p, 2.0f), 0.05f);  // 0.02 + 0.01 · (4 − 1)
-  p.sigma_quadratic = 0;
-  EXPECT_FLOAT_EQ(consistencySigma(p, 10.0f), 0.02f);
 }
 
 TEST(ConsistencySigma, OfTheMeasuredDepthScalesTheDistance) {
   ConsistencyParameters p = form(OcclusionForm::OcclusionAware, DistanceForm::AlongRay);
-  p.sigma_quadratic = 0.01f;
-  EXPECT_NEAR(viewOpinion(p, {0, 0, 2.05f}, {}, 2.0f).squared_distance, 1.0f, 1e-4f);  // σ(2) = 50 mm
+  EXPECT_NEAR(viewOpinion(p, {0, 0, 2.05f}, {}, 2.0f, 0.05f).squared_distance, 1.0f, 1e-4f);
 }
 
 TEST(Consistency, IsOneWithoutAnyView) { EXPECT_EQ(V({}, {}), 1.0f); }

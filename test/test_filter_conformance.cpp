@@ -218,7 +218,12 @@ struct ConfidenceCase {
   using Point = P;
   using Filter = ConfidenceEstimation<P>;
   static constexpr const char* name = "ConfidenceEstimation";
-  static void configure(Filter&) {}
+  /** \brief A threshold that pixels beside a hole pass. */
+  static void configure(Filter& filter) {
+    ConfidenceParameters parameters;
+    parameters.threshold = 0.4f;
+    filter.setParameters(parameters);
+  }
   /** \brief The spike, and the eight pixels beside it that see a jump of half a metre. */
   static pcl::Indices bad() {
     pcl::Indices indices;
@@ -1384,7 +1389,7 @@ TEST(BadParameters, MultiViewConsistencyNamesThem) {
   const char* owner = "MultiViewConsistency";
   expectRejected<Filter>(&P::sigma, 0.0f, owner, "sigma", "0");
   expectRejected<Filter>(&P::sigma, kNaN, owner, "sigma", "nan");
-  expectRejected<Filter>(&P::sigma_quadratic, -1.0f, owner, "sigma_quadratic", "-1");
+  expectRejected<Filter>(&P::sigma_per_noise, -1.0f, owner, "sigma_per_noise", "-1");
   expectRejected<Filter>(&P::margin, 0.0f, owner, "margin", "0");
   expectRejected<Filter>(&P::free_space_penalty, 0.0f, owner, "free_space_penalty", "0");
   expectRejected<Filter>(&P::free_space_penalty, 1.5f, owner, "free_space_penalty", "1.5");

@@ -129,13 +129,13 @@ TEST(FuseFlow, NormalsOfABallPointAwayFromItsCentre) {
 
 TEST(FuseFlow, WeightGoesToIntensityWhereThereIsNoConfidence) {
   Scene scene = scenes::makeFlatScene(scenes::sameCameras(1, 9, 9, 40), {1.0f});
-  scene.confidence.push_back(scenes::uniform(9, 9, 0.5f));  // C = 0.5 inside the image
+  scene.confidence.push_back(scenes::uniform(9, 9, 0.75f));  // C = 0.75 inside the image
   scene.attach();
   FuseFlowParameters parameters;
   parameters.half_weight_noise = 0;
   std::size_t inside = 0;
   for (const auto& point : scenes::fuse<pcl::PointXYZI>(scene.rig, parameters))
-    inside += std::abs(point.intensity - 0.5f) < 1e-4f ? 1 : 0;
+    inside += std::abs(point.intensity - 0.75f) < 1e-4f ? 1 : 0;
   EXPECT_GT(inside, 10u);
 }
 

@@ -243,6 +243,25 @@ TEST(NoiseWeight, MultipliesTheConfidenceAfterTheGate) {
   EXPECT_GT(scenes::fuse(scene.rig, parameters).size(), 40u);
 }
 
+TEST(NoiseScale, AViewTwiceAsNoisyMayDisagreeTwiceAsMuch) {
+  // Far enough for the noise to exceed σ: 0.5 mm + 1.425e-3 · 25 = 36 mm at 5 m, against 20 mm.
+  const float noise = fuse_flow::axialNoise(fuse_flow::ConfidenceParameters(), 5.0f);
+  FuseFlowParameters parameters = onePointAPixel(0);
+  parameters.use_distance_consistency = true;
+  parameters.half_weight_noise = 0;
+  parameters.adapt_noise = false;
+  const Scene scene = scenes::makeFlatScene(scenes::sameCameras(2, 20, 15, 40), {5.0f, 5.0f + noise});
+  const auto V = [&](float sigma_per_noise) {
+    parameters.consistency.sigma_per_noise = sigma_per_noise;
+    return scenes::fuse(scene.rig, parameters)[150].confidence;
+  };
+  const float twice = V(2), once = V(1);
+  // Both measurements fuse: the nearer weighs exp(−d²) with the other's noise, and the other is weighed likewise.
+  EXPECT_GT(twice, once + 0.2f);
+  EXPECT_NEAR(twice, std::exp(-0.25f), 0.03f);
+  EXPECT_NEAR(once, std::exp(-1.0f), 0.03f);
+}
+
 TEST(Refinement, ThePublishedFormHasNone) {
   const FuseFlowParameters published = FuseFlowParameters::published();
   EXPECT_EQ(published.smoothing.passes, 0);

@@ -52,7 +52,7 @@ class ParameterOptions {
     addEnum(app, "--distance-form", v.distance,
             {{"euclidean", DistanceForm::Euclidean}, {"along_ray", DistanceForm::AlongRay}}, "eq. 6");
     add(app, "--sigma", v.sigma, "eq. 7, m");
-    add(app, "--sigma-quadratic", v.sigma_quadratic, "growth of sigma with z squared, 1/m");
+    add(app, "--sigma-per-noise", v.sigma_per_noise, "sigma is at least this times the axial noise");
     add(app, "--margin", v.margin, "occlusion and free space, in sigmas");
     add(app, "--free-space-penalty", v.free_space_penalty, "factor on V for each view that sees through the point");
     add(app, "--max-views", v.max_views, "K of eq. 7");

@@ -12,9 +12,10 @@ inline FuseFlowParameters FuseFlowParameters::published() {
   p.adapt_noise = false;
   p.half_weight_noise = 0;
   p.confidence.form = ConfidenceForm::Published;
+  p.confidence.threshold = 0.4f;
   p.consistency.occlusion = OcclusionForm::Published;
   p.consistency.distance = DistanceForm::Euclidean;
-  p.consistency.sigma_quadratic = 0;
+  p.consistency.sigma_per_noise = 0;
   p.aggregation.representatives = Representatives::HighestConfidence;
   p.aggregation.consistency_at = ConsistencyAt::Representatives;
   p.aggregation.min_weight = 0;

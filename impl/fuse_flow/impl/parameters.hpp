@@ -67,7 +67,7 @@ inline void checkParameters(const ConfidenceParameters& p) {
 inline void checkParameters(const ConsistencyParameters& p) {
   constexpr const char* owner = "fuse_flow::MultiViewConsistency";
   detail::checkPositive(owner, "sigma", p.sigma);
-  detail::checkNonNegative(owner, "sigma_quadratic", p.sigma_quadratic);
+  detail::checkNonNegative(owner, "sigma_per_noise", p.sigma_per_noise);
   detail::checkPositive(owner, "margin", p.margin);
   detail::checkPositive(owner, "free_space_penalty", p.free_space_penalty);
   detail::checkRange(owner, "free_space_penalty", p.free_space_penalty, 0.0f, 1.0f);

@@ -24,8 +24,9 @@ struct ConfidenceParameters {
   float beta{0.5f};   ///< β, per length unit; ≥ 0
   float gamma{1.0f};  ///< γ, weight of the spread term; ≥ 0, α + γ > 0
   float delta{1.0f};  ///< δ, per length unit; ≥ 0
-  /** \brief τ of eq. 9 on the normalised scale C ∈ [0, 1]: the published 0.6 of α + γ = 1.5 is 0.4 here. */
-  float threshold{0.4f};
+  /** \brief τ of eq. 9 on the normalised scale C ∈ [0, 1], on which the published 0.6 of α + γ = 1.5 is 0.4. At 0.6 either
+   *  term alone can close the gate, and a pixel without neighbours does not pass. */
+  float threshold{0.6f};
   /** \brief Metres in the unit that G and σ_local are measured in; > 0. The paper names none; centimetres. */
   float length_unit{0.01f};
   /** \brief Standard deviation of the depth at z is noise_floor + noise_quadratic · z²; metres and 1/metres, ≥ 0. It is

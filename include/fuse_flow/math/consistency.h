@@ -28,11 +28,12 @@ struct ConsistencyParameters {
   OcclusionForm occlusion{OcclusionForm::OcclusionAware};
   /** \brief How d_ij is measured. */
   DistanceForm distance{DistanceForm::AlongRay};
-  /** \brief σ at 1 m, metres; > 0. */
+  /** \brief σ, metres; > 0. */
   float sigma{0.02f};
-  /** \brief How σ grows: σ(z) = sigma + sigma_quadratic · (z² − 1) beyond 1 m, 1/metres, ≥ 0; 0 is the published
-   *  constant. */
-  float sigma_quadratic{0.0f};
+  /** \brief σ is at least so many standard deviations of the axial noise of the view that is asked, at the depth that it
+   *  measured; ≥ 0, 0 is the published constant. Only the frame pipeline knows that noise: see
+   *  FuseFlowParameters::adapt_noise. */
+  float sigma_per_noise{1.0f};
   /** \brief Beyond this many σ a nearer measurement hides the point and a farther one has seen through it; > 0. */
   float margin{2.5f};
   /** \brief What each view that has seen through a point multiplies its V by; (0, 1]. */
@@ -43,9 +44,10 @@ struct ConsistencyParameters {
   int max_candidates{12};
 };
 
-/** \brief σ of eq. 7 for a measurement at depth z, metres. */
-FUSE_FLOW_HD float consistencySigma(const ConsistencyParameters& p, float z) {
-  return p.sigma + p.sigma_quadratic * (z > 1.0f ? z * z - 1.0f : 0.0f);
+/** \brief σ of eq. 7. \param noise the axial noise of the measurement that is compared with, metres; 0: not known */
+FUSE_FLOW_HD float consistencySigma(const ConsistencyParameters& p, float noise) {
+  const float least = p.sigma_per_noise * noise;
+  return p.sigma > least ? p.sigma : least;
 }
 
 /** \brief What one other view says about a point. */
@@ -59,9 +61,11 @@ struct ViewOpinion {
 
 /** \brief Eq. 5–6 in camera j's own frame, where no transformation of Q is needed: rigid motions keep distances.
  *  \param p parameters  \param p_J the point in camera j's frame, metres
- *  \param ray_J the ray of the pixel it falls on  \param depth D_j there, metres; > 0 */
-FUSE_FLOW_HD ViewOpinion viewOpinion(const ConsistencyParameters& p, const Vec3& p_J, const Ray& ray_J, float depth) {
-  const float sigma = consistencySigma(p, depth);
+ *  \param ray_J the ray of the pixel it falls on  \param depth D_j there, metres; > 0
+ *  \param noise its axial noise, metres; 0: not known */
+FUSE_FLOW_HD ViewOpinion viewOpinion(const ConsistencyParameters& p, const Vec3& p_J, const Ray& ray_J, float depth,
+                                     float noise = 0.0f) {
+  const float sigma = consistencySigma(p, noise);
   const float inverse_sigma = 1.0f / sigma;
   const float behind = (p_J.z - depth) * inverse_sigma;
   if (p.occlusion == OcclusionForm::OcclusionAware) {

@@ -16,6 +16,12 @@ class ConsistencyEvaluator {
                        const std::vector<DepthMap>& depths)
       : parameters_(parameters), rig_(&rig), depths_(&depths) {}
 
+  /** \brief Where the noise of the views is known. \param scales of each view, see noiseScale() */
+  void setNoise(const ConfidenceParameters& model, const std::vector<float>& scales) {
+    noise_model_ = model;
+    noise_scales_ = &scales;
+  }
+
   /** \brief Calls visit(j, pixel u, pixel v, opinion) for up to K − 1 views other than camera i that say something
    *  about a point in the world frame. */
   template <typename Visit>
@@ -92,16 +98,18 @@ class ConsistencyEvaluator {
     bool open = false;
     for (std::size_t k = 0; k < n; ++k) {
       if (points[k].depth != nullptr && *points[k].depth > 0)
-        points[k].opinions.add(opinion(view, p[k], points[k].u, points[k].v, points[k].z, *points[k].depth));
+        points[k].opinions.add(opinion(j, p[k], points[k].u, points[k].v, points[k].z, *points[k].depth));
       open |= points[k].opinions.views() < parameters_.max_views - 1;
     }
     return open;
   }
 
-  ViewOpinion opinion(const ViewGeometry& view, const Vec3& p_W, int u, int v, float z, float D) const {
+  ViewOpinion opinion(std::uint32_t j, const Vec3& p_W, int u, int v, float z, float D) const {
+    const ViewGeometry& view = (*rig_)[j];
+    const float noise = noise_scales_ != nullptr ? (*noise_scales_)[j] * axialNoise(noise_model_, D) : 0.0f;
     return parameters_.distance == DistanceForm::Euclidean
-               ? viewOpinion(parameters_, view.T_camera_world * p_W, view.ray(u, v), D)
-               : viewOpinion(parameters_, {0, 0, z}, {}, D);
+               ? viewOpinion(parameters_, view.T_camera_world * p_W, view.ray(u, v), D, noise)
+               : viewOpinion(parameters_, {0, 0, z}, {}, D, noise);
   }
 
   template <typename Visit>
@@ -112,7 +120,7 @@ class ConsistencyEvaluator {
     if (!view.locate(p_W, u, v, z)) return false;
     const float D = (*depths_)[j].row(v)[u];
     if (!(D > 0)) return false;
-    const ViewOpinion said = opinion(view, p_W, u, v, z, D);
+    const ViewOpinion said = opinion(j, p_W, u, v, z, D);
     if (said.verdict == ViewOpinion::Hidden) return false;
     visit(j, u, v, said);
     return true;
@@ -121,6 +129,8 @@ class ConsistencyEvaluator {
   ConsistencyParameters parameters_;
   const RigGeometry* rig_;
   const std::vector<DepthMap>* depths_;
+  ConfidenceParameters noise_model_;
+  const std::vector<float>* noise_scales_{nullptr};
 };
 
 }  // namespace host

@@ -42,7 +42,7 @@ class FramePipeline {
     const Clock::time_point merged = Clock::now();
     const auto camera_of = [this](std::uint32_t index) { return viewOf(index); };
     if (parameters.use_distance_consistency) {
-      const ConsistencyEvaluator evaluator(parameters.consistency, rig_, depths_);
+      const ConsistencyEvaluator evaluator = makeEvaluator();
       aggregation_.fuse(parameters.aggregation, threads_, points_.data(), camera_of, &evaluator);
     } else {
       aggregation_.fuse(parameters.aggregation, threads_, points_.data(), camera_of, nullptr);
@@ -54,7 +54,7 @@ class FramePipeline {
    *  each with its own ω. Calls emit(index, fused point) in the order of the pixels. */
   template <typename Emit>
   void fusePointWise(const Emit& emit) const {
-    const ConsistencyEvaluator evaluator(parameters.consistency, rig_, depths_);
+    const ConsistencyEvaluator evaluator = makeEvaluator();
     for (std::uint32_t index = 0; index < points_.size(); ++index)
       if (points_[index].C > 0) emit(fusePoint(index, evaluator));
   }
@@ -238,6 +238,12 @@ class FramePipeline {
     if (!given) return;
     // NaN counts as no confidence.
     for (int u = 0; u < width; ++u) C[u] *= given.row(v)[u] > 0 ? std::min(given.row(v)[u], 1.0f) : 0.0f;
+  }
+
+  ConsistencyEvaluator makeEvaluator() const {
+    ConsistencyEvaluator evaluator(parameters.consistency, rig_, depths_);
+    evaluator.setNoise(parameters.confidence, statistics.noise_scales);
+    return evaluator;
   }
 
   FusedPoint fusePoint(std::uint32_t index, const ConsistencyEvaluator& evaluator) const {
