@@ -60,7 +60,7 @@ const std::vector<Option>& options() {
       {"--distance-form", "euclidean", [](const P& p) { return static_cast<double>(p.consistency.distance); },
        static_cast<double>(DistanceForm::Euclidean), "manhattan"},
       {"--sigma", "0.41", [](const P& p) { return p.consistency.sigma; }, 0.41, "0"},
-      {"--sigma-quadratic", "0.42", [](const P& p) { return p.consistency.sigma_quadratic; }, 0.42, "-1"},
+      {"--sigma-per-noise", "0.42", [](const P& p) { return p.consistency.sigma_per_noise; }, 0.42, "-1"},
       {"--margin", "4.3", [](const P& p) { return p.consistency.margin; }, 4.3, "0"},
       {"--free-space-penalty", "0.44", [](const P& p) { return p.consistency.free_space_penalty; }, 0.44, "1.1"},
       {"--max-views", "5", [](const P& p) { return p.consistency.max_views; }, 5, "1"},
