@@ -39,7 +39,7 @@ const std::vector<Setup> kTuning = {{"room", "ring-4", "structured_light"},
                                     {"table", "ring-4", "active_stereo"}};
 const std::vector<Setup> kKeptOut = {{"thin", "ring-6", "structured_light"},
                                      {"thin", "ring-6", "time_of_flight_multipath"},
-                                     {"thin", "walls-16", "active_stereo"},
+                                     {"thin", "ring-6", "active_stereo"},
                                      {"person", "ring-6", "structured_light", 5},
                                      {"person", "ring-6", "time_of_flight_multipath", 3},
                                      {"person", "walls-16", "active_stereo"}};
