@@ -168,6 +168,9 @@ int main(int argc, char** argv) {
   app.add_option("--format", options.format, "of the files in the output folder")
       ->check(CLI::IsMember({"ply", "pcd"}))
       ->capture_default_str();
+  app.add_option("--device", options.method_options.device, "where fuse_flow runs; auto: on a GPU if there is one")
+      ->check(CLI::IsMember({"auto", "cpu", "gpu"}))
+      ->capture_default_str();
   app.add_option("--threads", options.method_options.threads, "0: one per core")
       ->check(io::threadCount())
       ->capture_default_str();

@@ -1,6 +1,7 @@
 #include "io/method.h"
 
 #include "io/error.h"
+#include "io/gpu_method.h"
 
 #include <fuse_flow/depth_backprojection.h>
 
@@ -155,7 +156,13 @@ class OutlierRemoval : public VoxelGridOfConcatenation {
 }  // namespace
 
 std::unique_ptr<Method> makeMethod(const std::string& name, const MethodOptions& options) {
-  if (name == "fuse_flow") return std::make_unique<Fusion>(options);
+  if (name != "fuse_flow" && options.device == "gpu")
+    throw OptionError("--device gpu: --method " + name + " runs on the CPU only");
+  if (name == "fuse_flow") {
+    const bool any_device = options.device == "auto" && !options.parameters.preprocessing.bilateral;
+    if (options.device == "gpu" || (any_device && gpuFound())) return makeGpuFusion(options);
+    return std::make_unique<Fusion>(options);
+  }
   if (name == "concatenate") return std::make_unique<Concatenation>(options);
   if (name == "voxel_grid") return std::make_unique<VoxelGridOfConcatenation>(options);
   if (name == "outlier_removal") return std::make_unique<OutlierRemoval>(options);

@@ -26,6 +26,8 @@ struct MethodOptions {
   FuseFlowParameters parameters;
   unsigned int threads{0};
   float leaf_size{0.01f};  ///< of the voxel grids, metres
+  /** \brief "cpu"; "gpu"; "auto": the GPU where there is one that can do what is asked. The peers run on the CPU. */
+  std::string device{"auto"};
 };
 
 /** \brief "fuse_flow", "concatenate", "voxel_grid", "approximate_voxel_grid" or "outlier_removal", which is
