@@ -150,7 +150,7 @@ int main(int argc, char** argv) {
   app.add_option("-o,--output", options.output, "a .ply or .pcd file for one frame, else a folder")->required();
   app.add_option("--report", options.report, "write figures per frame and in total to this JSON file");
   app.add_option("--method", options.method, "what makes the cloud")
-      ->check(CLI::IsMember({"fuse_flow", "concatenate", "voxel_grid", "approximate_voxel_grid"}))
+      ->check(CLI::IsMember({"fuse_flow", "concatenate", "voxel_grid", "approximate_voxel_grid", "outlier_removal"}))
       ->capture_default_str();
   app.add_option("--leaf-size", options.method_options.leaf_size, "of the voxel grids, m")
       ->check(io::positiveNumber())

@@ -171,6 +171,24 @@ int readByExtension(const std::string& path, const std::string& extension, pcl::
   }
 }
 
+/** \brief Doubles become floats in their place, which PCL's point types have: Open3D's PLY holds doubles. */
+void toSinglePrecision(pcl::PCLPointCloud2& cloud) {
+  const std::size_t points = static_cast<std::size_t>(cloud.width) * cloud.height;
+  for (pcl::PCLPointField& field : cloud.fields) {
+    if (field.datatype != pcl::PCLPointField::FLOAT64) continue;
+    for (std::size_t i = 0; i < points; ++i) {
+      std::uint8_t* at = cloud.data.data() + i * cloud.point_step + field.offset;
+      for (std::size_t k = 0; k < valueCount(field); ++k) {
+        double value = 0;
+        std::memcpy(&value, at + k * sizeof value, sizeof value);
+        const auto single = static_cast<float>(value);
+        std::memcpy(at + k * sizeof single, &single, sizeof single);
+      }
+    }
+    field.datatype = pcl::PCLPointField::FLOAT32;
+  }
+}
+
 }  // namespace
 
 void writeCloud(const std::string& path, const pcl::PCLPointCloud2& cloud, const SensorPose& pose) {
@@ -193,15 +211,16 @@ SensorPose readCloud(const std::string& path, pcl::PCLPointCloud2& cloud) {
   SensorPose pose;
   if (readByExtension(path, extension, cloud, pose) < 0)
     throw InputError(path + ": is damaged or cut short, must be a whole " + extension.substr(1) + " file");
+  const std::size_t points = static_cast<std::size_t>(cloud.width) * cloud.height;
+  if (cloud.data.size() < points * cloud.point_step) throw InputError(path + ": is cut short");
+  toSinglePrecision(cloud);
   for (const char* axis : {"x", "y", "z"}) {
     const int index = pcl::getFieldIndex(cloud, axis);
     if (index < 0) throw InputError(path + ": has no field " + axis + ", must have x, y and z");
     if (cloud.fields[static_cast<std::size_t>(index)].datatype != pcl::PCLPointField::FLOAT32)
-      throw InputError(path + ": field " + axis + " is not a 32-bit float");
+      throw InputError(path + ": field " + axis + " is not of floating point, must be float or double");
   }
-  const std::size_t points = static_cast<std::size_t>(cloud.width) * cloud.height;
   if (points == 0) throw InputError(path + ": has no points");
-  if (cloud.data.size() < points * cloud.point_step) throw InputError(path + ": is cut short");
   return pose;
 }
 

@@ -29,7 +29,7 @@ void writeCloud(const std::string& path, const pcl::PointCloud<PointT>& cloud) {
   writeCloud(path, blob, {cloud.sensor_origin_, cloud.sensor_orientation_});
 }
 
-/** \brief Reads a PLY or PCD, chosen by the extension. Throws InputError if it is missing, damaged, without points or
+/** \brief Reads a PLY or PCD, chosen by the extension; double fields become float. Throws InputError if it is missing, damaged, without points or
  *  x, y, z, or of another type. */
 SensorPose readCloud(const std::string& path, pcl::PCLPointCloud2& cloud);
 

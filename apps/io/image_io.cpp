@@ -90,6 +90,8 @@ void readColorJpeg(const std::string& path, const std::string& bytes, ColorImage
   checkJpeg(path, bytes);
   const auto source = decodeJpeg(path, bytes);
   const int channels = source->GetNumberOfScalarComponents();
+  if (channels != 1 && channels != 3)  // a printer's four inks
+    throw InputError(path + ": is a JPEG of " + std::to_string(channels) + " channels, must be grey or RGB");
   image.resize(source->GetDimensions()[0], source->GetDimensions()[1]);
   const auto* samples = static_cast<const std::uint8_t*>(source->GetScalarPointer());
   const std::size_t row = static_cast<std::size_t>(image.width) * static_cast<std::size_t>(channels);

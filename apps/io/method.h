@@ -30,7 +30,8 @@ struct MethodOptions {
   std::string device{"auto"};
 };
 
-/** \brief "fuse_flow", "concatenate", "voxel_grid" or "approximate_voxel_grid". */
+/** \brief "fuse_flow", "concatenate", "voxel_grid", "approximate_voxel_grid" or "outlier_removal", which is
+ *  pcl::StatisticalOutlierRemoval (16 neighbours, 1 standard deviation) before the voxel grid. */
 std::unique_ptr<Method> makeMethod(const std::string& name, const MethodOptions& options);
 
 }  // namespace fuse_flow::io

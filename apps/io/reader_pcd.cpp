@@ -127,10 +127,15 @@ class PcdRecording : public Recording {
 
 }  // namespace
 
-bool isPcdFile(const std::string& path) { return std::filesystem::path(path).extension() == ".pcd"; }
+bool isPcdFile(const std::string& path) {
+  const std::string extension = std::filesystem::path(path).extension().string();
+  return extension == ".pcd" || extension == ".PCD";
+}
 
 std::unique_ptr<Recording> openPcd(const std::vector<std::string>& paths, const RecordingOptions& options) {
   if (options.slide != 0) throw OptionError("--slide: " + paths[0] + ": PCD files are one instant, must be 0");
+  if (options.depth_scale)
+    throw OptionError("--depth-scale: " + paths[0] + ": points of PCD files are in metres, must not be given");
   std::vector<std::string> chosen = paths;
   if (!options.views.empty()) {
     chosen.clear();

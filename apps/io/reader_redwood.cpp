@@ -6,23 +6,51 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
-#include <sstream>
 
 namespace fs = std::filesystem;
 
 namespace fuse_flow::io {
 namespace {
 
-/** \brief Files in folder with one of the extensions, sorted by name. */
+/** \brief A name that sorts by the value of the numbers in it, "2.png" before "10.png": each filled up with zeros. */
+std::string sortKey(const std::string& name) {
+  constexpr std::size_t digits = 20;
+  const auto is_digit = [](char c) { return c >= '0' && c <= '9'; };
+  std::string key;
+  for (auto at = name.begin(); at != name.end();) {
+    const auto end = std::find_if_not(at, name.end(), is_digit);
+    const std::string number(at, end);
+    if (!number.empty() && number.size() < digits) key.append(digits - number.size(), '0');
+    key += number;
+    at = std::find_if(end, name.end(), is_digit);
+    key.append(end, at);
+  }
+  return key;
+}
+
+/** \brief Files in folder with one of the extensions, in the order of their numbers. */
 std::vector<std::string> findFiles(const fs::path& folder, const std::vector<std::string>& extensions) {
   std::vector<std::string> paths;
   std::error_code error;
   for (const fs::directory_entry& entry : fs::directory_iterator(folder, error))
     if (std::find(extensions.begin(), extensions.end(), entry.path().extension().string()) != extensions.end())
       paths.push_back(entry.path().string());
-  std::sort(paths.begin(), paths.end());
+  std::sort(paths.begin(), paths.end(), [](const std::string& a, const std::string& b) {
+    return std::make_pair(sortKey(a), a) < std::make_pair(sortKey(b), b);
+  });
   return paths;
+}
+
+/** \brief Open3D's samples keep odometry.log, which is of the same form, beside trajectory.log. */
+std::string findTrajectory(const std::string& folder) {
+  const std::vector<std::string> logs = findFiles(folder, {".log"});
+  if (logs.size() == 1) return logs[0];
+  const std::string usual = (fs::path(folder) / "trajectory.log").string();
+  if (std::find(logs.begin(), logs.end(), usual) != logs.end()) return usual;
+  throw InputError(folder + ": has " + std::to_string(logs.size()) +
+                   " trajectories (.log), must be one, or one of them trajectory.log");
 }
 
 /** \brief Blocks of five lines: "i j k", then camera → world, 4×4; i is the frame's number. */
@@ -34,7 +62,7 @@ std::map<std::size_t, Eigen::Isometry3d> readTrajectory(const std::string& path)
                      " numbers, must be 19 a frame: three integers and a 4x4 pose");
   std::map<std::size_t, Eigen::Isometry3d> poses;
   for (auto at = numbers.begin(); at != numbers.end(); at += block) {
-    if (at[0] < 0 || at[0] > 1e9)
+    if (!(at[0] >= 0 && at[0] <= 1e9 && at[0] == std::floor(at[0])))
       throw InputError(path + ": pose number " + std::to_string(poses.size()) + " has no frame number");
     const auto number = static_cast<std::size_t>(at[0]);
     poses[number] =
@@ -50,7 +78,8 @@ bool readIntrinsicsJson(const std::string& path, Intrinsics& K) {
     json = nlohmann::json::parse(readFile(path));
     if (!json.is_object() || !json.contains("intrinsic_matrix")) return false;
     const auto matrix = json["intrinsic_matrix"].get<std::vector<float>>();
-    if (matrix.size() != 9) throw InputError(path + ": intrinsic_matrix must have 9 numbers, column by column");
+    if (matrix.size() != 9 || matrix[2] != 0 || matrix[5] != 0)
+      throw InputError(path + ": intrinsic_matrix must have 9 numbers, column by column: fx 0 0 0 fy 0 cx cy 1");
     K.width = json.value("width", 0);
     K.height = json.value("height", 0);
     K.fx = matrix[0];
@@ -82,10 +111,7 @@ std::unique_ptr<Recording> openRedwood(const std::string& folder, const Recordin
   sequence.kind = "redwood";
   sequence.path = folder;
   sequence.intrinsics = findIntrinsics(folder);
-  const std::vector<std::string> logs = findFiles(folder, {".log"});
-  if (logs.size() > 1)
-    throw InputError(folder + ": has " + std::to_string(logs.size()) + " trajectories (.log), must be one");
-  const std::map<std::size_t, Eigen::Isometry3d> poses = readTrajectory(logs[0]);
+  const std::map<std::size_t, Eigen::Isometry3d> poses = readTrajectory(findTrajectory(folder));
 
   const std::vector<std::string> depths = findFiles(fs::path(folder) / "depth", {".png"});
   const bool is_color = fs::is_directory(fs::path(folder) / "color");

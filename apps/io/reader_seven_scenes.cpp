@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <regex>
+#include <sstream>
 
 namespace fs = std::filesystem;
 
@@ -33,6 +34,11 @@ Intrinsics readIntrinsics(const std::string& path) {
   if (numbers.size() != 9)
     throw InputError(path + ": has " + std::to_string(numbers.size()) +
                      " numbers, must be 9: a 3x3 matrix, row by row");
+  if (numbers[6] != 0 || numbers[7] != 0 || numbers[8] != 1) {
+    std::ostringstream row;
+    row << numbers[6] << ' ' << numbers[7] << ' ' << numbers[8];
+    throw InputError(path + ": the last row is " + row.str() + ", must be 0 0 1");
+  }
   K.fx = static_cast<float>(numbers[0]);
   K.fy = static_cast<float>(numbers[4]);
   K.cx = static_cast<float>(numbers[2]);

@@ -23,7 +23,7 @@ std::map<double, std::string> readTimeline(const std::string& path) {
   std::size_t line_number = 0;
   for (std::string line; std::getline(lines, line);) {
     ++line_number;
-    if (!line.empty() && line.back() == '\r') line.pop_back();
+    line.erase(line.find_last_not_of(" \t\r") + 1);  // npos + 1 is 0: a line of nothing but white space
     if (line.empty() || line[0] == '#') continue;
     std::istringstream words(line);
     double stamp = 0;
@@ -64,17 +64,19 @@ Eigen::Isometry3d parsePose(const std::string& path, const std::string& text) {
 
 /** \brief As the benchmark publishes them; its freiburg3 images are already undistorted. */
 Intrinsics intrinsicsOf(const std::string& folder) {
+  const std::size_t at = folder.rfind("freiburg");  // the last: folders above may name others
+  const std::string camera = at == std::string::npos ? "" : folder.substr(at, 9);
   Intrinsics K;
   K.fx = K.fy = 525.0f;
   K.cx = 319.5f;
   K.cy = 239.5f;
-  if (folder.find("freiburg1") != std::string::npos) {
+  if (camera == "freiburg1") {
     K.fx = 517.306408f, K.fy = 516.469215f, K.cx = 318.643040f, K.cy = 255.313989f;
     K.distortion = {0.262383f, -0.953104f, -0.005358f, 0.002628f, 1.163314f};
-  } else if (folder.find("freiburg2") != std::string::npos) {
+  } else if (camera == "freiburg2") {
     K.fx = 520.908620f, K.fy = 521.007327f, K.cx = 325.141442f, K.cy = 249.701764f;
     K.distortion = {0.231222f, -0.784899f, -0.003257f, -0.000105f, 0.917205f};
-  } else if (folder.find("freiburg3") != std::string::npos) {
+  } else if (camera == "freiburg3") {
     K.fx = 535.433105f, K.fy = 539.212524f, K.cx = 320.106653f, K.cy = 247.632132f;
   }
   return K;

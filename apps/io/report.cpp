@@ -14,10 +14,15 @@ using nlohmann::json;
 /** \brief JSON has no NaN: what could not be measured is null. */
 json number(double value) { return std::isfinite(value) ? json(value) : json(nullptr); }
 
+/** \brief Between two values in proportion, so that the median of an even number lies in the middle of its middle two.
+ */
 double percentile(std::vector<double> values, double p) {
   if (values.empty()) return std::nan("");
   std::sort(values.begin(), values.end());
-  return values[static_cast<std::size_t>(std::lround(p * static_cast<double>(values.size() - 1)))];
+  const double place = p * static_cast<double>(values.size() - 1);
+  const auto below = static_cast<std::size_t>(place);
+  const std::size_t above = std::min(below + 1, values.size() - 1);
+  return values[below] + (place - static_cast<double>(below)) * (values[above] - values[below]);
 }
 
 double peakMemoryMebibytes() {

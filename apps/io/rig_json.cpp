@@ -43,7 +43,7 @@ struct Entry {
   int size(const char* key) const {
     const double value = positive(key);
     if (value != std::floor(value) || value > 65535)
-      fail(key, "is " + object[key].dump() + ", must be a whole number of pixels");
+      fail(key, "is " + object[key].dump() + ", must be a whole number of pixels, 65535 at most");
     return static_cast<int>(value);
   }
   std::vector<double> numbers(const char* key, std::size_t count) const {

@@ -59,25 +59,27 @@ std::string png(const std::string& chunks) {
   return std::string("\x89PNG\r\n\x1a\n", 8) + chunks + pngChunk("IEND", "");
 }
 
-std::string depthPng(int width, int height, const std::vector<std::uint16_t>& pixels) {
+std::string samplesPng(int width, int height, int bits, int color_type, const std::string& samples) {
+  const std::size_t row = samples.size() / static_cast<std::size_t>(height);
   std::string rows;
-  for (int v = 0; v < height; ++v) {
+  for (std::size_t at = 0; at < samples.size(); at += row) {
     rows += '\0';  // no filter
-    for (int u = 0; u < width; ++u) {
-      const std::uint16_t value = pixels[static_cast<std::size_t>(v * width + u)];
-      rows += {static_cast<char>(value >> 8), static_cast<char>(value & 0xff)};
-    }
+    rows.append(samples, at, row);
   }
-  return png(pngHeader(width, height, 16, 0) + pngChunk("IDAT", zlibStored(rows)));
+  return png(pngHeader(width, height, bits, color_type) + pngChunk("IDAT", zlibStored(rows)));
+}
+
+std::string depthPng(int width, int height, const std::vector<std::uint16_t>& pixels) {
+  std::string samples;
+  for (const std::uint16_t value : pixels) samples += {static_cast<char>(value >> 8), static_cast<char>(value & 0xff)};
+  return samplesPng(width, height, 16, 0, samples);
 }
 
 std::string colorPng(int width, int height, std::uint8_t r, std::uint8_t g, std::uint8_t b) {
-  std::string rows;
-  for (int v = 0; v < height; ++v) {
-    rows += '\0';
-    for (int u = 0; u < width; ++u) rows += {static_cast<char>(r), static_cast<char>(g), static_cast<char>(b)};
-  }
-  return png(pngHeader(width, height, 8, 2) + pngChunk("IDAT", zlibStored(rows)));
+  std::string samples;
+  for (int i = 0; i < width * height; ++i)
+    samples += {static_cast<char>(r), static_cast<char>(g), static_cast<char>(b)};
+  return samplesPng(width, height, 8, 2, samples);
 }
 
 }  // namespace tool_test

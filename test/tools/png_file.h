@@ -16,6 +16,9 @@ std::string zlibStored(const std::string& data);
 /** \brief The signature, chunks, and the end. */
 std::string png(const std::string& chunks);
 
+/** \brief A whole image from its samples, row by row, as a PNG stores them: most significant byte first. */
+std::string samplesPng(int width, int height, int bits, int color_type, const std::string& samples);
+
 /** \brief A whole 16-bit grey image. */
 std::string depthPng(int width, int height, const std::vector<std::uint16_t>& pixels);
 /** \brief A whole 8-bit RGB image of one colour. */

@@ -1,0 +1,60 @@
+#pragma once
+
+#include "io/error.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <vector>
+
+namespace io_test {
+
+namespace fs = std::filesystem;
+using namespace fuse_flow;
+
+/** \brief A folder of its own for each test, removed afterwards. */
+class IoTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    std::string pattern = (fs::temp_directory_path() / "fuse_flow_io_XXXXXX").string();
+    ASSERT_NE(mkdtemp(pattern.data()), nullptr) << pattern;
+    folder_ = pattern;
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  std::string path(const std::string& name) const { return (folder_ / name).string(); }
+
+  /** \brief Writes a file below the folder, creating the folders on the way, and returns its path. */
+  std::string write(const std::string& name, const std::string& bytes) const {
+    const fs::path file = folder_ / name;
+    fs::create_directories(file.parent_path());
+    std::ofstream(file, std::ios::binary) << bytes;
+    return file.string();
+  }
+
+  fs::path folder_;
+};
+
+/** \brief Whether action throws an Error whose message is one line that holds each of the words. */
+template <typename Error = io::InputError, typename Action>
+testing::AssertionResult refuses(const Action& action, const std::vector<std::string>& words) {
+  try {
+    action();
+  } catch (const Error& error) {
+    const std::string message = error.what();
+    if (message.empty() || message.find('\n') != std::string::npos)
+      return testing::AssertionFailure() << "the message is not one line: '" << message << "'";
+    for (const std::string& word : words)
+      if (message.find(word) == std::string::npos)
+        return testing::AssertionFailure() << "the message does not say '" << word << "': '" << message << "'";
+    return testing::AssertionSuccess();
+  } catch (const std::exception& error) {
+    return testing::AssertionFailure() << "another exception was thrown: " << error.what();
+  }
+  return testing::AssertionFailure() << "nothing was thrown";
+}
+
+}  // namespace io_test

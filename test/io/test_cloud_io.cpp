@@ -1,0 +1,236 @@
+#include "io/cloud_io.h"
+
+#include "io/file_io.h"
+#include "io_fixture.h"
+
+#include <fuse_flow/point_types.h>
+
+#include <pcl/point_types.h>
+
+#include <cstring>
+#include <limits>
+
+namespace {
+
+using namespace io_test;
+
+class CloudIo : public IoTest {
+ protected:
+  /** \brief The bytes of a file that has just been written, up to its data and from there. */
+  std::pair<std::string, std::string> split(const std::string& name, const std::string& last_line) const {
+    const std::string bytes = io::readFile(path(name));
+    const std::size_t at = bytes.find(last_line);
+    EXPECT_NE(at, std::string::npos);
+    return {bytes.substr(0, at + last_line.size()), bytes.substr(at + last_line.size())};
+  }
+};
+
+template <typename Value>
+std::string bytesOf(const Value& value) {
+  return std::string(reinterpret_cast<const char*>(&value), sizeof value);
+}
+
+template <typename... Values>
+std::string record(const Values&... values) {
+  return (bytesOf(values) + ...);
+}
+
+PointFused fused(float x, float y, float z) {
+  PointFused p;
+  p.x = x, p.y = y, p.z = z;
+  p.r = 10, p.g = 20, p.b = 30;
+  p.confidence = 0.75f;
+  p.view_count = 3;
+  return p;
+}
+
+TEST_F(CloudIo, APlyIsWhatOtherProgramsExpect) {
+  pcl::PointCloud<PointFused> cloud;
+  cloud.push_back(fused(1, -2, 3.5f));
+  cloud.push_back(fused(4, 5, 6));
+  io::writeCloud(path("a.ply"), cloud);
+  const auto [header, data] = split("a.ply", "end_header\n");
+  EXPECT_EQ(header,
+            "ply\nformat binary_little_endian 1.0\nelement vertex 2\n"
+            "property float x\nproperty float y\nproperty float z\n"
+            "property uchar red\nproperty uchar green\nproperty uchar blue\n"
+            "property float confidence\nproperty uint view_count\nend_header\n");
+  EXPECT_EQ(data, record(1.0f, -2.0f, 3.5f) + "\x0a\x14\x1e" + record(0.75f, 3u) + record(4.0f, 5.0f, 6.0f) +
+                      "\x0a\x14\x1e" + record(0.75f, 3u));
+}
+
+TEST_F(CloudIo, APcdIsWhatPclExpects) {
+  pcl::PointCloud<PointFused> cloud;
+  cloud.push_back(fused(1, -2, 3.5f));
+  cloud.sensor_origin_ << 0.5f, 0.25f, -1, 0;
+  cloud.sensor_orientation_ = Eigen::Quaternionf(0.5f, -0.5f, 0.5f, -0.5f);
+  io::writeCloud(path("a.pcd"), cloud);
+  const auto [header, data] = split("a.pcd", "DATA binary\n");
+  EXPECT_EQ(header,
+            "# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\nFIELDS x y z rgba confidence view_count\n"
+            "SIZE 4 4 4 4 4 4\nTYPE F F F U F U\nCOUNT 1 1 1 1 1 1\nWIDTH 1\nHEIGHT 1\n"
+            "VIEWPOINT 0.5 0.25 -1 0.5 -0.5 0.5 -0.5\nPOINTS 1\nDATA binary\n");
+  EXPECT_EQ(data, record(1.0f, -2.0f, 3.5f, 0xff0a141eu, 0.75f, 3u));
+}
+
+TEST_F(CloudIo, NormalsHaveTheNamesThatOtherProgramsExpect) {
+  pcl::PointCloud<pcl::PointXYZRGBNormal> cloud(1, 1);
+  io::writeCloud(path("a.ply"), cloud);
+  const std::string header = split("a.ply", "end_header\n").first;
+  EXPECT_NE(header.find("property float nx\nproperty float ny\nproperty float nz\n"), std::string::npos) << header;
+}
+
+TEST_F(CloudIo, EveryFieldComesBack) {
+  pcl::PointCloud<PointFused> cloud;
+  for (int i = 0; i < 5; ++i) {
+    cloud.push_back(fused(static_cast<float>(i) / 3, 1e-20f, -7e9f));
+    cloud.back().view_count = static_cast<std::uint32_t>(i);
+    cloud.back().g = static_cast<std::uint8_t>(250 + i);
+  }
+  for (const char* name : {"a.ply", "a.pcd", "A.PLY", "A.PCD"}) {
+    pcl::PointCloud<PointFused> back;
+    io::writeCloud(path(name), cloud);
+    io::readCloud(path(name), back);
+    ASSERT_EQ(back.size(), cloud.size()) << name;
+    for (std::size_t i = 0; i < cloud.size(); ++i) {
+      EXPECT_EQ(back[i].getVector3fMap(), cloud[i].getVector3fMap()) << name;
+      EXPECT_EQ(back[i].r, 10) << name;
+      EXPECT_EQ(back[i].g, cloud[i].g) << name;
+      EXPECT_EQ(back[i].b, 30) << name;
+      EXPECT_EQ(back[i].confidence, 0.75f) << name;
+      EXPECT_EQ(back[i].view_count, i) << name;
+    }
+  }
+}
+
+TEST_F(CloudIo, NormalsComeBack) {
+  pcl::PointCloud<pcl::PointXYZRGBNormal> cloud(1, 1), back;
+  cloud[0].normal_x = 0.6f;
+  cloud[0].normal_z = -0.8f;
+  cloud[0].curvature = 0.25f;
+  for (const char* name : {"a.ply", "a.pcd"}) {
+    io::writeCloud(path(name), cloud);
+    io::readCloud(path(name), back);
+    EXPECT_EQ(back[0].normal_x, 0.6f) << name;
+    EXPECT_EQ(back[0].normal_z, -0.8f) << name;
+    EXPECT_EQ(back[0].curvature, 0.25f) << name;
+  }
+}
+
+TEST_F(CloudIo, APcdKeepsRowsPoseAndMissingPoints) {
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  pcl::PointCloud<pcl::PointXYZ> cloud(3, 2), back;
+  for (std::size_t i = 0; i < 6; ++i) cloud[i].x = static_cast<float>(i);
+  cloud[4].x = cloud[4].y = cloud[4].z = nan;
+  cloud.sensor_origin_ << 1, 2, 3, 0;
+  cloud.sensor_orientation_ = Eigen::Quaternionf(0.5f, -0.5f, 0.5f, -0.5f);
+  io::writeCloud(path("a.pcd"), cloud);
+  io::readCloud(path("a.pcd"), back);
+  EXPECT_EQ(back.width, 3u);
+  EXPECT_EQ(back.height, 2u);
+  EXPECT_EQ(back.at(2, 1).x, 5.0f);
+  EXPECT_TRUE(std::isnan(back.at(1, 1).z));
+  EXPECT_EQ(back.sensor_origin_.head<3>(), Eigen::Vector3f(1, 2, 3));
+  EXPECT_EQ(back.sensor_orientation_.coeffs(), cloud.sensor_orientation_.coeffs());
+}
+
+TEST_F(CloudIo, APlyLeavesOutPointsThatAreNotFinite) {
+  pcl::PointCloud<pcl::PointXYZ> cloud(4, 1), back;
+  cloud[0].y = std::numeric_limits<float>::quiet_NaN();
+  cloud[2].z = -std::numeric_limits<float>::infinity();
+  cloud[1].x = 1;
+  cloud[3].x = 3;
+  io::writeCloud(path("a.ply"), cloud);
+  io::readCloud(path("a.ply"), back);
+  ASSERT_EQ(back.size(), 2u);
+  EXPECT_EQ(back[0].x, 1.0f);
+  EXPECT_EQ(back[1].x, 3.0f);
+}
+
+TEST_F(CloudIo, APlyAsOpen3dWritesItIsRead) {
+  const std::string header =
+      "ply\nformat binary_little_endian 1.0\ncomment Created by Open3D\nelement vertex 2\nproperty double x\n"
+      "property double y\nproperty double z\nproperty double nx\nproperty double ny\nproperty double nz\n"
+      "property uchar red\nproperty uchar green\nproperty uchar blue\nend_header\n";
+  const std::string points =
+      record(1.5, -2.0, 0.1, 0.0, 0.6, 0.8) + "\x01\x02\x03" + record(4.0, 5.0, 6.0, 1.0, 0.0, 0.0) + "\x04\x05\x06";
+  pcl::PointCloud<pcl::PointXYZRGBNormal> cloud;
+  io::readCloud(write("a.ply", header + points), cloud);
+  ASSERT_EQ(cloud.size(), 2u);
+  EXPECT_EQ(cloud[0].getVector3fMap(), Eigen::Vector3f(1.5f, -2.0f, 0.1f));
+  EXPECT_EQ(cloud[1].getVector3fMap(), Eigen::Vector3f(4, 5, 6));
+  EXPECT_EQ(cloud[0].getNormalVector3fMap(), Eigen::Vector3f(0, 0.6f, 0.8f));
+  EXPECT_EQ(cloud[1].g, 5);
+}
+
+TEST_F(CloudIo, APcdInDoublesIsRead) {
+  const std::string file = write("a.pcd",
+                                 "VERSION 0.7\nFIELDS x y z\nSIZE 8 8 8\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 1\nHEIGHT 1\n"
+                                 "VIEWPOINT 0 0 0 1 0 0 0\nPOINTS 1\nDATA binary\n" +
+                                     record(1.5, -2.0, 0.1));
+  pcl::PointCloud<pcl::PointXYZ> cloud;
+  io::readCloud(file, cloud);
+  ASSERT_EQ(cloud.size(), 1u);
+  EXPECT_EQ(cloud[0].getVector3fMap(), Eigen::Vector3f(1.5f, -2.0f, 0.1f));
+}
+
+TEST_F(CloudIo, AMeshWithFacesAndTextIsReadAsItsPoints) {
+  const std::string file = write("a.ply",
+                                 "ply\nformat ascii 1.0\ncomment by hand\nelement vertex 3\nproperty float x\n"
+                                 "property float y\nproperty float z\nproperty uchar red\nproperty uchar green\n"
+                                 "property uchar blue\nelement face 1\nproperty list uchar int vertex_indices\n"
+                                 "end_header\n0 0 1 255 0 0\n1 0 2 0 255 0\n0 1 3 0 0 255\n3 0 1 2\n");
+  pcl::PointCloud<pcl::PointXYZRGB> cloud;
+  io::readCloud(file, cloud);
+  ASSERT_EQ(cloud.size(), 3u);
+  EXPECT_EQ(cloud[2].getVector3fMap(), Eigen::Vector3f(0, 1, 3));
+  EXPECT_EQ(cloud[1].g, 255);
+}
+
+TEST_F(CloudIo, AnotherExtensionIsRefused) {
+  pcl::PointCloud<pcl::PointXYZ> cloud(1, 1);
+  EXPECT_TRUE(refuses<io::OutputError>([&] { io::writeCloud(path("a.xyz"), cloud); },
+                                       {path("a.xyz"), "'.xyz'", ".ply or .pcd"}));
+  EXPECT_TRUE(refuses<io::OutputError>([&] { io::writeCloud(path("a"), cloud); }, {path("a"), ".ply or .pcd"}));
+  EXPECT_TRUE(refuses([&] { io::readCloud(path("a.xyz"), cloud); }, {path("a.xyz"), ".ply or .pcd"}));
+  EXPECT_TRUE(fs::is_empty(folder_));
+}
+
+TEST_F(CloudIo, WhatCannotBeReadIsNamed) {
+  pcl::PointCloud<pcl::PointXYZ> cloud;
+  const auto isRefused = [&](const std::string& file, const std::string& problem) {
+    return refuses([&] { io::readCloud(file, cloud); }, {file, problem});
+  };
+  EXPECT_TRUE(isRefused(path("no.ply"), "not found"));
+  fs::create_directory(path("folder.pcd"));
+  EXPECT_TRUE(isRefused(path("folder.pcd"), "is not a file"));
+  for (const char* name : {"empty.ply", "empty.pcd"}) EXPECT_TRUE(isRefused(write(name, ""), "damaged or cut short"));
+  for (const char* name : {"text.ply", "text.pcd"}) EXPECT_TRUE(isRefused(write(name, "not a cloud\n"), "damaged"));
+  EXPECT_TRUE(isRefused(write("a.ply",
+                              "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"
+                              "end_header\n1 2\n"),
+                        "has no field z"));
+  EXPECT_TRUE(isRefused(write("b.ply",
+                              "ply\nformat ascii 1.0\nelement vertex 1\nproperty int x\nproperty int y\n"
+                              "property int z\nend_header\n1 2 3\n"),
+                        "field x is not of floating point"));
+  EXPECT_TRUE(isRefused(write("c.ply",
+                              "ply\nformat ascii 1.0\nelement vertex 0\nproperty float x\nproperty float y\n"
+                              "property float z\nend_header\n"),
+                        "has no points"));
+}
+
+TEST_F(CloudIo, ACloudCutShortAnywhereIsRefused) {
+  pcl::PointCloud<PointFused> cloud, back;
+  for (int i = 0; i < 3; ++i) cloud.push_back(fused(1, 2, 3));
+  for (const char* name : {"a.ply", "a.pcd"}) {
+    io::writeCloud(path(name), cloud);
+    const std::string whole = io::readFile(path(name));
+    for (std::size_t size = 0; size < whole.size(); ++size) {
+      const std::string file = write(name, whole.substr(0, size));
+      EXPECT_TRUE(refuses([&] { io::readCloud(file, back); }, {file})) << "after " << size << " bytes";
+    }
+  }
+}
+
+}  // namespace

@@ -1,0 +1,46 @@
+#include "io/file_io.h"
+
+#include "io_fixture.h"
+
+namespace {
+
+using namespace io_test;
+
+class FileIo : public IoTest {
+ protected:
+  std::size_t files() const {
+    return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder_), fs::directory_iterator()));
+  }
+};
+
+TEST_F(FileIo, BytesComeBackAsTheyWereWritten) {
+  std::string bytes;
+  for (int i = 0; i < 1000; ++i) bytes += static_cast<char>(i);
+  io::writeFile(path("a"), bytes);
+  EXPECT_EQ(io::readFile(path("a")), bytes);
+  io::writeFile(path("a"), "");
+  EXPECT_EQ(io::readFile(path("a")), "");
+  EXPECT_EQ(files(), 1u);
+}
+
+TEST_F(FileIo, WhatCannotBeReadIsNamed) {
+  EXPECT_TRUE(refuses([&] { io::readFile(path("no")); }, {path("no"), "not found"}));
+  EXPECT_TRUE(refuses([&] { io::readFile(folder_.string()); }, {folder_.string(), "is a folder"}));
+}
+
+TEST_F(FileIo, WhatCannotBeWrittenIsNamedAndLeavesNothing) {
+  EXPECT_TRUE(refuses<io::OutputError>([&] { io::writeFile(path("no/a"), "x"); }, {path("no/a"), "does not exist"}));
+  EXPECT_TRUE(refuses<io::OutputError>([&] { io::writeFile(folder_.string(), "x"); }, {folder_.string(), "folder"}));
+  EXPECT_TRUE(refuses<io::OutputError>([] { io::writeFile("/dev/full", "x"); }, {"/dev/full", "No space left"}));
+  EXPECT_EQ(files(), 0u);
+}
+
+TEST_F(FileIo, ALinkStaysALink) {
+  write("target", "old");
+  fs::create_symlink("target", folder_ / "link");
+  io::writeFile(path("link"), "new");
+  EXPECT_TRUE(fs::is_symlink(folder_ / "link"));
+  EXPECT_EQ(io::readFile(path("target")), "new");
+}
+
+}  // namespace

@@ -1,0 +1,145 @@
+#include "io/recording.h"
+
+#include "io_fixture.h"
+#include "room.h"
+#include "tools/png_file.h"
+
+#include <sstream>
+
+namespace {
+
+using namespace io_test;
+
+/** \brief rig.json and the images of two cameras in the room, two frames. */
+class Recording : public IoTest {
+ protected:
+  void writeRig() const {
+    std::string cameras;
+    for (const auto& [name, view] : {std::pair("level", levelView()), std::pair("corner", cornerView())}) {
+      const std::string folder = name;
+      for (const char* frame : {"000000", "000001"}) {
+        write(folder + "/depth/" + frame + ".png", view.depthPng());
+        write(folder + "/color/" + frame + ".png", view.colorPng());
+      }
+      cameras += (cameras.empty() ? "" : ",") + jsonOf(folder, view);
+    }
+    write("rig.json", "{\"cameras\": [" + cameras + "]}");
+  }
+  static std::string jsonOf(const std::string& name, const RoomView& view) {
+    std::string pose = view.poseText();
+    std::string numbers;
+    std::istringstream words(pose);
+    for (std::string word; words >> word;) numbers += (numbers.empty() ? "" : ",") + word;
+    return "{\"name\": \"" + name + "\", \"width\": 64, \"height\": 48, \"fx\": 24, \"fy\": 20, \"cx\": 29, " +
+           "\"cy\": 25.5, \"depth_scale\": 0.001, \"T_world_camera\": [" + numbers + "]}";
+  }
+  std::unique_ptr<io::Recording> open(const io::RecordingOptions& options = {}) const {
+    return io::openRecording({folder_.string()}, options);
+  }
+};
+
+TEST_F(Recording, PointsOfARigLieOnTheWallsOfTheRoom) {
+  writeRig();
+  const auto recording = open();
+  EXPECT_EQ(recording->kind(), "rig");
+  EXPECT_EQ(recording->frameCount(), 2u);
+  io::LoadedFrame frame;
+  for (std::size_t i = 0; i < 2; ++i) {
+    recording->read(i, frame);
+    EXPECT_TRUE(frame.rig.views[0].color);
+    EXPECT_TRUE(showsRoom(frame, 0));
+    EXPECT_TRUE(showsRoom(frame, 1));
+  }
+}
+
+TEST_F(Recording, ARigIsOpenedByItsJsonToo) {
+  writeRig();
+  const auto recording = io::openRecording({path("rig.json")});
+  EXPECT_EQ(recording->kind(), "rig");
+  fs::rename(path("rig.json"), path("other.json"));
+  EXPECT_EQ(io::openRecording({path("other.json")})->frameCount(), 2u);
+}
+
+TEST_F(Recording, FramesOfARigGoToTheHighestNumber) {
+  writeRig();
+  write("corner/depth/000004.png", cornerView().depthPng());
+  write("corner/depth/notes.png", "");
+  write("corner/depth/99.png", "");
+  const auto recording = open();
+  EXPECT_EQ(recording->frameCount(), 5u);
+  io::LoadedFrame frame;
+  recording->read(4, frame);
+  EXPECT_TRUE(frame.rig.views[0].missing());
+  EXPECT_TRUE(showsRoom(frame, 1));
+  recording->read(3, frame);
+  EXPECT_TRUE(frame.rig.views[0].missing());
+  EXPECT_TRUE(frame.rig.views[1].missing());
+}
+
+TEST_F(Recording, ViewsOfARigAreCamerasByTheirPlace) {
+  writeRig();
+  io::RecordingOptions options;
+  options.views = "1";
+  const auto recording = open(options);
+  ASSERT_EQ(recording->cameras().size(), 1u);
+  EXPECT_EQ(recording->viewName(0), "corner");
+  io::LoadedFrame frame;
+  recording->read(0, frame);
+  EXPECT_TRUE(showsRoom(frame, 0));
+  options.views = "2";
+  EXPECT_TRUE(refuses<io::OptionError>([&] { open(options); }, {"--views 2", "below 2"}));
+  options.views = "";
+  options.slide = 1;
+  EXPECT_TRUE(refuses<io::OptionError>([&] { open(options); }, {"--slide", path("rig.json")}));
+}
+
+TEST_F(Recording, ConfidenceLiesBesideDepth) {
+  writeRig();
+  write("corner/confidence/000001.png", tool_test::samplesPng(64, 48, 8, 0, std::string(64 * 48, '\x33')));
+  io::LoadedFrame frame;
+  const auto recording = open();
+  recording->read(1, frame);
+  EXPECT_FALSE(frame.rig.views[0].confidence);
+  ASSERT_TRUE(frame.rig.views[1].confidence);
+  EXPECT_FLOAT_EQ(frame.rig.views[1].confidence.row(47)[63], 0.2f);
+  recording->read(0, frame);
+  EXPECT_FALSE(frame.rig.views[1].confidence);
+}
+
+TEST_F(Recording, OneFrameServesRecordingsOfDifferentKindsAfterEachOther) {
+  writeRig();
+  io::LoadedFrame frame;
+  open()->read(0, frame);
+  write("scene/frame-000000.depth.png", cornerView().depthPng());
+  write("scene/frame-000000.pose.txt", cornerView().poseText());
+  write("scene/camera-intrinsics.txt", "24 0 29 0 20 25.5 0 0 1");
+  io::RecordingOptions options;
+  options.views = "0";
+  io::openRecording({path("scene")}, options)->read(0, frame);
+  ASSERT_EQ(frame.rig.views.size(), 1u);
+  ASSERT_EQ(frame.rig.cameras.size(), 1u);
+  EXPECT_FALSE(frame.rig.views[0].color);
+  EXPECT_TRUE(showsRoom(frame, 0));
+}
+
+TEST_F(Recording, WhatIsNoRecordingIsNamedWithWhatIs) {
+  const std::vector<std::string> kinds{"rig.json", "7-Scenes", "TUM", "Redwood", ".pcd"};
+  const auto names = [&](const std::string& input, const std::string& problem) {
+    std::vector<std::string> words = kinds;
+    words.push_back(input + ": " + problem);
+    return refuses([&] { io::openRecording({input}); }, words);
+  };
+  EXPECT_TRUE(names(path("no_such_folder"), "not found"));
+  EXPECT_TRUE(names(folder_.string(), "is an empty folder"));
+  write("notes.txt", "");
+  EXPECT_TRUE(names(folder_.string(), "is not a recording"));
+  EXPECT_TRUE(names(path("notes.txt"), "is not a recording"));
+  EXPECT_TRUE(refuses([&] { io::openRecording({}); }, {"no input was given"}));
+}
+
+TEST_F(Recording, SeveralInputsMustBePcdFiles) {
+  writeRig();
+  EXPECT_TRUE(refuses([&] { io::openRecording({folder_.string(), path("level")}); }, {path("level"), ".pcd"}));
+}
+
+}  // namespace

@@ -1,0 +1,150 @@
+#include "io_fixture.h"
+#include "room.h"
+
+namespace {
+
+using namespace io_test;
+
+const std::string kIntrinsics = R"({"width": 64, "height": 48, "intrinsic_matrix": [24, 0, 0, 0, 20, 0, 29, 25.5, 1]})";
+
+/** \brief depth/, image/, a trajectory and the intrinsics of three frames. */
+class Redwood : public IoTest {
+ protected:
+  void SetUp() override {
+    IoTest::SetUp();
+    const std::vector<RoomView> views{levelView(), cornerView(), cornerView(1)};
+    std::string log;
+    for (std::size_t i = 0; i < views.size(); ++i) {
+      const std::string number = std::to_string(i), next = std::to_string(i + 1);
+      // The number is that of the frame, what follows is its time: different for depth and colour.
+      write("depth/000000" + next + "-00000003336" + number + ".png", views[i].depthPng());
+      write("image/000000" + next + "-00000003999" + number + ".png", views[i].colorPng());
+      log += number + " " + number + " " + next + "\n" + views[i].poseText();
+    }
+    write("trajectory.log", log);
+    write("camera.json", kIntrinsics);
+  }
+  std::unique_ptr<io::Recording> open(const std::string& views = "0,1,2") const {
+    io::RecordingOptions options;
+    options.views = views;
+    return io::openRecording({folder_.string()}, options);
+  }
+};
+
+TEST_F(Redwood, PointsLieOnTheWallsOfTheRoom) {
+  const auto recording = open();
+  EXPECT_EQ(recording->kind(), "redwood");
+  io::LoadedFrame frame;
+  recording->read(0, frame);
+  ASSERT_EQ(frame.rig.views.size(), 3u);
+  for (std::size_t view = 0; view < 3; ++view) {
+    EXPECT_TRUE(frame.rig.views[view].color);
+    EXPECT_TRUE(showsRoom(frame, view)) << view;
+  }
+}
+
+TEST_F(Redwood, ColorMayLieInAFolderNamedColor) {
+  fs::rename(folder_ / "image", folder_ / "color");
+  io::LoadedFrame frame;
+  open()->read(0, frame);
+  EXPECT_TRUE(frame.rig.views[2].color);
+  EXPECT_TRUE(showsRoom(frame, 2));
+}
+
+TEST_F(Redwood, WithoutColorThereIsDepth) {
+  fs::remove_all(folder_ / "image");
+  io::LoadedFrame frame;
+  open()->read(0, frame);
+  EXPECT_FALSE(frame.rig.views[0].color);
+  EXPECT_TRUE(showsRoom(frame, 0));
+}
+
+TEST_F(Redwood, NumbersWithoutLeadingZerosAreInTheOrderOfTheirValue) {
+  fs::remove_all(folder_ / "depth");
+  fs::remove_all(folder_ / "image");
+  std::string log;
+  for (int i = 0; i < 12; ++i) {
+    const std::string number = std::to_string(i);
+    write("depth/" + number + ".png", cornerView(i).depthPng());
+    write("image/" + number + ".png", cornerView(i).colorPng());
+    log += number + " " + number + " " + std::to_string(i + 1) + "\n" + cornerView(i).poseText();
+  }
+  write("trajectory.log", log);
+  const auto recording = open("2,10,11");
+  EXPECT_EQ(recording->viewName(0), "2");
+  EXPECT_EQ(recording->viewName(1), "10");
+  io::LoadedFrame frame;
+  recording->read(0, frame);
+  for (std::size_t view = 0; view < 3; ++view) EXPECT_TRUE(showsRoom(frame, view)) << view;
+}
+
+TEST_F(Redwood, AFrameThatTheTrajectoryLeavesOutIsNone) {
+  write("trajectory.log", "0 0 1\n" + levelView().poseText() + "2 2 3\n" + cornerView(1).poseText());
+  EXPECT_TRUE(refuses<io::OptionError>([&] { open("1"); }, {"frame 1 is not in", "2 frames: 0, 2"}));
+  io::LoadedFrame frame;
+  open("2")->read(0, frame);
+  EXPECT_TRUE(showsRoom(frame, 0));
+}
+
+TEST_F(Redwood, APoseWithoutImagesIsNoFrame) {
+  write("trajectory.log", "7 7 8\n" + levelView().poseText());
+  EXPECT_TRUE(refuses([&] { open("7"); }, {folder_.string(), "no frame"}));
+}
+
+TEST_F(Redwood, WhatIsWrongWithATrajectoryIsNamed) {
+  const std::string log = path("trajectory.log");
+  write("trajectory.log", "");
+  EXPECT_TRUE(refuses([&] { open(); }, {log, "has 0 numbers, must be 19 a frame"}));
+  write("trajectory.log", "0 0\n" + levelView().poseText());
+  EXPECT_TRUE(refuses([&] { open(); }, {log, "has 18 numbers"}));
+  for (const char* number : {"-1", "nan", "0.5", "1e12"}) {
+    write("trajectory.log", std::string(number) + " 0 1\n" + levelView().poseText());
+    EXPECT_TRUE(refuses([&] { open(); }, {log, "pose number 0 has no frame number"})) << number;
+  }
+  write("trajectory.log", "0 0 1\n1 0 0 0\n0 1 0 0\n0 0 -1 0\n0 0 0 1\n");
+  EXPECT_TRUE(refuses([&] { open(); }, {log, "pose of frame 0", "is not rigid"}));
+}
+
+TEST_F(Redwood, AmongSeveralTrajectoriesItIsTheOneNamedSo) {
+  write("odometry.log", "0 1 3\n" + cornerView(3).poseText());
+  io::LoadedFrame frame;
+  open()->read(0, frame);
+  EXPECT_TRUE(showsRoom(frame, 0));
+  fs::rename(path("trajectory.log"), path("second.log"));
+  EXPECT_TRUE(refuses([&] { open(); }, {folder_.string(), "2 trajectories", "trajectory.log"}));
+  fs::remove(path("odometry.log"));
+  open()->read(0, frame);
+  EXPECT_TRUE(showsRoom(frame, 0));
+}
+
+TEST_F(Redwood, WhatIsWrongWithIntrinsicsIsNamed) {
+  const std::string json = path("camera.json");
+  const std::vector<std::pair<std::string, std::string>> wrong = {
+      {"{", "is not a camera"},
+      {R"({"width": 64, "height": 48, "intrinsic_matrix": [24, 0, 29]})", "must have 9 numbers"},
+      {R"({"width": 64, "height": 48, "intrinsic_matrix": "K"})", "is not a camera"},
+      {R"({"width": "64", "height": 48, "intrinsic_matrix": [24, 0, 0, 0, 20, 0, 29, 25, 1]})", "is not a camera"},
+      {R"({"width": 64, "height": 48, "intrinsic_matrix": [24, 0, 29, 0, 20, 25.5, 0, 0, 1]})", "column by column"}};
+  for (const auto& [text, problem] : wrong) {
+    write("camera.json", text);
+    EXPECT_TRUE(refuses([&] { open(); }, {json, problem})) << text;
+  }
+  fs::remove(json);
+  EXPECT_TRUE(refuses([&] { open(); }, {folder_.string(), "no camera intrinsics"}));
+}
+
+TEST_F(Redwood, JsonFilesOfOtherThingsArePassedOver) {
+  write("a_settings.json", R"({"max_depth": 3})");
+  write("b_list.json", "[1, 2, 3]");
+  io::LoadedFrame frame;
+  open()->read(0, frame);
+  EXPECT_TRUE(showsRoom(frame, 0));
+}
+
+TEST_F(Redwood, WithoutASizeInTheIntrinsicsItIsThatOfTheImages) {
+  write("camera.json", R"({"intrinsic_matrix": [24, 0, 0, 0, 20, 0, 29, 25.5, 1]})");
+  EXPECT_EQ(open()->cameras()[0].intrinsics.width, 64);
+  EXPECT_EQ(open()->cameras()[0].intrinsics.height, 48);
+}
+
+}  // namespace
