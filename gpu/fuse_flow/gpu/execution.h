@@ -5,6 +5,7 @@
 #include <thrust/copy.h>
 #include <thrust/scan.h>
 #include <thrust/sort.h>
+#include <thrust/system_error.h>
 
 #if FUSE_FLOW_CUDA
 #include <cub/cub.cuh>
@@ -32,7 +33,7 @@ class Execution {
   /** \brief step(k) for k = 0 … n − 1, in any order. */
   template <typename Step>
   void forEach(std::size_t n, const Step& step) {
-    if (n > 0) thrust::for_each_n(policy(), thrust::counting_iterator<std::uint32_t>(0), n, step);
+    if (n > 0) translated([&] { thrust::for_each_n(policy(), thrust::counting_iterator<std::uint32_t>(0), n, step); });
   }
 
   template <typename Value>
@@ -64,7 +65,8 @@ class Execution {
   template <typename Input, typename Sum>
   void sumUp(Input values, std::size_t n, Sum* sums) {
     fill(sums, 1, 0);
-    if (n > 0) thrust::inclusive_scan(policy(), values, values + static_cast<std::ptrdiff_t>(n), sums + 1);
+    if (n > 0)
+      translated([&] { thrust::inclusive_scan(policy(), values, values + static_cast<std::ptrdiff_t>(n), sums + 1); });
   }
 
   /** \brief Stable, by the lowest bits of the keys. The result may be in either of a pair of buffers: swaps them so that it is
@@ -107,6 +109,19 @@ class Execution {
   std::size_t scratchBytes() const { return scratch_.bytes(); }
 
  private:
+  /** \brief Thrust's errors, of a kernel that finds no memory to be loaded into for one, as PCL's. */
+  template <typename Action>
+  static void translated(const Action& action) {
+    try {
+      action();
+    } catch (const thrust::system_error& error) {
+#if FUSE_FLOW_CUDA
+      (void)cudaGetLastError();
+#endif
+      throw pcl::PCLException(std::string("fuse_flow::gpu: ") + error.what());
+    }
+  }
+
 #if FUSE_FLOW_CUDA
   template <typename Algorithm>
   void withScratch(const Algorithm& algorithm) {
