@@ -22,8 +22,8 @@ class CounterBuffer {
  public:
   Counters* device(Execution& run) {
     if (device_.capacity() == 0) {
-      device_.resize(1);
       host_.resize(1);
+      device_.resize(1);  // last: either may find no memory
       run.fill(device_.data(), 1, 0);
     }
     return device_.data();

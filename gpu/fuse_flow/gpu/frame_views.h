@@ -39,9 +39,12 @@ class FrameViews {
   void assign(Execution& run, const RigFrame& frame, const ConfidenceParameters& confidence, bool with_color,
               int threads) {
     const std::size_t n = frame.cameras.size();
-    const bool calibrated = rig_.update(frame.cameras);
+    // A frame that ran out of memory here may have left half of it: then all is uploaded again.
+    const bool calibrated = rig_.update(frame.cameras) || !geometry_uploaded_;
+    geometry_uploaded_ = false;
     if (calibrated) uploadRays(run);
     if (updatePresence(frame) || calibrated) uploadNeighbours(run);
+    geometry_uploaded_ = true;
     views_.resize(n);
     std::size_t total = 0;
     layOutImages(frame, with_color);
@@ -212,6 +215,7 @@ class FrameViews {
   }
 
   host::RigGeometry rig_;
+  bool geometry_uploaded_{false};
   std::vector<std::size_t> ray_offsets_;
   std::vector<std::uint8_t> present_;
   std::vector<std::uint32_t> neighbour_counts_;
