@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# ./build.sh demo | test | bench | format   — see the README. Installs missing distribution packages, builds, runs.
+# ./build.sh demo | test | bench | tables | format   — see the README. Installs missing distribution packages, builds, runs.
 set -euo pipefail
 cd "$(dirname "$0")"
 
@@ -98,6 +98,12 @@ bench() {
   build/bin/fuse_flow_bench "$@"
 }
 
+tables() {
+  install_missing
+  build fuse_flow_tables
+  with_display build/bin/fuse_flow_tables -o doc/results.md --reading doc/results_reading.md "$@"
+}
+
 format() {
   command -v clang-format > /dev/null || install_missing
   local tool
@@ -110,7 +116,8 @@ case "${1:-}" in
 demo) demo ;;
 test) run_tests ;;
 bench) shift; bench "$@" ;;
+tables) shift; tables "$@" ;;
 check-format) format --dry-run -Werror ;;
 format) format -i ;;
-*) echo "usage: ./build.sh demo | test | bench | check-format | format" >&2; exit 2 ;;
+*) echo "usage: ./build.sh demo | test | bench | tables | check-format | format" >&2; exit 2 ;;
 esac

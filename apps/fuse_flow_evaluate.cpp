@@ -1,18 +1,27 @@
-// Prints how well clouds, whoever made them, agree with the views they came from.
+// Prints how well clouds, whoever made them, agree with the views they came from, and how near they are to the truth where
+// the recording is a simulated one.
 
+#include "drawing/clouds.h"
 #include "io/cloud_io.h"
 #include "io/file_io.h"
 #include "io/option_checks.h"
 #include "io/recording.h"
 #include "io/report.h"
 #include "io/tool.h"
+#include "simulation/truth.h"
+#include "simulation/truth_report.h"
+
+#include <fuse_flow/impl/host/parallel.hpp>
 
 #include <pcl/point_types.h>
 
+#include <filesystem>
 #include <limits>
+#include <optional>
 
 namespace {
 
+namespace fs = std::filesystem;
 using namespace fuse_flow;
 
 struct Options {
@@ -20,32 +29,198 @@ struct Options {
   std::vector<std::string> clouds;
   std::size_t frame{0};
   std::string json;
+  bool truth{false};
+  std::string error_picture;
   unsigned int threads{0};
   QualityParameters quality;
   io::RecordingOptions recording_options;
 };
 
+/** \brief A cloud of one frame of the recording. */
+struct CloudFile {
+  std::string path;
+  std::size_t frame;
+};
+
+/** \brief A cloud, or the clouds of a folder, as fuse_flow_fuse writes them: NNNNNN.ply or .pcd is of frame NNNNNN. */
+std::vector<CloudFile> filesOf(const std::string& path, std::size_t frame) {
+  if (!fs::is_directory(path)) return {{path, frame}};
+  std::vector<CloudFile> files;
+  for (const fs::directory_entry& entry : fs::directory_iterator(path)) {
+    const std::string stem = entry.path().stem().string(), extension = entry.path().extension().string();
+    const bool numbered =
+        !stem.empty() && stem.size() <= 9 && stem.find_first_not_of("0123456789") == std::string::npos;
+    if (numbered && (extension == ".ply" || extension == ".pcd"))
+      files.push_back({entry.path().string(), static_cast<std::size_t>(std::stoul(stem))});
+  }
+  if (files.empty()) throw io::InputError(path + ": no clouds, must hold files like 000000.ply");
+  std::sort(files.begin(), files.end(), [](const CloudFile& a, const CloudFile& b) {
+    return std::tie(a.frame, a.path) < std::tie(b.frame, b.path);
+  });
+  return files;
+}
+
+/** \brief Counts added up, errors weighted with theirs: over all points of all frames. */
+class QualityOfSequence {
+ public:
+  void add(const Quality& q) {
+    Quality& s = sum_;
+    if (q.seen_points > 0) error_ += q.error * static_cast<double>(q.seen_points);
+    if (q.multi_view_points > 0) multi_view_error_ += q.multi_view_error * static_cast<double>(q.multi_view_points);
+    s.points += q.points;
+    s.seen_points += q.seen_points;
+    s.multi_view_points += q.multi_view_points;
+    s.violating_points += q.violating_points;
+    s.pixels += q.pixels;
+    s.covered_pixels += q.covered_pixels;
+  }
+  Quality result() const {
+    Quality q = sum_;  // 0 / 0 is NaN: nobody saw a point
+    q.error = error_ / static_cast<double>(q.seen_points);
+    q.multi_view_error = multi_view_error_ / static_cast<double>(q.multi_view_points);
+    return q;
+  }
+
+ private:
+  Quality sum_;
+  double error_{0}, multi_view_error_{0};
+};
+
+/** \brief The clouds of one command-line argument, against the views and, if asked for, the truth. */
+struct Evaluation {
+  QualityOfSequence quality;
+  std::vector<simulation::TruthQuality> truth;
+  std::vector<double> flicker;
+  nlohmann::json frames = nlohmann::json::array();
+  /** \brief Of the first cloud. */
+  drawing::ColoredPoints errors;
+
+  double meanFlicker() const {
+    double sum = 0;
+    for (const double f : flicker) sum += f;
+    return flicker.empty() ? simulation::TruthQuality::kUnknown : sum / static_cast<double>(flicker.size());
+  }
+};
+
+class Evaluator {
+ public:
+  explicit Evaluator(const Options& options)
+      : options_(options), recording_(io::openRecording({options.recording}, options.recording_options)) {
+    if (options.truth) truth_.emplace(options.recording);
+  }
+
+  Evaluation evaluate(const std::vector<CloudFile>& files) {
+    Evaluation result;
+    std::optional<simulation::PlainCloud> previous;
+    for (const CloudFile& file : files) {
+      pcl::PCLPointCloud2 blob;
+      io::readCloud(file.path, blob);
+      readFrame(file);
+      pcl::PointCloud<pcl::PointXYZ> cloud;
+      {
+        const io::SilencePcl silence;
+        pcl::fromPCLPointCloud2(blob, cloud);
+      }
+      const Quality quality = multiCameraConsistency(cloud, loaded_.rig, options_.quality, options_.threads);
+      result.quality.add(quality);
+      nlohmann::json json = io::qualityJson(quality);
+      json["frame"] = file.frame;
+      if (truth_) {
+        simulation::PlainCloud plain = simulation::plainCloud(blob);
+        json["truth"] = compare(plain, file.frame, result);
+        if (previous) result.flicker.push_back(flicker(*previous, plain, truth_->frame(file.frame), threads()));
+        previous = std::move(plain);
+      }
+      result.frames.push_back(std::move(json));
+    }
+    return result;
+  }
+
+ private:
+  int threads() const { return host::resolveThreads(static_cast<int>(options_.threads)); }
+
+  void readFrame(const CloudFile& file) {
+    if (file.frame >= recording_->frameCount()) {
+      const std::string frames = std::to_string(recording_->frameCount()) + " frames, counted from 0";
+      throw io::OptionError("--frame " + std::to_string(file.frame) + ": the recording has " + frames);
+    }
+    if (file.frame == read_frame_) return;
+    recording_->read(file.frame, loaded_);
+    read_frame_ = file.frame;
+    visible_.clear();
+  }
+
+  nlohmann::json compare(const simulation::PlainCloud& cloud, std::size_t frame, Evaluation& result) {
+    const simulation::RayScene& scene = truth_->frame(frame);
+    if (visible_.empty()) {
+      std::vector<bool> present;
+      for (const DepthView& view : loaded_.rig.views) present.push_back(!view.missing());
+      if (present.size() != truth_->cameras().size())
+        throw io::OptionError("--truth: needs all cameras of the recording, --views leaves some out");
+      simulation::Visibility visibility;
+      visibility.min_range = truth_->minRange();
+      visibility.max_range = truth_->maxRange();
+      visible_ = simulation::visibleSurface(scene, truth_->cameras(), present, visibility, threads());
+    }
+    std::vector<float> distances;
+    const simulation::TruthQuality quality = compareWithTruth(cloud, scene, visible_, threads(), &distances);
+    result.truth.push_back(quality);
+    if (result.errors.positions.empty()) {
+      result.errors.positions = cloud.positions;
+      for (const float d : distances) result.errors.colors.push_back(drawing::errorColor(d, 0.02f));
+    }
+    return simulation::truthJson(quality);
+  }
+
+  const Options& options_;
+  std::unique_ptr<io::Recording> recording_;
+  std::optional<simulation::Truth> truth_;
+  io::LoadedFrame loaded_;
+  std::size_t read_frame_{std::numeric_limits<std::size_t>::max()};
+  /** \brief Of the frame that was read last. */
+  std::vector<simulation::SurfacePoint> visible_;
+};
+
+nlohmann::json jsonOf(const Evaluation& e, bool sequence) {
+  nlohmann::json json = io::qualityJson(e.quality.result());
+  if (!e.truth.empty()) {
+    json["truth"] = simulation::truthJson(simulation::meanOf(e.truth));
+    if (!e.flicker.empty()) json["truth"]["flicker_mm"] = e.meanFlicker();
+  }
+  if (sequence) json["frames"] = e.frames;
+  return json;
+}
+
 int run(const Options& options) {
   if (!(options.quality.min_range < options.quality.max_range))
     throw io::OptionError("--min-range must be below --max-range");
-  const std::unique_ptr<io::Recording> recording = io::openRecording({options.recording}, options.recording_options);
-  if (options.frame >= recording->frameCount())
-    throw io::OptionError("--frame " + std::to_string(options.frame) + ": the recording has " +
-                          std::to_string(recording->frameCount()) + " frames, counted from 0");
-  io::LoadedFrame loaded;
-  recording->read(options.frame, loaded);
+  if (!options.error_picture.empty()) {
+    if (!options.truth) throw io::OptionError("--error-picture needs --truth");
+    drawing::requireDisplay("fuse_flow_evaluate");
+  }
+  Evaluator evaluator(options);
   std::size_t width = 5;
   for (const std::string& path : options.clouds) width = std::max(width, path.size());
   nlohmann::json json;
+  std::vector<drawing::ColoredPoints> pictures;
+  std::string truth_table;
   for (const std::string& path : options.clouds) {
-    pcl::PointCloud<pcl::PointXYZ> cloud;
-    io::readCloud(path, cloud);
+    Evaluation e = evaluator.evaluate(filesOf(path, options.frame));
     if (json.empty()) std::cout << io::qualityHeader(width) << '\n';
-    const Quality quality = multiCameraConsistency(cloud, loaded.rig, options.quality, options.threads);
-    std::cout << io::qualityRow(path, width, quality) << std::endl;
-    json[path] = io::qualityJson(quality);
+    std::cout << io::qualityRow(path, width, e.quality.result()) << std::endl;
+    if (options.truth)
+      truth_table += simulation::truthRow(path, width, simulation::meanOf(e.truth), e.meanFlicker()) + '\n';
+    json[path] = jsonOf(e, fs::is_directory(path));
+    if (!options.error_picture.empty()) pictures.push_back(std::move(e.errors));
   }
+  if (options.truth)
+    std::cout << "\nAgainst the true surface\n" << simulation::truthHeader(width) << '\n' << truth_table;
   if (!options.json.empty()) io::writeFile(options.json, json.dump(2) + "\n");
+  if (!options.error_picture.empty()) {
+    drawing::Viewpoint viewpoint;
+    viewpoint.width = 800 * static_cast<int>(pictures.size());
+    io::writeColorPng(options.error_picture, drawing::drawClouds(pictures, viewpoint));
+  }
   return io::kSuccess;
 }
 
@@ -53,13 +228,19 @@ int run(const Options& options) {
 
 int main(int argc, char** argv) {
   Options options;
-  CLI::App app("Measures how well clouds agree with the depth views of one frame of a recording.",
-               "fuse_flow_evaluate");
+  CLI::App app(
+      "Measures how well clouds agree with the depth views of a recording, and with the truth of a simulated one.",
+      "fuse_flow_evaluate");
   app.add_option("recording", options.recording, "as fuse_flow_fuse reads it")->required();
-  app.add_option("cloud", options.clouds, "PLY or PCD files in the world frame")->required();
-  app.add_option("--frame", options.frame, "frame of the recording to compare with")
+  app.add_option("cloud", options.clouds,
+                 "PLY or PCD files in the world frame, or folders of them, one a frame: 000000.ply")
+      ->required();
+  app.add_option("--frame", options.frame, "frame of the recording to compare single clouds with")
       ->check(io::wholeNumber(0, std::numeric_limits<int>::max()))
       ->capture_default_str();
+  app.add_flag("--truth", options.truth, "compare with the exact surface of a recording of fuse_flow_simulate too");
+  app.add_option("--error-picture", options.error_picture,
+                 "with --truth: PNG of the first clouds, blue on the true surface to red 20 mm or more from it");
   app.add_option("--views", options.recording_options.views, "frames that act as the cameras of one instant");
   app.add_option("--slide", options.recording_options.slide, "move those views on by this many frames a frame")
       ->check(io::wholeNumber(0, std::numeric_limits<int>::max()));

@@ -150,7 +150,7 @@ int main(int argc, char** argv) {
   app.add_option("-o,--output", options.output, "a .ply or .pcd file for one frame, else a folder")->required();
   app.add_option("--report", options.report, "write figures per frame and in total to this JSON file");
   app.add_option("--method", options.method, "what makes the cloud")
-      ->check(CLI::IsMember({"fuse_flow", "concatenate", "voxel_grid", "approximate_voxel_grid"}))
+      ->check(CLI::IsMember({"fuse_flow", "concatenate", "voxel_grid", "approximate_voxel_grid", "outlier_removal"}))
       ->capture_default_str();
   app.add_option("--leaf-size", options.method_options.leaf_size, "of the voxel grids, m")
       ->check(io::positiveNumber())
@@ -167,6 +167,9 @@ int main(int argc, char** argv) {
       ->check(io::positiveNumber());
   app.add_option("--format", options.format, "of the files in the output folder")
       ->check(CLI::IsMember({"ply", "pcd"}))
+      ->capture_default_str();
+  app.add_option("--device", options.method_options.device, "where fuse_flow runs; auto: on a GPU if there is one")
+      ->check(CLI::IsMember({"auto", "cpu", "gpu"}))
       ->capture_default_str();
   app.add_option("--threads", options.method_options.threads, "0: one per core")
       ->check(io::threadCount())

@@ -21,3 +21,15 @@ if(NOT TARGET FuseFlow::pcl)
   separate_arguments(fuse_flow_pcl_definitions UNIX_COMMAND "${PCL_DEFINITIONS}")
   target_compile_options(FuseFlow::pcl INTERFACE ${PCL_COMPILE_OPTIONS} ${fuse_flow_pcl_definitions})
 endif()
+
+# Thrust on the CPU, for the GPU classes where the compiler is not nvcc, which brings its own.
+if(NOT TARGET FuseFlow::thrust)
+  find_path(FUSE_FLOW_THRUST_INCLUDE_DIR thrust/version.h
+            PATHS /usr/local/cuda/include/cccl /usr/local/cuda/include DOC "The folder that has Thrust's headers")
+  add_library(FuseFlow::thrust INTERFACE IMPORTED)
+  if(FUSE_FLOW_THRUST_INCLUDE_DIR)
+    target_include_directories(FuseFlow::thrust SYSTEM
+                               INTERFACE $<$<COMPILE_LANGUAGE:CXX>:${FUSE_FLOW_THRUST_INCLUDE_DIR}>)
+  endif()
+endif()
+find_package(Threads QUIET)

@@ -1,13 +1,16 @@
 #include "io/method.h"
 
 #include "io/error.h"
+#include "io/gpu_method.h"
 
 #include <fuse_flow/depth_backprojection.h>
 
 #include <pcl/common/common.h>
 #include <pcl/filters/approximate_voxel_grid.h>
 #include <pcl/filters/impl/approximate_voxel_grid.hpp>
+#include <pcl/filters/impl/statistical_outlier_removal.hpp>
 #include <pcl/filters/impl/voxel_grid.hpp>
+#include <pcl/filters/statistical_outlier_removal.h>
 #include <pcl/filters/voxel_grid.h>
 
 #include <chrono>
@@ -107,9 +110,13 @@ class GridOfConcatenation : public Concatenation {
     }
     checkCells(*all);
     Grid grid;
-    grid.setInputCloud(all);
+    grid.setInputCloud(withoutOutliers(all));
     grid.setLeafSize(options_.leaf_size, options_.leaf_size, options_.leaf_size);
     grid.filter(thinned_);
+  }
+
+  virtual pcl::PointCloud<pcl::PointXYZRGB>::Ptr withoutOutliers(const pcl::PointCloud<pcl::PointXYZRGB>::Ptr& all) {
+    return all;
   }
 
  private:
@@ -128,15 +135,41 @@ class GridOfConcatenation : public Concatenation {
   }
 };
 
+using VoxelGridOfConcatenation = GridOfConcatenation<pcl::VoxelGrid<pcl::PointXYZRGB>>;
+
+class OutlierRemoval : public VoxelGridOfConcatenation {
+ public:
+  using VoxelGridOfConcatenation::VoxelGridOfConcatenation;
+
+ protected:
+  pcl::PointCloud<pcl::PointXYZRGB>::Ptr withoutOutliers(const pcl::PointCloud<pcl::PointXYZRGB>::Ptr& all) override {
+    pcl::StatisticalOutlierRemoval<pcl::PointXYZRGB> filter;
+    filter.setInputCloud(all);
+    filter.setMeanK(16);
+    filter.setStddevMulThresh(1.0);
+    const auto kept = std::make_shared<pcl::PointCloud<pcl::PointXYZRGB>>();
+    filter.filter(*kept);
+    return kept;
+  }
+};
+
 }  // namespace
 
 std::unique_ptr<Method> makeMethod(const std::string& name, const MethodOptions& options) {
-  if (name == "fuse_flow") return std::make_unique<Fusion>(options);
+  if (name != "fuse_flow" && options.device == "gpu")
+    throw OptionError("--device gpu: --method " + name + " runs on the CPU only");
+  if (name == "fuse_flow") {
+    const bool any_device = options.device == "auto" && !options.parameters.preprocessing.bilateral;
+    if (options.device == "gpu" || (any_device && gpuFound())) return makeGpuFusion(options);
+    return std::make_unique<Fusion>(options);
+  }
   if (name == "concatenate") return std::make_unique<Concatenation>(options);
-  if (name == "voxel_grid") return std::make_unique<GridOfConcatenation<pcl::VoxelGrid<pcl::PointXYZRGB>>>(options);
+  if (name == "voxel_grid") return std::make_unique<VoxelGridOfConcatenation>(options);
+  if (name == "outlier_removal") return std::make_unique<OutlierRemoval>(options);
   if (name == "approximate_voxel_grid")
     return std::make_unique<GridOfConcatenation<pcl::ApproximateVoxelGrid<pcl::PointXYZRGB>>>(options);
-  throw InputError("--method " + name + ": must be fuse_flow, concatenate, voxel_grid or approximate_voxel_grid");
+  throw InputError("--method " + name +
+                   ": must be fuse_flow, concatenate, voxel_grid, approximate_voxel_grid or outlier_removal");
 }
 
 }  // namespace fuse_flow::io

@@ -26,9 +26,12 @@ struct MethodOptions {
   FuseFlowParameters parameters;
   unsigned int threads{0};
   float leaf_size{0.01f};  ///< of the voxel grids, metres
+  /** \brief "cpu"; "gpu"; "auto": the GPU where there is one that can do what is asked. The peers run on the CPU. */
+  std::string device{"auto"};
 };
 
-/** \brief "fuse_flow", "concatenate", "voxel_grid" or "approximate_voxel_grid". */
+/** \brief "fuse_flow", "concatenate", "voxel_grid", "approximate_voxel_grid" or "outlier_removal", which is
+ *  pcl::StatisticalOutlierRemoval (16 neighbours, 1 standard deviation) before the voxel grid. */
 std::unique_ptr<Method> makeMethod(const std::string& name, const MethodOptions& options);
 
 }  // namespace fuse_flow::io

@@ -74,11 +74,12 @@ class NearestPoint {
     empty_ = cloud->empty();
   }
   /** \brief Distance to the nearest point, metres; infinite if there is none. */
-  float operator()(const Vector3f& p) const {
+  float operator()(const Vector3f& p, std::size_t* number = nullptr) const {
     if (empty_) return std::numeric_limits<float>::infinity();
     thread_local pcl::Indices index(1);
     thread_local std::vector<float> squared(1);
     tree_.nearestKSearch(pcl::PointXYZ(p.x(), p.y(), p.z()), 1, index, squared);
+    if (number != nullptr) *number = static_cast<std::size_t>(index[0]);
     return std::sqrt(squared[0]);
   }
 
@@ -205,21 +206,47 @@ TruthQuality compareWithTruth(const PlainCloud& cloud, const RayScene& scene, co
   return quality;
 }
 
+namespace {
+
+/** \brief The points of a cloud beside fixed surfaces: where on the surface each stands, and how far in front of it. */
+struct Heights {
+  std::vector<Vector3f> feet;
+  std::vector<float> heights;
+};
+
+Heights heightsOver(const RayScene& scene, const PlainCloud& cloud, int threads) {
+  std::vector<RayHit> hits(cloud.positions.size());
+  forEach(hits.size(), threads, [&](std::size_t k) { hits[k] = scene.nearest(cloud.positions[k], kGhost); });
+  Heights result;
+  for (std::size_t k = 0; k < hits.size(); ++k) {
+    if (!hits[k] || scene.moving(hits[k].object)) continue;
+    result.feet.push_back(hits[k].position);
+    result.heights.push_back(hits[k].normal.dot(cloud.positions[k] - hits[k].position));
+  }
+  return result;
+}
+
+}  // namespace
+
 double flicker(const PlainCloud& before, const PlainCloud& after, const RayScene& scene, int threads) {
   double sum = 0;
   std::size_t n = 0;
-  const auto oneWay = [&](const PlainCloud& from, const PlainCloud& to) {
-    const NearestPoint nearest(to.positions);
-    std::vector<float> change(from.positions.size());
+  const auto oneWay = [&](const Heights& from, const Heights& to) {
+    // Beside each other on the surface: the nearest point in space would be one of much the same height.
+    const NearestPoint nearest(to.feet);
+    std::vector<float> change(from.feet.size());
     forEach(change.size(), threads, [&](std::size_t k) {
-      const RayHit hit = scene.nearest(from.positions[k], kGhost);
-      change[k] = hit && !scene.moving(hit.object) ? std::min(nearest(from.positions[k]), kGhost) : -1.0f;
+      std::size_t other = 0;
+      const bool there = nearest(from.feet[k], &other) <= kGhost;
+      change[k] = there ? std::min(std::fabs(from.heights[k] - to.heights[other]), kGhost) : kGhost;
     });
-    for (const float d : change)
-      if (d >= 0) sum += static_cast<double>(d), ++n;
+    for (const float d : change) sum += static_cast<double>(d);
+    n += change.size();
   };
-  oneWay(before, after);
-  oneWay(after, before);
+  const Heights heights_before = heightsOver(scene, before, threads),
+                heights_after = heightsOver(scene, after, threads);
+  oneWay(heights_before, heights_after);
+  oneWay(heights_after, heights_before);
   return n > 0 ? 1e3 * sum / static_cast<double>(n) : TruthQuality::kUnknown;
 }
 

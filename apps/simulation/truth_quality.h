@@ -67,8 +67,9 @@ struct TruthQuality {
 TruthQuality compareWithTruth(const PlainCloud& cloud, const RayScene& scene, const std::vector<SurfacePoint>& visible,
                               int threads, std::vector<float>* distances = nullptr);
 
-/** \brief How much a cloud changes from one frame to the next where nothing moved: the mean distance from a point beside a
- *  fixed surface to the nearest point of the other frame, both ways, at most 30 mm each; millimetres. */
+/** \brief How much a cloud jumps from one frame to the next where nothing moved, millimetres: the mean, over the points within
+ *  30 mm of a fixed surface, of the difference between a point's height over that surface and that of the other frame's point
+ *  beside it, both ways; 30 mm where the other frame has no point as near as that. How dense the clouds are does not matter. */
 double flicker(const PlainCloud& before, const PlainCloud& after, const RayScene& scene, int threads);
 
 }  // namespace fuse_flow::simulation

@@ -3,6 +3,7 @@
 #include <fuse_flow/device.h>
 #include <fuse_flow/math/adaptive_hash.h>
 #include <fuse_flow/math/consistency.h>
+#include <fuse_flow/math/representatives.h>
 #include <fuse_flow/preprocessing.h>
 #include <fuse_flow/rig_frame.h>
 
@@ -26,10 +27,6 @@ namespace fuse_flow {
  *  point. */
 template <typename PointT, typename Device = device::Host>
 class AdaptiveHashFusion;
-
-namespace host {
-class HashAggregation;
-}
 
 /** \brief On the CPU. \copydetails AdaptiveHashFusion */
 template <typename PointT>
@@ -73,12 +70,18 @@ class AdaptiveHashFusion<PointT, device::Host> : public pcl::Filter<PointT> {
    *  \throws pcl::BadArgumentException if the camera indices do not fit the cloud or the frame */
   inline void applyFilter(PointCloud& output) override;
 
+  /** \brief Section 5 for points in the world frame, camera after camera: the step that another device replaces.
+   *  \param cameras of each point  \return fused points, whose sources are numbers of points */
+  inline virtual std::vector<FusedPoint> fusePoints(const std::vector<WeightedPoint>& points,
+                                                    const std::vector<std::uint32_t>& cameras);
+
+  AggregationParameters parameters_;   ///< see setParameters()
+  std::optional<RigFrame> frame_;      ///< see setFrame()
+  ConsistencyParameters consistency_;  ///< see setFrame()
+  int threads_{0};                     ///< see setNumberOfThreads()
+
  private:
-  AggregationParameters parameters_;
   std::vector<std::uint32_t> cameras_;
-  std::optional<RigFrame> frame_;
-  ConsistencyParameters consistency_;
-  int threads_{0};
 };
 
 }  // namespace fuse_flow

@@ -21,6 +21,10 @@ namespace fuse_flow {
 template <typename PointT, typename Device = device::Host>
 class ConfidenceEstimation;
 
+namespace host {
+class DepthMap;
+}
+
 /** \brief On the CPU. \copydetails ConfidenceEstimation */
 template <typename PointT>
 class ConfidenceEstimation<PointT, device::Host> : public pcl::FilterIndices<PointT> {
@@ -65,10 +69,14 @@ class ConfidenceEstimation<PointT, device::Host> : public pcl::FilterIndices<Poi
   /** \copydoc applyFilter(pcl::Indices&) */
   inline void applyFilter(PointCloud& output) override;
 
+  /** \brief Eq. 3 for a whole depth map: the step that another device replaces. \param C row by row */
+  inline virtual void computeConfidence(const host::DepthMap& depth, float* C);
+
+  int threads_{0};  ///< see setNumberOfThreads()
+
  private:
   ConfidenceParameters parameters_;
   float focal_length_{525.0f};
-  int threads_{0};
   std::vector<float> confidence_;
 };
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <fuse_flow/device.h>
+#include <fuse_flow/math/vec3.h>
 #include <fuse_flow/preprocessing.h>
 #include <fuse_flow/rig_frame.h>
 
@@ -65,12 +66,17 @@ class DepthBackprojection<PointT, device::Host> : public pcl::Filter<PointT> {
   /** \throws pcl::BadArgumentException if the image or cloud does not have the camera's size */
   inline void applyFilter(PointCloud& output) override;
 
+  /** \brief D^r and eq. 8 for a whole image, row by row: the step that another device replaces. \param z metres, 0 where
+   *  there is no measurement  \param points world frame; unspecified where z is 0 */
+  inline virtual void computePoints(const DepthView& view, float* z, Vec3* points);
+
+  Camera camera_;                       ///< see setCamera()
+  PreprocessingParameters parameters_;  ///< see setParameters()
+  int threads_{0};                      ///< see setNumberOfThreads()
+
  private:
-  Camera camera_;
   DepthView view_;
-  PreprocessingParameters parameters_;
   float user_filter_value_{std::numeric_limits<float>::quiet_NaN()};
-  int threads_{0};
 };
 
 }  // namespace fuse_flow

@@ -73,13 +73,18 @@ class MultiViewConsistency<PointT, device::Host> : public pcl::FilterIndices<Poi
   /** \copydoc applyFilter(pcl::Indices&) */
   inline void applyFilter(PointCloud& output) override;
 
+  /** \brief V and the number of views that had a say, for each of some finite points in the world frame: the step that
+   *  another device replaces. */
+  inline virtual void computeConsistency(const std::vector<Vec3>& points, float* V, int* views);
+
+  RigFrame frame_;                         ///< see setFrame()
+  int source_camera_{-1};                  ///< see setFrame()
+  ConsistencyParameters parameters_;       ///< see setParameters()
+  PreprocessingParameters preprocessing_;  ///< see setPreprocessing()
+  int threads_{0};                         ///< see setNumberOfThreads()
+
  private:
-  RigFrame frame_;
-  int source_camera_{-1};
-  ConsistencyParameters parameters_;
-  PreprocessingParameters preprocessing_;
   float threshold_{0.1f};
-  int threads_{0};
   std::vector<float> consistency_;
   std::vector<int> view_counts_;
 };

@@ -127,6 +127,10 @@ TEST_F(TruthQualityOfASquare, OfAnEmptyCloudCannotBeSaid) {
 TEST_F(TruthQualityOfASquare, FlickerIsTheChangeFromFrameToFrame) {
   EXPECT_NEAR(flicker(surface, surface, scene, 2), 0, 1e-6);
   EXPECT_NEAR(flicker(surface, shifted({0, 0, 0.003f}), scene, 2), 3, 1e-3);
+  EXPECT_NEAR(flicker(shifted({0, 0, -0.001f}), shifted({0, 0, 0.003f}), scene, 2), 4, 1e-3)
+      << "from one side to the other";
+  EXPECT_NEAR(flicker(surface, shifted({0.004f, 0, 0}), scene, 2), 0, 0.2) << "other points of the same surface";
+  EXPECT_NEAR(flicker(surface, {}, scene, 2), 30, 1e-3) << "points that vanish";
   RayScene moving;
   moving.setMoving({mesh_checks::squareFacingUp(0.5f, 0)});
   EXPECT_TRUE(std::isnan(flicker(surface, surface, moving, 2))) << "what moves does not flicker";

@@ -48,6 +48,15 @@ TEST_F(CommandLine, AnUnknownOptionIsNamed) {
   EXPECT_TRUE(isOneLineError(evaluate({recording(), "a.ply", "--sigma", "1"}), 2, {"--sigma", "--help"}));
 }
 
+TEST_F(CommandLine, TheDeviceIsChosenAndAMissingGpuIsAnErrorOfOneLine) {
+  EXPECT_TRUE(succeeded(fuseWith({"--device", "cpu"})));
+  fs::remove_all(out_);
+  const ToolResult result = fuseWith({"--device", "gpu"});
+  if (result.exit_code == 0) return;  // there is one
+  EXPECT_TRUE(isOneLineError(result, 2, {"--device gpu", "--device cpu"}));
+  EXPECT_FALSE(fs::exists(out_));
+}
+
 /** \brief Named as it is written on the command line, with the value and what it must be. */
 TEST_F(CommandLine, AnOptionOutOfRangeIsNamed) {
   expectWrong({"--sigma", "-1"}, {"--sigma", "-1", "positive"});
@@ -73,6 +82,8 @@ TEST_F(CommandLine, AnOptionOutOfRangeIsNamed) {
   expectWrong({"--crop-box", "1", "2", "3"}, {"--crop-box", "6"});
   expectWrong({"--crop-box", "1", "1", "1", "0", "0", "0"}, {"--crop-box", "min"});
   expectWrong({"--crop-box", "nan", "1", "1", "2", "2", "2"}, {"--crop-box"});
+  expectWrong({"--device", "abacus"}, {"--device", "abacus", "cpu", "gpu"});
+  expectWrong({"--method", "concatenate", "--device", "gpu"}, {"--device gpu", "concatenate"});
   expectWrong({"--threads", "-1"}, {"--threads", "-1"});
   expectWrong({"--threads", "100000"}, {"--threads", "100000"});
   expectWrong({"--depth-scale", "0"}, {"--depth-scale", "0", "positive"});

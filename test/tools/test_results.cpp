@@ -6,7 +6,8 @@
 namespace tool_test {
 namespace {
 
-const std::vector<std::string> kMethods{"fuse_flow", "concatenate", "voxel_grid", "approximate_voxel_grid"};
+const std::vector<std::string> kMethods{"fuse_flow", "concatenate", "voxel_grid", "approximate_voxel_grid",
+                                        "outlier_removal"};
 constexpr const char* kStages[] = {"preprocess", "generate", "merge", "fuse", "output", "total"};
 
 class Results : public ToolTest {

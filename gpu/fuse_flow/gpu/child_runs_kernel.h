@@ -16,7 +16,7 @@ __device__ inline unsigned int runHeads(std::uint32_t child, unsigned int lane) 
 }
 
 /** \brief CountRuns, one warp a chunk. */
-__global__ void __launch_bounds__(kRunThreads) countRunsKernel(const CountRuns step, std::uint32_t chunks) {
+static __global__ void __launch_bounds__(kRunThreads) countRunsKernel(const CountRuns step, std::uint32_t chunks) {
   const std::uint32_t index = blockIdx.x * kRunThreads + threadIdx.x;
   const std::uint32_t chunk = index / kChunk;
   if (chunk >= chunks) return;  // whole warps
@@ -29,7 +29,7 @@ __global__ void __launch_bounds__(kRunThreads) countRunsKernel(const CountRuns s
 }
 
 /** \brief WriteRuns, one warp a chunk. */
-__global__ void __launch_bounds__(kRunThreads) writeRunsKernel(const WriteRuns step, std::uint32_t chunks) {
+static __global__ void __launch_bounds__(kRunThreads) writeRunsKernel(const WriteRuns step, std::uint32_t chunks) {
   const std::uint32_t index = blockIdx.x * kRunThreads + threadIdx.x;
   const std::uint32_t chunk = index / kChunk;
   if (chunk >= chunks) return;  // whole warps

@@ -16,15 +16,40 @@ struct alignas(8) CoarseCell {
   std::uint32_t level;
 };
 
-/** \brief The slots in use and their first points, to be sorted by these. */
-struct ListCells {
+/** \brief Cells come in the order of their first points. Those are marked, one bit a point, and a cell's rank is the number of
+ *  bits before its own: cheaper than a sort of the cells. */
+struct MarkFirstPoints {
   CellTableView table;
-  std::uint32_t* first_points;
-  std::uint32_t* slots;
+  std::uint32_t* marks;  // a word for every 32 points
 
   FUSE_FLOW_HD void operator()(std::uint32_t k) const {
-    slots[k] = table.slots[k];
-    first_points[k] = table.first[table.slots[k]];
+    const std::uint32_t point = table.first[table.slots[k]];
+    atomicOrTo(marks + point / 32, 1u << point % 32);
+  }
+};
+
+/** \brief Bits in a word of marks. */
+struct CountMarks {
+  using result_type = std::uint32_t;
+  const std::uint32_t* marks;
+  FUSE_FLOW_HD std::uint32_t operator()(std::uint32_t word) const { return countBits(marks[word]); }
+};
+
+/** \brief Puts the slots in use, and their first points, in order. */
+struct RankCells {
+  CellTableView table;
+  const std::uint32_t* marks;
+  const std::uint32_t* marks_before;  // each word
+  std::uint32_t* first_points;        // by rank
+  std::uint32_t* slots;               // by rank
+
+  FUSE_FLOW_HD void operator()(std::uint32_t k) const {
+    const std::uint32_t slot = table.slots[k];
+    const std::uint32_t point = table.first[slot];
+    const std::uint32_t before = marks[point / 32] & ((1u << point % 32) - 1);
+    const std::uint32_t rank = marks_before[point / 32] + countBits(before);
+    first_points[rank] = point;
+    slots[rank] = slot;
   }
 };
 

@@ -8,21 +8,21 @@ namespace gpu {
 
 /** \brief Eq. 4–7 over the depth maps of a frame. */
 struct ConsistencyEvaluator {
-  const DeviceView* views;
-  const float* z;
-  ConsistencyParameters parameters;
+  const DeviceView* views{nullptr};
+  const float* z{nullptr};
+  ConsistencyParameters parameters{};
+  /** \brief Whether the noise of the views is known, and how it grows. */
+  bool noise_known{false};
+  ConfidenceParameters noise_model{};
+
+  static constexpr std::uint32_t kNoCamera = 0xffffffffu;
 
   /** \brief What view j says about a point in the world frame; false: nothing. \param address receives where it falls */
   FUSE_FLOW_HD bool ask(const Vec3& p_W, std::uint32_t j, ViewOpinion& said, PixelAddress& address) const {
-    const DeviceView& view = views[j];
-    address.view = j;
-    float depth_of_point = 0;
-    if (!view.model.locate(p_W, address.u, address.v, depth_of_point)) return false;
-    const float D = z[view.indexOf(address.u, address.v)];
-    if (!(D > 0)) return false;
-    said = parameters.distance == DistanceForm::Euclidean
-               ? viewOpinion(parameters, view.model.T_camera_world * p_W, view.ray(address.u, address.v), D)
-               : viewOpinion(parameters, {0, 0, depth_of_point}, {}, D);
+    const Sight sight = look(p_W, j, kNoCamera);
+    address = sight.address;
+    if (!(sight.depth > 0)) return false;
+    said = judge(p_W, sight);
     return true;
   }
 
@@ -59,25 +59,47 @@ struct ConsistencyEvaluator {
   }
 
   /** \brief Eq. 7 for a point that a camera measured, asking along the list of another: all points of a coarse cell walk
-   *  one list, that of its first point's camera. */
+   *  one list, that of its first point's camera. What the next view measured is on its way from memory while the last one is
+   *  judged. */
   FUSE_FLOW_HD float alongListOf(std::uint32_t first, const Vec3& p_W, std::uint32_t camera) const {
+    const DeviceView& owner = views[first];
+    const std::uint32_t most = static_cast<std::uint32_t>(parameters.max_candidates);
+    const std::uint32_t candidates = owner.neighbour_count < most ? owner.neighbour_count : most;
     Consistency result;
-    hear(p_W, first, camera, result);
-    int candidates = 0;
-    for (std::uint32_t k = 0; k < views[first].neighbour_count; ++k) {
-      const std::uint32_t j = views[first].neighbours[k];
-      if (result.views() >= parameters.max_views - 1 || ++candidates > parameters.max_candidates) break;
-      hear(p_W, j, camera, result);
+    Sight sight = look(p_W, first, camera);
+    for (std::uint32_t k = 0;; ++k) {
+      const Sight next = k < candidates ? look(p_W, owner.neighbours[k], camera) : Sight{};
+      if (sight.depth > 0) result.add(judge(p_W, sight));
+      if (k == candidates || result.views() >= parameters.max_views - 1) return consistency(parameters, result);
+      sight = next;
     }
-    return consistency(parameters, result);
   }
 
  private:
-  FUSE_FLOW_HD void hear(const Vec3& p_W, std::uint32_t j, std::uint32_t camera, Consistency& result) const {
-    ViewOpinion said;
+  /** \brief Where a point falls in a view, and what that measured there; depth 0: nothing. */
+  struct Sight {
     PixelAddress address;
-    if (j == camera) return;  // in its own camera a point is always right
-    if (ask(p_W, j, said, address)) result.add(said);
+    float depth_of_point;
+    float depth{0};
+  };
+
+  /** \brief Nothing in the camera that measured the point: there it is always right. */
+  FUSE_FLOW_HD Sight look(const Vec3& p_W, std::uint32_t j, std::uint32_t camera) const {
+    const DeviceView& view = views[j];
+    Sight sight;
+    sight.address.view = j;
+    if (j != camera && view.model.locate(p_W, sight.address.u, sight.address.v, sight.depth_of_point))
+      sight.depth = z[view.indexOf(sight.address.u, sight.address.v)];
+    return sight;
+  }
+
+  FUSE_FLOW_HD ViewOpinion judge(const Vec3& p_W, const Sight& sight) const {
+    const DeviceView& view = views[sight.address.view];
+    const float noise = noise_known ? view.noise_scale * axialNoise(noise_model, sight.depth) : 0.0f;
+    return parameters.distance == DistanceForm::Euclidean
+               ? viewOpinion(parameters, view.model.T_camera_world * p_W, view.ray(sight.address.u, sight.address.v),
+                             sight.depth, noise)
+               : viewOpinion(parameters, {0, 0, sight.depth_of_point}, {}, sight.depth, noise);
   }
 };
 

@@ -13,6 +13,7 @@ struct ConvertDepth {
   PixelGrid grid;
   float min_range, max_range;
   float* z;
+  float* q;  // 1/z as well, unless null
 
   struct alignas(16) Raw16 {
     std::uint16_t value[kPixels];
@@ -37,6 +38,9 @@ struct ConvertDepth {
             a.u + static_cast<int>(k) < view.model.intrinsics.width ? metres(raw[k], min_range, max_range) : 0.0f;
     }
     *reinterpret_cast<Metres*>(z + index) = out;
+    if (q == nullptr) return;
+    for (float& value : out.value) value = value > 0 ? 1.0f / value : 0.0f;
+    *reinterpret_cast<Metres*>(q + index) = out;
   }
 
  private:

@@ -4,6 +4,8 @@
 #include <fuse_flow/math/confidence.h>
 #include <fuse_flow/math/view.h>
 
+#include <cstddef>
+
 namespace fuse_flow {
 namespace gpu {
 
@@ -19,6 +21,8 @@ struct DeviceView {
   const std::uint32_t* neighbours{nullptr};
   std::uint32_t neighbour_count{0};
   SlopeScale slope{};
+  /** \brief See noiseScale(); measured on the device. */
+  float noise_scale{1.0f};
 
   ImageView<std::uint16_t> depth16;
   ImageView<float> depth32;
@@ -88,6 +92,22 @@ struct DepthMapOfView {
   }
   FUSE_FLOW_HD Ray ray(int u, int v) const { return view->ray(u, v); }
 };
+
+/** \brief The 3×3 pixels at a spacing around one, row by row; zeros beyond the image. \param index number of the pixel */
+FUSE_FLOW_HD void readPatch(const DepthMapOfView& map, int u, int v, std::uint32_t index, int step, float (&patch)[9]) {
+  const Intrinsics& K = map.view->model.intrinsics;
+  if ((u >= step) & (v >= step) & (u < K.width - step) & (v < K.height - step)) {
+    const std::ptrdiff_t row = static_cast<std::ptrdiff_t>(step) * map.view->pitch;
+    const float* here = map.z + index;
+    for (int k = 0; k < 3; ++k) {
+      patch[k] = here[(k - 1) * step - row];
+      patch[3 + k] = here[(k - 1) * step];
+      patch[6 + k] = here[(k - 1) * step + row];
+    }
+  } else {
+    for (int k = 0; k < 9; ++k) patch[k] = map.depth(u + (k % 3 - 1) * step, v + (k / 3 - 1) * step);
+  }
+}
 
 }  // namespace gpu
 }  // namespace fuse_flow

@@ -1,20 +1,14 @@
 #pragma once
 
 #include <fuse_flow/fuse_flow.h>
-#include <fuse_flow/gpu/child_runs_kernel.h>
-#include <fuse_flow/gpu/convert_depth.h>
-#include <fuse_flow/gpu/frame_views.h>
-#include <fuse_flow/gpu/fuse_children.h>
+#include <fuse_flow/gpu/aggregation.h>
+#include <fuse_flow/gpu/depth_maps.h>
 #include <fuse_flow/gpu/fuse_point_wise.h>
 #include <fuse_flow/gpu/generate_points_kernel.h>
-#include <fuse_flow/gpu/select_points_kernel.h>
-#include <fuse_flow/gpu/stage_times.h>
+#include <fuse_flow/gpu/too_far.h>
 #include <fuse_flow/gpu/write_points.h>
 
-#include <thrust/iterator/transform_iterator.h>
-
 #include <chrono>
-#include <sstream>
 
 namespace fuse_flow {
 namespace gpu {
@@ -33,21 +27,20 @@ class FramePipeline {
   /** \brief Everything up to the fused points; returns how many there are. */
   std::size_t fuse(const RigFrame& frame, bool with_color) {
     checkRigFrame(frame);
-    if (parameters.preprocessing.bilateral)
-      detail::throwBadArgument(
-          "fuse_flow::FuseFlow: the bilateral filter runs on the CPU only; use device::Host for it");
+    checkRunsOnDevice("fuse_flow::FuseFlow", parameters.preprocessing);
     start_ = last_ = Clock::now();
     statistics = {};
+    statistics.noise_scales.assign(frame.views.size(), 1.0f);
     for (std::size_t i = 0; i < frame.views.size(); ++i)
       if (frame.views[i].missing()) statistics.missing_cameras.push_back(i);
     times.start(run.stream);
-    counters_.resize(1);
-    counted_.resize(1);
     views_.assign(run, frame, parameters.confidence, with_color, threads);
     times.mark("upload", 2.0 * static_cast<double>(views_.uploadedBytes()));
     statistics.preprocess_ms = lap();
     point_count_ = 0;
     if (views_.pixels() == 0) return 0;
+    maps_.make(run, times, views_,
+               {parameters.preprocessing, parameters.smoothing, parameters.confidence, parameters.adapt_noise});
     generate();
     if (parameters.use_spatial_hash) {
       aggregate();
@@ -60,9 +53,9 @@ class FramePipeline {
   /** \brief Writes the fused points of the last fuse() to device memory. */
   template <typename Layout>
   void write(const Layout& layout, bool with_normals, typename Layout::Words* output) {
-    const Appearance appearance{views_.grid(), z_.data()};
-    run.forEach(point_count_,
-                WritePoints<Layout>{layout, appearance, with_normals, fused_.data(), staying_.data(), output});
+    const Appearance appearance{views_.grid(), maps_.refined()};
+    run.forEach(point_count_, WritePoints<Layout>{layout, appearance, with_normals, fused_.fused.data(),
+                                                  fused_.weights.data(), fused_.staying.data(), output});
     times.mark("write points",
                static_cast<double>(point_count_) *
                    (sizeof(FusedPoint) + 4 + sizeof(typename Layout::Words) + (Layout::has_color ? 9 : 0)));
@@ -77,37 +70,12 @@ class FramePipeline {
 
   /** \brief Device memory held. */
   std::size_t bytes() const {
-    return views_.bytes() + z_.bytes() + points_.bytes() + slots_.bytes() + numbers_.bytes() + chunk_runs_.bytes() +
-           run_places_.bytes() + table_.bytes() + cells_.bytes() + first_child_numbers_.bytes() + sorted_.bytes() +
-           child_begins_.bytes() + fused_.bytes() + weights_.bytes() + positions_.bytes() + states_.bytes() +
-           staying_.bytes() + run.scratchBytes();
+    return views_.bytes() + maps_.bytes() + table_.bytes() + points_.bytes() + slots_.bytes() + gated_.bytes() +
+           aggregation_.bytes() + fused_.bytes() + run.scratchBytes();
   }
 
  private:
   using Clock = std::chrono::steady_clock;
-
-  /** \brief What the host reads back. */
-  struct Counters {
-    PointCounts points;
-    std::uint32_t cells;
-    std::uint32_t table_too_full;
-    std::uint32_t runs;
-    std::uint32_t children;
-    std::uint32_t fused;
-    std::uint64_t child_numbers;
-  };
-
-  /** \brief A pair of each, for the radix sort. */
-  struct SortBuffers {
-    DeviceBuffer<std::uint32_t> keys, other_keys, values, other_values;
-    void resize(std::size_t n) {
-      keys.resize(n);
-      other_keys.resize(n);
-      values.resize(n);
-      other_values.resize(n);
-    }
-    std::size_t bytes() const { return keys.bytes() + other_keys.bytes() + values.bytes() + other_values.bytes(); }
-  };
 
   static double milliseconds(Clock::time_point from, Clock::time_point to) {
     return std::chrono::duration<double, std::milli>(to - from).count();
@@ -117,26 +85,16 @@ class FramePipeline {
     return milliseconds(std::exchange(last_, now), now);
   }
 
-  const Counters& readCounters() {
-    run.copy(counted_.data(), counters_.data(), 1);
-    run.wait();
-    return counted_.data()[0];
-  }
-
   std::size_t chunks() const { return views_.pixels() / kChunk; }
 
-  /** \brief Metres, eq. 3, 8, 9, and the coarse cells. */
+  /** \brief Eq. 3, 8, 9, and the coarse cells. */
   void generate() {
     const std::size_t pixels = views_.pixels();
-    z_.resize(pixels);
     points_.resize(pixels);
     slots_.resize(pixels);
-    run.forEach(pixels / ConvertDepth::kPixels, ConvertDepth{views_.grid(), parameters.preprocessing.min_range,
-                                                             parameters.preprocessing.max_range, z_.data()});
-    times.mark("metres", 6.0 * static_cast<double>(pixels));
     std::size_t capacity = std::max(table_.capacity(), pixels / 64);
-    while (!generateInto(table_.start(run, parameters.use_spatial_hash ? capacity : 1, &counters_.data()->cells,
-                                      &counters_.data()->table_too_full)))
+    while (!generateInto(table_.start(run, parameters.use_spatial_hash ? capacity : 1, &counters_.device(run)->cells,
+                                      &counters_.device(run)->table_too_full)))
       capacity = 4 * table_.capacity();
     statistics.generate_ms = lap();
   }
@@ -145,13 +103,14 @@ class FramePipeline {
   bool generateInto(const CellTableView& table) {
     const std::size_t pixels = views_.pixels();
     table_view_ = table;
-    PointCounts* counts = &counters_.data()->points;
+    PointCounts* counts = &counters_.device(run)->points;
     run.fill(counts, 1, 0);
     run.fill(&counts->too_far, 1, 0xff);
     const GeneratePoints step{views_.grid(),
-                              z_.data(),
-                              z_.data(),
+                              maps_.measured(),
+                              maps_.refined(),
                               parameters.confidence,
+                              parameters.half_weight_noise,
                               parameters.use_measurement_confidence,
                               parameters.use_spatial_hash,
                               1.0f / parameters.aggregation.cell_size,
@@ -161,19 +120,24 @@ class FramePipeline {
                               slots_.data(),
                               counts};
 #if FUSE_FLOW_CUDA
-    const std::size_t blocks = (chunks() * kChunk + kGenerateThreads - 1) / kGenerateThreads;
-    generatePointsKernel<<<static_cast<unsigned int>(std::min<std::size_t>(blocks, 132 * 16)), kGenerateThreads, 0,
-                           run.stream>>>(step, static_cast<std::uint32_t>(chunks()));
+    generatePointsKernel<<<views_.tiles().count, kTileThreads, 0, run.stream>>>(step, views_.tiles());
     check(cudaGetLastError(), "generatePointsKernel");
 #else
     run.forEach(chunks(), step);
 #endif
-    times.mark("confidence, points, cells", static_cast<double>(pixels) * (4 + sizeof(WeightedPoint) + 4));
-    const Counters& counted = readCounters();
-    if (counted.points.too_far != 0xffffffffu) throwTooFar(counted.points.too_far);
+    times.mark("confidence, points, cells", static_cast<double>(pixels) * (parameters.smoothing.passes > 0 ? 8 : 4) +
+                                                static_cast<double>(pixels) * (sizeof(WeightedPoint) + 4));
+    const Counters& counted = counters_.read(run);
+    if (parameters.adapt_noise) keepNoiseScales();
+    if (counted.points.too_far != 0xffffffffu) throwTooFarPoint(counted.points.too_far);
     statistics.measured_points = counted.points.measured;
     statistics.gated_points = counted.points.gated;
     return counted.table_too_full == 0;
+  }
+
+  void keepNoiseScales() {
+    for (std::size_t i = 0; i < statistics.noise_scales.size(); ++i)
+      statistics.noise_scales[i] = maps_.noiseScales()[i];
   }
 
   Box cropBox() const {
@@ -182,191 +146,51 @@ class FramePipeline {
     return {{low.x(), low.y(), low.z()}, {high.x(), high.y(), high.z()}, true};
   }
 
-  [[noreturn]] void throwTooFar(std::uint32_t index) {
+  [[noreturn]] void throwTooFarPoint(std::uint32_t index) {
     PinnedBuffer<WeightedPoint> point;
     point.resize(1);
     run.copy(point.data(), points_.data() + index, 1);
     run.wait();
-    const Vec3& p = point.data()->p;
-    std::ostringstream message;
-    message << "fuse_flow::AdaptiveHashFusion: point (" << p.x << ", " << p.y << ", " << p.z << ") m is more than "
-            << kMaxCellCoordinate << " cells of " << parameters.aggregation.cell_size << " m from the origin";
-    throw pcl::PCLException(message.str());
+    throwTooFar(point.data()->p, parameters.aggregation.cell_size);
+  }
+
+  ConsistencyEvaluator evaluator() const {
+    return {views_.grid().views, maps_.measured(), parameters.consistency, true, parameters.confidence};
   }
 
   /** \brief Section 5. */
   void aggregate() {
-    const std::size_t cells = counted_.data()->cells;
-    statistics.coarse_cells = cells;
-    if (cells == 0) return;
-    orderCells(cells);
-    const std::size_t runs = sortRuns();
-    statistics.merge_ms = lap();
-    fuseCells(cells, runs);
+    statistics.coarse_cells = counters_.host().cells;
+    const ConsistencyEvaluator evaluator = this->evaluator();
+    point_count_ = aggregation_.fuse(
+        parameters.aggregation,
+        {points_.data(), slots_.data(), views_.pixels(), views_.grid(), table_view_, statistics.coarse_cells},
+        parameters.use_distance_consistency ? &evaluator : nullptr, fused_);
     statistics.fuse_ms = lap();
-  }
-
-  ChildrenOfCell childrenOfCell() const {
-    return {table_view_, cell_order_.values.data(), parameters.aggregation.points_per_cell,
-            host::HashAggregation::maxLevel(parameters.aggregation)};
-  }
-
-  /** \brief Cells by their first points, and the numbers of their children. */
-  void orderCells(std::size_t cells) {
-    cell_order_.resize(cells);
-    first_child_numbers_.resize(cells + 1);
-    cells_.resize(table_.capacity());
-    run.forEach(cells, ListCells{table_view_, cell_order_.keys.data(), cell_order_.values.data()});
-    run.sortByKey(cell_order_.keys, cell_order_.other_keys, cell_order_.values, cell_order_.other_values, cells,
-                  bitsFor(views_.pixels()));
-    const auto children =
-        thrust::make_transform_iterator(thrust::counting_iterator<std::uint32_t>(0), childrenOfCell());
-    run.sumUp(children, cells, first_child_numbers_.data());
-    run.copy(&counters_.data()->child_numbers, first_child_numbers_.data() + cells, 1);
-    run.forEach(cells, DescribeCells{childrenOfCell(), first_child_numbers_.data(), parameters.aggregation.cell_size,
-                                     cells_.data()});
-    times.mark("order of cells", static_cast<double>(cells) * (4 * 16 + 16 + sizeof(CoarseCell)));
-  }
-
-  /** \brief Runs of points that fall into one child, sorted by child and pixel. */
-  std::size_t sortRuns() {
-    const std::size_t pixels = views_.pixels();
-    numbers_.resize(pixels);
-    chunk_runs_.resize(chunks());
-    run_places_.resize(chunks() + 1);
-    const CountRuns count{{points_.data(), slots_.data(), cells_.data(), parameters.aggregation.cell_size},
-                          numbers_.data(),
-                          chunk_runs_.data()};
-    const auto chunk_count = static_cast<std::uint32_t>(chunks());
-#if FUSE_FLOW_CUDA
-    const unsigned int blocks = static_cast<unsigned int>((pixels + kRunThreads - 1) / kRunThreads);
-    countRunsKernel<<<blocks, kRunThreads, 0, run.stream>>>(count, chunk_count);
-    check(cudaGetLastError(), "countRunsKernel");
-#else
-    run.forEach(chunk_count, count);
-#endif
-    times.mark("children of points", static_cast<double>(pixels) * (sizeof(WeightedPoint) + 8));
-    run.sumUp(chunk_runs_.data(), chunk_count, run_places_.data());
-    run.copy(&counters_.data()->runs, run_places_.data() + chunk_count, 1);
-    const Counters& counted = readCounters();
-    if (counted.child_numbers >= CellTableView::kNone)
-      throw pcl::PCLException(
-          "fuse_flow::FuseFlow: a frame on the GPU has more than 2^32 child cells; raise min_cell_size "
-          "or points_per_cell");
-    const std::size_t runs = counted.runs;
-    sorted_.resize(runs);
-    const WriteRuns write{numbers_.data(), run_places_.data(), sorted_.keys.data(), sorted_.values.data()};
-#if FUSE_FLOW_CUDA
-    writeRunsKernel<<<blocks, kRunThreads, 0, run.stream>>>(write, chunk_count);
-    check(cudaGetLastError(), "writeRunsKernel");
-#else
-    run.forEach(chunk_count, write);
-#endif
-    times.mark("runs", static_cast<double>(pixels) * 4 + static_cast<double>(runs) * 8);
-    const int bits = bitsFor(counted.child_numbers);
-    run.sortByKey(sorted_.keys, sorted_.other_keys, sorted_.values, sorted_.other_values, runs, bits);
-    times.mark("sort", static_cast<double>(runs) * (4 + 16.0 * ((bits + 7) / 8)));
-    return runs;
-  }
-
-  /** \brief Child by child, then the choice among each coarse cell's points. */
-  void fuseCells(std::size_t cells, std::size_t runs) {
-    child_begins_.resize(runs);
-    Counters* counters = counters_.data();
-    run.select(runs, BeginsChild{sorted_.keys.data()}, child_begins_.data(), &counters->children);
-    times.mark("children", static_cast<double>(runs) * 4);
-    cells_of_children_.resize(cells);
-    fused_.resize(runs);
-    weights_.resize(runs);
-    positions_.resize(runs);
-    states_.resize(runs);
-    staying_.resize(runs);
-    const AggregationParameters& p = parameters.aggregation;
-    const Children children{
-        points_.data(),        slots_.data(),        cells_.data(),       sorted_.keys.data(),
-        sorted_.values.data(), child_begins_.data(), &counters->children, static_cast<std::uint32_t>(runs)};
-    const SelectRepresentatives representatives{children, p.representatives, views_.grid()};
-    run.forEach(
-        cells, FindCells{representatives, p.consistency_at == ConsistencyAt::Representatives, cell_order_.values.data(),
-                         cell_order_.keys.data(), numbers_.data(), cells_of_children_.data()});
-    times.mark("cells of children", static_cast<double>(cells) * (4 + 4 + sizeof(CoarseCell) + sizeof(CellOfChildren)));
-    run.fill(states_.data(), runs, 0);
-    run.forEach(runs, FuseChildren{representatives,
-                                   p,
-                                   {views_.grid().views, z_.data(), parameters.consistency},
-                                   parameters.use_distance_consistency,
-                                   cells_of_children_.data(),
-                                   fused_.data(),
-                                   weights_.data(),
-                                   positions_.data(),
-                                   states_.data()});
-    times.mark("fuse children",
-               static_cast<double>(statistics.gated_points) * sizeof(WeightedPoint) + static_cast<double>(runs) * 8);
-    if (p.weak_weight > 0) {
-      const SelectPoints select{weights_.data(), positions_.data(),   cells_of_children_.data(),
-                                cells_.data(),   &counters->children, static_cast<std::uint32_t>(cells),
-                                states_.data()};
-#if FUSE_FLOW_CUDA
-      if (!selectPointsInSharedMemory(select, host::HashAggregation::maxLevel(p), run.stream))
-        run.forEach(cells, select);
-#else
-      run.forEach(cells, select);
-#endif
-    }
-    times.mark("selection", static_cast<double>(cells) * 8);
-    selectStaying(runs);
-  }
-
-  void selectStaying(std::size_t n) {
-    run.select(n, Stays{states_.data()}, staying_.data(), &counters_.data()->fused);
-    times.mark("compaction", static_cast<double>(n));
-    point_count_ = readCounters().fused;
   }
 
   void fusePointWise() {
-    const std::size_t pixels = views_.pixels();
     const std::size_t gated = statistics.gated_points;
-    child_begins_.resize(gated + 1);
+    gated_.resize(gated + 1);
     fused_.resize(gated);
-    states_.resize(gated);
-    staying_.resize(gated + 1);
-    run.select(pixels, HasPoint{points_.data()}, child_begins_.data(), &counters_.data()->children);
-    run.forEach(gated, FusePointWise{views_.grid(),
-                                     {views_.grid().views, z_.data(), parameters.consistency},
-                                     points_.data(),
-                                     child_begins_.data(),
-                                     parameters.aggregation.min_weight,
-                                     parameters.use_distance_consistency,
-                                     fused_.data(),
-                                     states_.data()});
+    run.select(views_.pixels(), HasPoint{points_.data()}, gated_.data(), &counters_.device(run)->children);
+    run.forEach(gated, FusePointWise{views_.grid(), evaluator(), points_.data(), gated_.data(),
+                                     parameters.aggregation.min_weight, parameters.use_distance_consistency,
+                                     fused_.fused.data(), fused_.weights.data(), fused_.states.data()});
     times.mark("point-wise", static_cast<double>(gated) * sizeof(WeightedPoint));
-    selectStaying(gated);
+    point_count_ = fused_.compact(run, times, counters_, gated);
     statistics.fuse_ms = lap();
   }
 
-  /** \brief Bits of numbers below n. */
-  static int bitsFor(std::uint64_t n) {
-    int bits = 0;
-    while (bits < 32 && (std::uint64_t{1} << bits) < n) ++bits;
-    return bits;
-  }
-
+  CounterBuffer counters_;
   FrameViews views_;
+  DepthMaps maps_;
   CellTable table_;
   CellTableView table_view_{};
-  DeviceBuffer<Counters> counters_;
-  PinnedBuffer<Counters> counted_;
-  DeviceBuffer<float> z_;
   DeviceBuffer<WeightedPoint> points_;
-  DeviceBuffer<std::uint32_t> slots_, numbers_, chunk_runs_, run_places_, child_begins_, staying_;
-  SortBuffers cell_order_, sorted_;
-  DeviceBuffer<std::uint64_t> first_child_numbers_;
-  DeviceBuffer<CoarseCell> cells_;
-  DeviceBuffer<CellOfChildren> cells_of_children_;
-  DeviceBuffer<FusedPoint> fused_;
-  DeviceBuffer<float> weights_;
-  DeviceBuffer<std::uint16_t> positions_;
-  DeviceBuffer<std::uint8_t> states_;
+  DeviceBuffer<std::uint32_t> slots_, gated_;
+  Aggregation aggregation_{run, times, counters_};
+  FusedPoints fused_;
   std::size_t point_count_{0};
   Clock::time_point start_, last_;
 };

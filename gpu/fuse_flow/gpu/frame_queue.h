@@ -26,21 +26,23 @@ class FrameQueue {
   /** \brief prepare(lane) sets the lane's parameters; the images must stay alive until the frame has been taken. The lane must
    *  be free: fewer frames in flight than lanes. */
   template <typename Prepare>
-  void submit(const RigFrame& frame, const Prepare& prepare) {
+  void submit(const RigFrame& frame, bool copy_ahead, const Prepare& prepare) {
     Worker& worker = *workers_[submitted_ % lanes()];
     prepare(worker.lane);
+    worker.copy_ahead = copy_ahead;
     worker.start(frame);
     ++submitted_;
   }
 
-  /** \brief Waits for the oldest frame; take(lane, points, stamp) must be done with the points when it returns. Rethrows what
-   *  its computation threw. */
+  /** \brief Waits for the oldest frame; take(lane, points, stamp, cloud) must be done with the points when it returns. The
+   *  cloud has been filled if it was submitted with copy_ahead; it may be swapped for another. Rethrows what its computation
+   *  threw. */
   template <typename Take>
   void next(const Take& take) {
     Worker& worker = *workers_[taken_ % lanes()];
     ++taken_;
     worker.finish();
-    take(worker.lane, worker.points, worker.frame.stamp);
+    take(worker.lane, worker.points, worker.frame.stamp, worker.copy_ahead ? &worker.cloud : nullptr);
   }
 
  private:
@@ -48,6 +50,8 @@ class FrameQueue {
     FrameLane<PointT> lane;
     RigFrame frame;
     PointSpan<PointT> points;
+    bool copy_ahead{false};
+    pcl::PointCloud<PointT> cloud;
 
     Worker() {
 #if FUSE_FLOW_CUDA
@@ -99,6 +103,7 @@ class FrameQueue {
         std::exception_ptr error;
         try {
           points = lane.fusePinned(frame);
+          if (copy_ahead) toCloud(points, frame.stamp, 1, cloud);
         } catch (...) {
           error = std::current_exception();
         }

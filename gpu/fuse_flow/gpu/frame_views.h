@@ -2,6 +2,7 @@
 
 #include <fuse_flow/gpu/device_view.h>
 #include <fuse_flow/gpu/execution.h>
+#include <fuse_flow/gpu/tiles.h>
 #include <fuse_flow/impl/host/parallel.hpp>
 #include <fuse_flow/impl/host/rig_geometry.hpp>
 #include <fuse_flow/impl/parameters.hpp>
@@ -62,14 +63,21 @@ class FrameViews {
         throw pcl::PCLException("fuse_flow::FuseFlow: a frame on the GPU has more than 2^27 pixels");
     }
     pixels_ = static_cast<std::uint32_t>(total);
-    offsets_.resize(n + 1);
-    for (std::size_t i = 0; i < n; ++i) offsets_.data()[i] = views_.data()[i].offset;
+    offsets_.resize(2 * (n + 1));  // of pixels, then of tiles
+    std::uint32_t* tile_offsets = offsets_.data() + n + 1;
+    tiles_ = 0;
+    for (std::size_t i = 0; i < n; ++i) {
+      offsets_.data()[i] = views_.data()[i].offset;
+      tile_offsets[i] = tiles_;
+      tiles_ += tilesOf(views_.data()[i]);
+    }
     offsets_.data()[n] = pixels_;
+    tile_offsets[n] = tiles_;
     uploadImages(run, frame, with_color, threads);
     device_views_.resize(n);
-    device_offsets_.resize(n + 1);
+    device_offsets_.resize(2 * (n + 1));
     run.copy(device_views_.data(), views_.data(), n);
-    run.copy(device_offsets_.data(), offsets_.data(), n + 1);
+    run.copy(device_offsets_.data(), offsets_.data(), 2 * (n + 1));
   }
 
   static constexpr std::size_t kMaxPixels = std::size_t{1} << 27;
@@ -77,6 +85,9 @@ class FrameViews {
   PixelGrid grid() const {
     return {device_views_.data(), device_offsets_.data(), static_cast<std::uint32_t>(rig_.size())};
   }
+  TileGrid tiles() const { return {grid(), device_offsets_.data() + rig_.size() + 1, tiles_}; }
+  /** \brief For what is measured on the device. */
+  DeviceView* deviceViews() { return device_views_.data(); }
   /** \brief Padded pixels of all views: a multiple of kChunk. */
   std::uint32_t pixels() const { return pixels_; }
   /** \brief Of the last frame's images, over the bus. */
@@ -214,6 +225,7 @@ class FrameViews {
   DeviceBuffer<Ray> rays_;
   DeviceBuffer<char> images_;
   std::uint32_t pixels_{0};
+  std::uint32_t tiles_{0};
   std::size_t uploaded_{0};
 };
 

@@ -22,19 +22,9 @@ struct Children {
     return child + 1 < *count ? begins[child + 1] : run_count;
   }
   FUSE_FLOW_HD std::uint32_t numberOf(std::uint32_t child) const { return run_children[begins[child]]; }
-
-  /** \brief The first of children [begin, end) whose number is at least a given one; else end. */
-  FUSE_FLOW_HD std::uint32_t lowerBound(std::uint32_t begin, std::uint32_t end_child, std::uint32_t number) const {
-    while (begin < end_child) {
-      const std::uint32_t middle = (begin + end_child) / 2;
-      if (numberOf(middle) < number) {
-        begin = middle + 1;
-      } else {
-        end_child = middle;
-      }
-    }
-    return begin;
-  }
+  /** \brief Number of a child's first point. */
+  FUSE_FLOW_HD std::uint32_t firstPoint(std::uint32_t child) const { return ChildRun::begin(runs[begins[child]]); }
+  FUSE_FLOW_HD std::uint32_t slotOf(std::uint32_t child) const { return slots[firstPoint(child)]; }
 };
 
 /** \brief Section 5 (2) a: a child's representatives. */
@@ -73,80 +63,108 @@ struct SelectRepresentatives {
   }
 };
 
-/** \brief Where a coarse cell's children begin, and whose list they walk to measure V. */
+/** \brief Where a coarse cell's children begin, and the child of its first point: the cell's points walk the list of that
+ *  child's camera to measure V. */
 struct CellOfChildren {
   std::uint32_t begin;
-  std::uint32_t list;
+  std::uint32_t first;
   std::uint32_t slot;
 };
 
-/** \brief Finds where a coarse cell begins among the children, and the camera whose list its points walk: that of its
- *  first point's child. */
+/** \brief Finds the coarse cell of each child, and the child's position in it. */
 struct FindCells {
-  SelectRepresentatives select;
-  bool each;
-  const std::uint32_t* order;         // rank → slot
+  Children children;
   const std::uint32_t* first_points;  // by rank
-  const std::uint32_t* numbers;       // of each point's child
   CellOfChildren* cells;              // by rank
+  std::uint32_t* ranks;               // of each child's cell
+  std::uint16_t* positions;           // of each child
 
-  FUSE_FLOW_HD void operator()(std::uint32_t rank) const {
-    const Children& children = select.children;
-    const std::uint32_t slot = order[rank];
+  FUSE_FLOW_HD void operator()(std::uint32_t child) const {
+    if (child >= *children.count) return;
+    const std::uint32_t first_point = children.firstPoint(child);
+    const std::uint32_t slot = children.slots[first_point];
     const CoarseCell cell = children.cells[slot];
-    const std::uint32_t begin = children.lowerBound(0, *children.count, cell.first_child_number);
-    const std::uint32_t child = children.lowerBound(begin, *children.count, numbers[first_points[rank]]);
-    const RepresentativeSelection chosen = select(child, cell.corner);
-    cells[rank] = {begin, each ? chosen[0].camera : chosen.mainCamera(), slot};
+    ranks[child] = cell.rank;
+    positions[child] = static_cast<std::uint16_t>(children.numberOf(child) - cell.first_child_number);
+    if (child == 0 || children.slotOf(child - 1) != slot) {
+      cells[cell.rank].begin = child;
+      cells[cell.rank].slot = slot;
+    }
+    if (first_point == first_points[cell.rank]) cells[cell.rank].first = child;
   }
 };
 
-/** \brief Section 5 (2) and (3): one child, from its points to its fused point. */
+/** \brief Section 5 (2) a, b and (3): one child, from its points to its fused point with V = 1. */
 struct FuseChildren {
   SelectRepresentatives select;
-  AggregationParameters parameters;
-  ConsistencyEvaluator evaluator;
-  bool use_consistency;
-  const CellOfChildren* cells;  // by rank
-
   FusedPoint* fused;
-  /** \brief ω of each child's point, and the child's position in its coarse cell. */
-  float* weights;
-  std::uint16_t* positions;
-  std::uint8_t* states;
-
-  /** \brief What becomes of a fused point: see SelectPoints. */
-  enum State : std::uint8_t { Dropped, Kept, Weak };
+  /** \brief Of each child's highest-ranking representative. */
+  std::uint32_t* cameras;
 
   FUSE_FLOW_HD void operator()(std::uint32_t child) const {
     const Children& children = select.children;
     if (child >= *children.count) return;
-    const std::uint32_t slot = children.slots[ChildRun::begin(children.runs[children.begins[child]])];
-    const CoarseCell cell = children.cells[slot];
-    const RepresentativeSelection chosen = select(child, cell.corner);
-    const bool each = parameters.consistency_at == ConsistencyAt::Representatives;
-    float V[kRepresentatives] = {1.0f, 1.0f, 1.0f};
-    if (use_consistency) {
-      const std::uint32_t list = cells[cell.rank].list;
-      for (int k = 0; k < (each ? chosen.count() : 1); ++k) {
-        const Candidate c = chosen[k];
-        const Vec3 judged = cell.corner + (each ? (1.0f / c.sum_C) * c.sum : chosen.mean());
-        const float v = evaluator.alongListOf(list, judged, each ? c.camera : chosen.mainCamera());
-        if (k == 0) V[0] = v;  // constant indices: V stays in registers
-        if (k == 1) V[1] = v;
-        if (k == 2) V[2] = v;
-      }
-    }
-    const FusedPoint point = fuseRepresentatives(chosen, cell.corner, V, each ? 1 : 0);
-    fused[child] = point;
-    weights[child] = point.weight;
-    positions[child] = static_cast<std::uint16_t>(children.numberOf(child) - cell.first_child_number);
-    states[child] = stateOf(point.weight);
+    const Vec3 corner = children.cells[children.slotOf(child)].corner;
+    const RepresentativeSelection chosen = select(child, corner);
+    fused[child] = fuseRepresentatives(chosen, corner, nullptr);
+    cameras[child] = chosen.mainCamera();
   }
+};
 
-  FUSE_FLOW_HD State stateOf(float weight) const {
-    if (!(weight > 0) || weight < parameters.min_weight) return Dropped;
-    return weight < parameters.weak_weight ? Weak : Kept;
+/** \brief What becomes of a fused point: see SelectPoints. */
+enum PointState : std::uint8_t { Dropped, Kept, Weak };
+
+FUSE_FLOW_HD PointState stateOf(const AggregationParameters& p, float weight) {
+  if (!(weight > 0) || weight < p.min_weight) return Dropped;
+  return weight < p.weak_weight ? Weak : Kept;
+}
+
+/** \brief ConsistencyAt::CellMean: V once a child, at its fused point, which one V does not move. */
+struct JudgeChildren {
+  AggregationParameters parameters;
+  ConsistencyEvaluator evaluator;
+  bool use_consistency;
+  const FusedPoint* fused;
+  const std::uint32_t* cameras;
+  const std::uint32_t* ranks;
+  const CellOfChildren* cells;  // by rank
+  const std::uint32_t* count;
+  float* weights;
+  std::uint8_t* states;
+
+  FUSE_FLOW_HD void operator()(std::uint32_t child) const {
+    if (child >= *count) return;
+    const std::uint32_t list = cameras[cells[ranks[child]].first];
+    float weight = fused[child].weight;
+    if (use_consistency) weight *= evaluator.alongListOf(list, fused[child].p, cameras[child]);
+    weights[child] = weight;
+    states[child] = stateOf(parameters, weight);
+  }
+};
+
+/** \brief ConsistencyAt::Representatives: V of every representative, and the fused point again. */
+struct JudgeRepresentatives {
+  SelectRepresentatives select;
+  JudgeChildren judge;
+  FusedPoint* fused;
+
+  FUSE_FLOW_HD void operator()(std::uint32_t child) const {
+    const Children& children = select.children;
+    if (child >= *children.count) return;
+    const Vec3 corner = children.cells[children.slotOf(child)].corner;
+    const RepresentativeSelection chosen = select(child, corner);
+    const std::uint32_t first = judge.cells[judge.ranks[child]].first;
+    const std::uint32_t list = select(first, corner)[0].camera;
+    float V[kRepresentatives] = {1.0f, 1.0f, 1.0f};
+    for (int k = 0; k < kRepresentatives; ++k) {
+      if (k >= chosen.count()) continue;  // not break: V then stays in registers
+      const Candidate c = chosen[k];
+      V[k] = judge.evaluator.alongListOf(list, corner + (1.0f / c.sum_C) * c.sum, c.camera);
+    }
+    const FusedPoint point = fuseRepresentatives(chosen, corner, V);
+    fused[child] = point;
+    judge.weights[child] = point.weight;
+    judge.states[child] = stateOf(judge.parameters, point.weight);
   }
 };
 

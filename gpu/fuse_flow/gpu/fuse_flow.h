@@ -94,28 +94,32 @@ class FuseFlow<PointT, device::Thrust> {
     if (queue_->inFlight() == queue_->lanes())
       throw pcl::PCLException("fuse_flow::FuseFlow: " + std::to_string(queue_->lanes()) +
                               " frames are in flight; call next() first");
-    queue_->submit(frame, [this](gpu::FrameLane<PointT>& lane) { prepare(lane); });
+    queue_->submit(frame, copy_ahead_, [this](gpu::FrameLane<PointT>& lane) { prepare(lane); });
   }
 
   /** \brief Frames submitted and not yet taken. */
   std::size_t inFlight() const { return queue_ ? queue_->inFlight() : 0; }
 
-  /** \brief Waits for the oldest frame in flight. Throws what fuse() would have thrown for it; that frame is then gone.
-   *  \throws pcl::PCLException if none is in flight */
+  /** \brief Whether each frame in flight is copied into a cloud by the thread that drives it, so that next() has only to swap;
+   *  default on. Off for nextPinned(), which needs no cloud. Holds for what is submitted from then on. */
+  void setCopyAhead(bool copy_ahead) { copy_ahead_ = copy_ahead; }
+
+  /** \brief Waits for the oldest frame in flight. The memory of \p output goes to a later frame. Throws what fuse() would have
+   *  thrown for it; that frame is then gone. \throws pcl::PCLException if none is in flight */
   void next(PointCloud& output) {
-    nextPinned([&](const gpu::PointSpan<PointT>& points, std::uint64_t stamp) {
-      gpu::toCloud(points, stamp, threads_, output);
+    take([&](const gpu::PointSpan<PointT>& points, std::uint64_t stamp, PointCloud* copied) {
+      if (copied) {
+        output.swap(*copied);
+      } else {
+        gpu::toCloud(points, stamp, threads_, output);
+      }
     });
   }
 
   /** \brief The same without a copy: visit(points in pinned memory, stamp). */
   template <typename Visit>
   void nextPinned(const Visit& visit) {
-    if (inFlight() == 0) throw pcl::PCLException("fuse_flow::FuseFlow: no frame is in flight");
-    queue_->next([&](gpu::FrameLane<PointT>& lane, const gpu::PointSpan<PointT>& points, std::uint64_t stamp) {
-      statistics_ = lane.pipeline.statistics;
-      visit(points, stamp);
-    });
+    take([&](const gpu::PointSpan<PointT>& points, std::uint64_t stamp, PointCloud*) { visit(points, stamp); });
   }
 
   const FrameStatistics& getStatistics() const { return statistics_; }
@@ -127,6 +131,16 @@ class FuseFlow<PointT, device::Thrust> {
   gpu::StageTimes& stageTimes() { return lane_->pipeline.times; }
 
  private:
+  template <typename Take>
+  void take(const Take& visit) {
+    if (inFlight() == 0) throw pcl::PCLException("fuse_flow::FuseFlow: no frame is in flight");
+    queue_->next([&](gpu::FrameLane<PointT>& lane, const gpu::PointSpan<PointT>& points, std::uint64_t stamp,
+                     PointCloud* copied) {
+      statistics_ = lane.pipeline.statistics;
+      visit(points, stamp, copied);
+    });
+  }
+
   void prepare(gpu::FrameLane<PointT>& lane) {
     lane.pipeline.parameters = parameters_;
     lane.pipeline.threads = threads_;
@@ -136,6 +150,7 @@ class FuseFlow<PointT, device::Thrust> {
   FuseFlowParameters parameters_;
   int threads_{host::resolveThreads(0)};
   bool compute_normals_{false};
+  bool copy_ahead_{true};
   std::size_t frames_in_flight_{3};
   std::unique_ptr<gpu::FrameLane<PointT>> lane_;
   std::unique_ptr<gpu::FrameQueue<PointT>> queue_;

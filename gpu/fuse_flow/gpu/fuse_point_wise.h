@@ -1,6 +1,6 @@
 #pragma once
 
-#include <fuse_flow/gpu/consistency_evaluator.h>
+#include <fuse_flow/gpu/fuse_children.h>
 #include <fuse_flow/math/representatives.h>
 
 namespace fuse_flow {
@@ -21,6 +21,7 @@ struct FusePointWise {
   float min_weight;
   bool use_consistency;
   FusedPoint* fused;
+  float* weights;
   std::uint8_t* states;
 
   FUSE_FLOW_HD void operator()(std::uint32_t k) const {
@@ -42,7 +43,8 @@ struct FusePointWise {
     }
     const FusedPoint point = fusion.finish();
     fused[k] = point;
-    states[k] = point.weight > 0 && !(point.weight < min_weight) ? 1 : 0;
+    weights[k] = point.weight;
+    states[k] = point.weight > 0 && !(point.weight < min_weight) ? Kept : Dropped;
   }
 };
 

@@ -33,6 +33,8 @@ struct GeneratePoints {
   const float* raw_z;
   const float* z;
   ConfidenceParameters confidence;
+  /** \brief See FuseFlowParameters. */
+  float half_weight_noise;
   bool use_confidence;
   bool use_cells;
   float inverse_cell_size;
@@ -44,12 +46,11 @@ struct GeneratePoints {
   std::uint32_t* slots;
   PointCounts* counts;
 
-  FUSE_FLOW_HD float measurementConfidence(const DeviceView& view, int u, int v) const {
+  FUSE_FLOW_HD float measurementConfidence(const DeviceView& view, int u, int v, std::uint32_t index) const {
     float C = 1.0f;
     if (use_confidence) {
-      const DepthMapOfView map{&view, raw_z};
       DepthPatch patch;
-      for (int k = 0; k < 9; ++k) patch.z[k] = map.depth(u + k % 3 - 1, v + k / 3 - 1);
+      readPatch({&view, raw_z}, u, v, index, 1, patch.z);
       C = confidence.form == ConfidenceForm::Published ? confidencePublished(confidence, patch)
                                                        : confidenceSlopeCompensated(confidence, patch, view.slope);
     }
@@ -64,14 +65,16 @@ struct GeneratePoints {
   FUSE_FLOW_HD WeightedPoint measure(const DeviceView& view, int u, int v, bool& measured) const {
     measured = false;
     if (u >= view.model.intrinsics.width) return {};
-    const float depth = z[view.indexOf(u, v)];
+    const std::uint32_t index = view.indexOf(u, v);
+    const float depth = z[index];
     if (!(depth > 0)) return {};
     measured = true;
-    const float C = measurementConfidence(view, u, v);
+    const float C = measurementConfidence(view, u, v, index);
     if (!(C > (use_confidence ? confidence.threshold : 0.0f))) return {};          // eq. 9
     const Vec3 p = view.model.T_world_camera * pointOnRay(view.ray(u, v), depth);  // eq. 8
     if (!crop_box.contains(p)) return {};
-    return {p, C};
+    const float per_half = half_weight_noise > 0 ? view.noise_scale / half_weight_noise : 0.0f;
+    return {p, C * noiseWeight(axialNoise(confidence, depth), per_half)};
   }
 
   /** \brief Key of a point's coarse cell; kEmpty for none, and for a point too far out, whose number is reported. */

@@ -42,9 +42,9 @@ struct SelectPoints {
     for (bool open = true; open;) {
       open = false;
       for (std::uint32_t child = begin; child < cell_end; ++child) {
-        if (states[child] != FuseChildren::Weak) continue;
+        if (states[child] != Weak) continue;
         states[child] = decide(child, cell_level, begin, cell_end);
-        open |= states[child] == FuseChildren::Weak;
+        open |= states[child] == Weak;
       }
     }
   }
@@ -58,12 +58,12 @@ struct SelectPoints {
       for (std::uint32_t other = lowerBound(begin, cell_end, row + x_begin);
            other < cell_end && positions[other] < row + x_end; ++other) {
         if (other == child) continue;
-        beaten |= states[other] == FuseChildren::Kept;
-        open |= states[other] == FuseChildren::Weak && precedes(other, child);
+        beaten |= states[other] == Kept;
+        open |= states[other] == Weak && precedes(other, child);
       }
     });
-    if (beaten) return FuseChildren::Dropped;
-    return open ? FuseChildren::Weak : FuseChildren::Kept;
+    if (beaten) return Dropped;
+    return open ? Weak : Kept;
   }
 
   /** \brief Heaviest first, ties by position. */
@@ -82,12 +82,6 @@ struct SelectPoints {
     }
     return begin;
   }
-};
-
-/** \brief Whether a child's point stays. */
-struct Stays {
-  const std::uint8_t* states;
-  FUSE_FLOW_HD bool operator()(std::uint32_t child) const { return states[child] == FuseChildren::Kept; }
 };
 
 }  // namespace gpu

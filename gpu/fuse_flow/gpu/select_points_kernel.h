@@ -7,13 +7,15 @@
 namespace fuse_flow {
 namespace gpu {
 
-/** \brief SelectPoints, one warp a cell of at most kLevel. The cell's children lie in shared memory by position: ω of the
- *  weak ones that are open, infinity for what is kept, 0 where nothing is or stays. */
+/** \brief SelectPoints, one warp a cell of at most kLevel. The cell's children lie in shared memory by position, with a border
+ *  around them: ω of the weak ones that are open, infinity for what is kept, 0 where nothing is or stays. */
 template <int kLevel>
 __global__ void __launch_bounds__(128) selectPointsKernel(const SelectPoints step) {
   constexpr unsigned int all = 0xffffffffu;
   constexpr int kWarps = kLevel <= 3 ? 4 : 1;
-  __shared__ float maps[kWarps][1 << 3 * kLevel];
+  constexpr int kSide = (1 << kLevel) + 2;
+  constexpr int kLayer = kSide * kSide;
+  __shared__ float maps[kWarps][kLayer * kSide];
   const std::uint32_t rank = blockIdx.x * kWarps + threadIdx.x / 32;
   if (rank >= step.cell_count) return;  // whole warps
   float* map = maps[threadIdx.x / 32];
@@ -22,17 +24,20 @@ __global__ void __launch_bounds__(128) selectPointsKernel(const SelectPoints ste
   const std::uint32_t end = step.end(rank);
 
   bool weak = false;
-  for (std::uint32_t child = begin + lane; child < end; child += 32) weak |= step.states[child] == FuseChildren::Weak;
+  for (std::uint32_t child = begin + lane; child < end; child += 32) weak |= step.states[child] == Weak;
   if (!__any_sync(all, weak)) return;
 
   const int level = step.level(rank);
-  for (int position = static_cast<int>(lane); position < 1 << 3 * level; position += 32) map[position] = 0.0f;
+  const auto placeOf = [level](int position) {
+    const int x = position & ((1 << level) - 1), y = position >> level & ((1 << level) - 1), z = position >> 2 * level;
+    return (x + 1) + (y + 1) * kSide + (z + 1) * kLayer;
+  };
+  for (int place = static_cast<int>(lane); place < kLayer * kSide; place += 32) map[place] = 0.0f;
   __syncwarp();
   const float kept = __int_as_float(0x7f800000);
   for (std::uint32_t child = begin + lane; child < end; child += 32) {
     const std::uint8_t state = step.states[child];
-    if (state != FuseChildren::Dropped)
-      map[step.positions[child]] = state == FuseChildren::Kept ? kept : step.weights[child];
+    if (state != Dropped) map[placeOf(step.positions[child])] = state == Kept ? kept : step.weights[child];
   }
   __syncwarp();
 
@@ -40,28 +45,32 @@ __global__ void __launch_bounds__(128) selectPointsKernel(const SelectPoints ste
     open = false;
     for (std::uint32_t first = begin; first < end; first += 32) {
       const std::uint32_t child = first + lane;
-      const int position = child < end ? step.positions[child] : 0;
-      const float weight = child < end ? map[position] : 0.0f;
+      const int place = child < end ? placeOf(step.positions[child]) : 0;  // 0: of the border
+      const float weight = map[place];
       const bool undecided = weight > 0 && weight < kept;
-      bool beaten = false, waits = false;
+      if (!__any_sync(all, undecided)) continue;
+      // The heaviest around it; of equal ones the one before it wins. Places ascend with positions.
+      float before = 0, after = 0;
       if (undecided)
-        SelectPoints::forEachRowAround(position, level, [&](int row, int x_begin, int x_end) {
-          for (int x = x_begin; x < x_end; ++x) {
-            const float other = map[row + x];
-            beaten |= other == kept;
-            waits |= other > weight || (other == weight && row + x < position);
+        for (int dz = -1; dz <= 1; ++dz)
+#pragma unroll
+          for (int k = 0; k < 9; ++k) {
+            const int offset = dz * kLayer + (k / 3 - 1) * kSide + k % 3 - 1;
+            const float other = map[place + offset];
+            before = offset < 0 ? fmaxf(before, other) : before;
+            after = offset > 0 ? fmaxf(after, other) : after;
           }
-        });
+      const bool beaten = before == kept || after == kept;
+      const bool waits = before >= weight || after > weight;
       __syncwarp();  // all have read
-      if (undecided && (beaten || !waits)) map[position] = beaten ? 0.0f : kept;
+      if (undecided && (beaten || !waits)) map[place] = beaten ? 0.0f : kept;
       open |= undecided && !beaten && waits;
       __syncwarp();
     }
     open = __any_sync(all, open);
   }
   for (std::uint32_t child = begin + lane; child < end; child += 32)
-    if (step.states[child] == FuseChildren::Weak)
-      step.states[child] = map[step.positions[child]] > 0 ? FuseChildren::Kept : FuseChildren::Dropped;
+    if (step.states[child] == Weak) step.states[child] = map[placeOf(step.positions[child])] > 0 ? Kept : Dropped;
 }
 
 /** \brief Launches it for cells of at most max_level; false if such cells do not fit shared memory. */

@@ -36,10 +36,16 @@ class StageTimes {
   }
 
   /** \brief Ends a stage. */
-  void mark(const char* name, double bytes) {
+  void mark(const char* name, double bytes = 0) {
     if (!enabled) return;
     stages_.push_back({name, bytes, 0});
     record();
+  }
+
+  /** \brief Of a stage that has been marked, once it is known how much there was. */
+  void setBytes(const std::string& name, double bytes) {
+    for (Stage& stage : stages_)
+      if (stage.name == name) stage.bytes = bytes;
   }
 
   /** \brief Of the last frame, after its stream has been waited for. */

@@ -81,6 +81,22 @@ FUSE_FLOW_HD void atomicMinTo(std::uint32_t* where, std::uint32_t value) {
 #endif
 }
 
+FUSE_FLOW_HD void atomicOrTo(std::uint32_t* where, std::uint32_t bits) {
+#if defined(__CUDA_ARCH__)
+  atomicOr(where, bits);
+#else
+  __atomic_fetch_or(where, bits, __ATOMIC_RELAXED);
+#endif
+}
+
+FUSE_FLOW_HD std::uint32_t countBits(std::uint32_t bits) {
+#if defined(__CUDA_ARCH__)
+  return static_cast<std::uint32_t>(__popc(bits));
+#else
+  return static_cast<std::uint32_t>(__builtin_popcount(bits));
+#endif
+}
+
 /** \brief Puts value where expected is, and returns what was there. */
 FUSE_FLOW_HD std::uint64_t atomicExchangeIf(std::uint64_t* where, std::uint64_t expected, std::uint64_t value) {
 #if defined(__CUDA_ARCH__)

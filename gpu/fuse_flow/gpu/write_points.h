@@ -30,14 +30,16 @@ struct WritePoints {
   Appearance appearance;
   bool with_normals;
   const FusedPoint* fused;
+  const float* weights;
   const std::uint32_t* staying;
   typename Layout::Words* output;
 
   FUSE_FLOW_HD void operator()(std::uint32_t k) const {
-    const FusedPoint point = fused[staying[k]];
+    FusedPoint point = fused[staying[k]];
+    point.weight = weights[staying[k]];
     Vec3 color{}, normal{};
     for (int s = 0; s < kRepresentatives; ++s) {
-      if (s >= point.count || !(Layout::has_color || (Layout::has_normal && with_normals))) continue;
+      if (s >= static_cast<int>(point.count) || !(Layout::has_color || (Layout::has_normal && with_normals))) continue;
       const PixelAddress a = appearance.grid.addressOf(point.source[s]);
       if (Layout::has_color) color = color + point.share[s] * appearance.color(a);
       if (Layout::has_normal && with_normals) normal = normal + point.share[s] * appearance.normal(a);

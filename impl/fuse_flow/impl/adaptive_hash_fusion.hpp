@@ -29,6 +29,41 @@ void AdaptiveHashFusion<PointT, device::Host>::setFrame(const RigFrame& frame,
 }
 
 template <typename PointT>
+std::vector<FusedPoint> AdaptiveHashFusion<PointT, device::Host>::fusePoints(
+    const std::vector<WeightedPoint>& points, const std::vector<std::uint32_t>& cameras) {
+  const int threads = host::resolveThreads(threads_);
+  host::HashAggregation aggregation;
+  // A stretch ends where the camera changes, so that a run of points is of one camera.
+  std::vector<std::size_t> stretch_ends;
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    const std::size_t begin = stretch_ends.empty() ? 0 : stretch_ends.back();
+    const bool last = k + 1 == points.size() || cameras[k] != cameras[k + 1];
+    if (last || k + 1 - begin == 32768) stretch_ends.push_back(k + 1);
+  }
+  std::vector<host::RunBuilder>& builders = aggregation.grid.start(stretch_ends.size());
+  host::parallelFor(threads, stretch_ends.size(), [&](std::size_t s, int) {
+    builders[s].start(parameters_.cell_size);
+    for (std::size_t k = s == 0 ? 0 : stretch_ends[s - 1]; k < stretch_ends[s]; ++k)
+      builders[s].add(static_cast<std::uint32_t>(k), points[k].p);
+    builders[s].finish();
+  });
+  aggregation.grid.merge();
+
+  const auto camera_of = [&](std::uint32_t k) { return cameras[k]; };
+  if (frame_) {
+    host::FrameViews views;
+    views.assign(*frame_, PreprocessingParameters{}, threads);
+    const host::ConsistencyEvaluator evaluator(consistency_, views.rig, views.depths);
+    aggregation.fuse(parameters_, threads, points.data(), camera_of, &evaluator);
+  } else {
+    aggregation.fuse(parameters_, threads, points.data(), camera_of, nullptr);
+  }
+  std::vector<FusedPoint> fused(aggregation.size());
+  aggregation.forEach(threads, [&](std::size_t position, const FusedPoint& point) { fused[position] = point; });
+  return fused;
+}
+
+template <typename PointT>
 void AdaptiveHashFusion<PointT, device::Host>::applyFilter(PointCloud& output) {
   constexpr const char* owner = "fuse_flow::AdaptiveHashFusion";
   if (!cameras_.empty() && cameras_.size() != input_->size())
@@ -58,37 +93,13 @@ void AdaptiveHashFusion<PointT, device::Host>::applyFilter(PointCloud& output) {
       points[k].C = point::getField<pcl::fields::confidence, float>(p);
   }
 
-  const int threads = host::resolveThreads(threads_);
-  host::HashAggregation aggregation;
-  // A stretch ends where the camera changes, so that a run of points is of one camera.
-  std::vector<std::size_t> stretch_ends;
-  for (std::size_t k = 0; k < order.size(); ++k) {
-    const std::size_t begin = stretch_ends.empty() ? 0 : stretch_ends.back();
-    const bool last = k + 1 == order.size() || camera_of_input(order[k]) != camera_of_input(order[k + 1]);
-    if (last || k + 1 - begin == 32768) stretch_ends.push_back(k + 1);
-  }
-  std::vector<host::RunBuilder>& builders = aggregation.grid.start(stretch_ends.size());
-  host::parallelFor(threads, stretch_ends.size(), [&](std::size_t s, int) {
-    builders[s].start(parameters_.cell_size);
-    for (std::size_t k = s == 0 ? 0 : stretch_ends[s - 1]; k < stretch_ends[s]; ++k)
-      builders[s].add(static_cast<std::uint32_t>(k), points[k].p);
-    builders[s].finish();
-  });
-  aggregation.grid.merge();
-
-  const auto camera_of = [&](std::uint32_t k) { return camera_of_input(order[k]); };
-  if (frame_) {
-    host::FrameViews views;
-    views.assign(*frame_, PreprocessingParameters{}, threads);
-    const host::ConsistencyEvaluator evaluator(consistency_, views.rig, views.depths);
-    aggregation.fuse(parameters_, threads, points.data(), camera_of, &evaluator);
-  } else {
-    aggregation.fuse(parameters_, threads, points.data(), camera_of, nullptr);
-  }
+  std::vector<std::uint32_t> cameras(order.size());
+  for (std::size_t k = 0; k < order.size(); ++k) cameras[k] = camera_of_input(order[k]);
+  const std::vector<FusedPoint> all_fused = fusePoints(points, cameras);
 
   PointCloud result;
-  result.resize(aggregation.size());
-  aggregation.forEach(threads, [&](std::size_t position, const FusedPoint& fused) {
+  result.resize(all_fused.size());
+  const auto write = [&](const FusedPoint& fused, PointT& point) {
     const auto source = [&](std::size_t k) -> const PointT& {
       return (*input_)[static_cast<std::size_t>(order[fused.source[k]])];
     };
@@ -99,7 +110,6 @@ void AdaptiveHashFusion<PointT, device::Host>::applyFilter(PointCloud& output) {
       color = color + fused.share[k] * point::getColor(source(k));
       normal = normal + fused.share[k] * point::getNormal(source(k));
     }
-    PointT& point = result[position];
     point = source(main);
     point::setPosition(point, fused.p);
     point::setColor(point, color);
@@ -107,14 +117,18 @@ void AdaptiveHashFusion<PointT, device::Host>::applyFilter(PointCloud& output) {
     point::setNormal(point, norm > 0 ? (1.0f / norm) * normal : Vec3{});
     point::setWeight(point, fused.weight);
     point::setViewCount(point, fused.views);
+  };
+  constexpr std::size_t block = 1024;
+  host::parallelFor(host::resolveThreads(threads_), (all_fused.size() + block - 1) / block, [&](std::size_t b, int) {
+    for (std::size_t k = b * block; k < std::min(all_fused.size(), (b + 1) * block); ++k)
+      write(all_fused[k], result[k]);
   });
 
   removed_indices_->clear();
   if (this->extract_removed_indices_) {
     std::vector<std::uint8_t> represents(input_->size(), 0);
-    aggregation.forEach(1, [&](std::size_t, const FusedPoint& fused) {
+    for (const FusedPoint& fused : all_fused)
       for (std::size_t k = 0; k < fused.count; ++k) represents[static_cast<std::size_t>(order[fused.source[k]])] = 1;
-    });
     for (const pcl::index_t index : *indices_)
       if (!represents[static_cast<std::size_t>(index)]) removed_indices_->push_back(index);
   }

@@ -22,6 +22,14 @@ void ConfidenceEstimation<PointT, device::Host>::setFocalLength(float pixels) {
 }
 
 template <typename PointT>
+void ConfidenceEstimation<PointT, device::Host>::computeConfidence(const host::DepthMap& depth, float* C) {
+  const auto width = static_cast<std::size_t>(depth.width());
+  host::parallelFor(host::resolveThreads(threads_), static_cast<std::size_t>(depth.height()), [&](std::size_t v, int) {
+    host::confidenceRow(parameters_, depth, 1.0f / focal_length_, 1.0f, static_cast<int>(v), C + v * width);
+  });
+}
+
+template <typename PointT>
 void ConfidenceEstimation<PointT, device::Host>::applyFilter(pcl::Indices& indices) {
   if (!input_->isOrganized() && !input_->empty())
     throw pcl::UnorganizedPointCloudException("fuse_flow::ConfidenceEstimation: the input cloud is " +
@@ -46,10 +54,7 @@ void ConfidenceEstimation<PointT, device::Host>::applyFilter(pcl::Indices& indic
       z[u] = along > 0 ? along : 0.0f;
     }
   });
-  host::parallelFor(threads, rows, [&](std::size_t v, int) {
-    host::confidenceRow(parameters_, depth, 1.0f / focal_length_, 1.0f, static_cast<int>(v),
-                        confidence_.data() + v * input_->width);
-  });
+  computeConfidence(depth, confidence_.data());
   const auto C = [this](pcl::index_t index) { return confidence_[static_cast<std::size_t>(index)]; };
   detail::splitIndices(
       *indices_, this->negative_, this->extract_removed_indices_, indices, *removed_indices_,

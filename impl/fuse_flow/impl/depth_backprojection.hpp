@@ -36,6 +36,25 @@ void DepthBackprojection<PointT, device::Host>::setParameters(const Preprocessin
 }
 
 template <typename PointT>
+void DepthBackprojection<PointT, device::Host>::computePoints(const DepthView& view, float* z, Vec3* points) {
+  host::DepthMap depth;
+  host::makeDepthMap(parameters_, view, depth);
+  host::ViewGeometry geometry;
+  geometry.assign(camera_);
+  const int width = depth.width();
+  host::parallelFor(host::resolveThreads(threads_), static_cast<std::size_t>(depth.height()),
+                    [&](std::size_t row, int) {
+                      const int v = static_cast<int>(row);
+                      for (int u = 0; u < width; ++u) {
+                        const std::size_t index = row * static_cast<std::size_t>(width) + static_cast<std::size_t>(u);
+                        z[index] = depth.row(v)[u];
+                        if (z[index] > 0)
+                          points[index] = geometry.T_world_camera * pointOnRay(geometry.ray(u, v), z[index]);
+                      }
+                    });
+}
+
+template <typename PointT>
 void DepthBackprojection<PointT, device::Host>::applyFilter(PointCloud& output) {
   checkCamera(camera_);
   const Intrinsics& K = camera_.intrinsics;
@@ -54,8 +73,9 @@ void DepthBackprojection<PointT, device::Host>::applyFilter(PointCloud& output) 
   } else {
     detail::checkView(camera_, view_);
   }
-  host::DepthMap depth;
-  host::makeDepthMap(parameters_, depth_view, depth);
+  std::vector<float> depth(size);
+  std::vector<Vec3> points(size);
+  computePoints(depth_view, depth.data(), points.data());
 
   // Without setIndices() PCL makes up indices of its own: all pixels then.
   std::vector<std::uint8_t> wanted(size, this->fake_indices_ ? 1 : 0);
@@ -69,13 +89,13 @@ void DepthBackprojection<PointT, device::Host>::applyFilter(PointCloud& output) 
   std::vector<std::uint8_t> missing(size, 0);
   host::parallelFor(host::resolveThreads(threads_), static_cast<std::size_t>(K.height), [&](std::size_t row, int) {
     const int v = static_cast<int>(row);
-    const float* z = depth.row(v);
+    const float* z = depth.data() + row * static_cast<std::size_t>(width);
     for (int u = 0; u < width; ++u) {
       const std::size_t index = row * static_cast<std::size_t>(width) + static_cast<std::size_t>(u);
       PointT& point = result[index];
       if (from_cloud) point = (*input_)[index];
       if (z[u] > 0 && wanted[index]) {
-        point::setPosition(point, geometry.T_world_camera * pointOnRay(geometry.ray(u, v), z[u]));
+        point::setPosition(point, points[index]);
       } else {
         missing[index] = 1;
         point::setPosition(point, {user_filter_value_, user_filter_value_, user_filter_value_});

@@ -37,31 +37,47 @@ void MultiViewConsistency<PointT, device::Host>::setThreshold(float threshold) {
 }
 
 template <typename PointT>
+void MultiViewConsistency<PointT, device::Host>::computeConsistency(const std::vector<Vec3>& points, float* V,
+                                                                    int* views) {
+  const int threads = host::resolveThreads(threads_);
+  host::FrameViews frame_views;
+  frame_views.assign(frame_, preprocessing_, threads);
+  const host::ConsistencyEvaluator evaluator(parameters_, frame_views.rig, frame_views.depths);
+  constexpr std::size_t block = 4096;
+  host::parallelFor(threads, (points.size() + block - 1) / block, [&](std::size_t b, int) {
+    for (std::size_t k = b * block; k < std::min(points.size(), (b + 1) * block); ++k) {
+      const Consistency c = source_camera_ < 0 ? evaluator.askAll(points[k])
+                                               : evaluator(points[k], static_cast<std::size_t>(source_camera_));
+      V[k] = consistency(parameters_, c);
+      views[k] = c.views();
+    }
+  });
+}
+
+template <typename PointT>
 void MultiViewConsistency<PointT, device::Host>::applyFilter(pcl::Indices& indices) {
   checkRigFrame(frame_);
-  const int threads = host::resolveThreads(threads_);
-  host::FrameViews views;
-  views.assign(frame_, preprocessing_, threads);
-  const host::ConsistencyEvaluator evaluator(parameters_, views.rig, views.depths);
-
   consistency_.assign(input_->size(), 0.0f);
   view_counts_.assign(input_->size(), 0);
   const auto finite = [this](pcl::index_t index) {
     const PointT& p = (*input_)[static_cast<std::size_t>(index)];
     return isFinite({p.x, p.y, p.z});
   };
-  constexpr std::size_t block = 4096;
-  host::parallelFor(threads, (indices_->size() + block - 1) / block, [&](std::size_t b, int) {
-    for (std::size_t k = b * block; k < std::min(indices_->size(), (b + 1) * block); ++k) {
-      const auto index = static_cast<std::size_t>((*indices_)[k]);
-      if (!finite((*indices_)[k])) continue;
-      const PointT& p = (*input_)[index];
-      const Consistency c = source_camera_ < 0 ? evaluator.askAll({p.x, p.y, p.z})
-                                               : evaluator({p.x, p.y, p.z}, static_cast<std::size_t>(source_camera_));
-      consistency_[index] = consistency(parameters_, c);
-      view_counts_[index] = c.views();
-    }
-  });
+  std::vector<std::size_t> asked;
+  std::vector<Vec3> points;
+  for (const pcl::index_t index : *indices_) {
+    if (!finite(index)) continue;
+    const PointT& p = (*input_)[static_cast<std::size_t>(index)];
+    asked.push_back(static_cast<std::size_t>(index));
+    points.push_back({p.x, p.y, p.z});
+  }
+  std::vector<float> V(points.size());
+  std::vector<int> views(points.size());
+  computeConsistency(points, V.data(), views.data());
+  for (std::size_t k = 0; k < asked.size(); ++k) {
+    consistency_[asked[k]] = V[k];
+    view_counts_[asked[k]] = views[k];
+  }
   detail::splitIndices(*indices_, this->negative_, this->extract_removed_indices_, indices, *removed_indices_, finite,
                        [&](pcl::index_t index) { return consistency_[static_cast<std::size_t>(index)] >= threshold_; });
 }

@@ -48,8 +48,16 @@ FUSE_FLOW_HD float noiseBinBegin(int bin) {
   return value;
 }
 
-/** \brief The view's noise over axialNoise(), kMinNoiseScale … kMaxNoiseScale, from the counts of kNoiseBins bins: the
- *  median, which of a normal distribution is 0.6745 σ. */
+/** \brief The view's noise over axialNoise(), kMinNoiseScale … kMaxNoiseScale, where the median lies in a bin: of a normal
+ *  distribution it is 0.6745 σ. \param half of all counts  \param before counts of the bins before  \param count its own */
+FUSE_FLOW_HD float noiseScaleInBin(int bin, float half, std::uint32_t before, std::uint32_t count) {
+  const float begin = noiseBinBegin(bin), end = noiseBinBegin(bin + 1);
+  const float inside = (half - static_cast<float>(before)) / static_cast<float>(count > 0 ? count : 1u);
+  const float scale = (begin + inside * (end - begin)) / 0.6745f;
+  return scale < kMinNoiseScale ? kMinNoiseScale : (scale > kMaxNoiseScale ? kMaxNoiseScale : scale);
+}
+
+/** \brief The same from the counts of kNoiseBins bins. */
 FUSE_FLOW_HD float noiseScale(const std::uint32_t* counts) {
   std::uint32_t total = 0;
   for (int bin = 0; bin < kNoiseBins; ++bin) total += counts[bin];
@@ -58,10 +66,7 @@ FUSE_FLOW_HD float noiseScale(const std::uint32_t* counts) {
   std::uint32_t before = 0;
   int bin = 0;
   while (bin < kNoiseBins - 1 && static_cast<float>(before + counts[bin]) < half) before += counts[bin++];
-  const float begin = noiseBinBegin(bin), end = noiseBinBegin(bin + 1);
-  const float inside = (half - static_cast<float>(before)) / static_cast<float>(counts[bin] > 0 ? counts[bin] : 1u);
-  const float scale = (begin + inside * (end - begin)) / 0.6745f;
-  return scale < kMinNoiseScale ? kMinNoiseScale : (scale > kMaxNoiseScale ? kMaxNoiseScale : scale);
+  return noiseScaleInBin(bin, half, before, counts[bin]);
 }
 
 }  // namespace fuse_flow

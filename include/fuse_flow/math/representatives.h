@@ -16,17 +16,17 @@ struct alignas(16) WeightedPoint {
   float C{0};
 };
 
-/** \brief One fused point and the measurements it came from. */
-struct FusedPoint {
+/** \brief One fused point and the measurements it came from. Aligned so that a GPU writes it in three pieces. */
+struct alignas(16) FusedPoint {
   Vec3 p{};
   /** \brief The mean ω of the representatives, weighted with ω itself. */
   float weight{0};
   /** \brief The representatives' points, and their shares of eq. 11, which add up to 1; count of them. */
   std::uint32_t source[kRepresentatives]{};
   float share[kRepresentatives]{};
-  std::uint16_t count{0};
+  std::uint32_t count{0};
   /** \brief Different cameras among the representatives. */
-  std::uint16_t views{0};
+  std::uint32_t views{0};
 };
 
 /** \brief A measurement, or one camera's measurements, that may stand for a cell. Left uninitialised: there are
@@ -130,16 +130,16 @@ class RepresentativeSelection {
   bool started_{false};
 };
 
-/** \brief Section 5 (2) c and (3) for one child. \param V its representatives' consistency \param step 0: one V for all */
-FUSE_FLOW_HD FusedPoint fuseRepresentatives(const RepresentativeSelection& chosen, const Vec3& corner, const float* V,
-                                            int step) {
+/** \brief Section 5 (2) c and (3) for one child. \param V its representatives' consistency; null: 1. If all have one V, it
+ *  leaves the point where it is and multiplies into its weight, afterwards. */
+FUSE_FLOW_HD FusedPoint fuseRepresentatives(const RepresentativeSelection& chosen, const Vec3& corner, const float* V) {
   FusedPoint fused;
   Vec3 sum{};
   float total = 0, sum_weights = 0;
   for (int k = 0; k < kRepresentatives; ++k) {
     if (k >= chosen.count()) continue;  // not break: compilers then unroll
     const Candidate c = chosen[k];
-    const float v = step == 0 ? V[0] : V[k];
+    const float v = V == nullptr ? 1.0f : V[k];
     const float share = c.sum_C * v;  // eq. 10; n measurements weigh n times one
     sum = sum + v * c.sum;            // eq. 11: share times the mean
     total += share;
@@ -148,9 +148,9 @@ FUSE_FLOW_HD FusedPoint fuseRepresentatives(const RepresentativeSelection& chose
     fused.share[k] = share;
     bool seen = false;
     for (int m = 0; m < kRepresentatives; ++m) seen |= m < k && chosen[m].camera == c.camera;
-    fused.views = static_cast<std::uint16_t>(fused.views + (seen ? 0 : 1));
+    fused.views = fused.views + (seen ? 0u : 1u);
   }
-  fused.count = static_cast<std::uint16_t>(chosen.count());
+  fused.count = static_cast<std::uint32_t>(chosen.count());
   if (!(total > FLT_MIN)) return fused;  // every view contradicts: weight stays 0
   fused.p = corner + (1.0f / total) * sum;
   fused.weight = sum_weights / total;
@@ -169,7 +169,7 @@ class PointWiseFusion {
     squares_ += weight * weight;
     ++fused_.views;
     for (int k = 0; k < kRepresentatives; ++k) {
-      if (k != fused_.count) continue;
+      if (k != static_cast<int>(fused_.count)) continue;
       fused_.source[k] = source;
       fused_.share[k] = weight;
       ++fused_.count;
@@ -184,7 +184,7 @@ class PointWiseFusion {
     fused.weight = squares_ / total_;
     float kept = 0;
     for (int k = 0; k < kRepresentatives; ++k)
-      if (k < fused.count) kept += fused.share[k];
+      if (k < static_cast<int>(fused.count)) kept += fused.share[k];
     for (float& share : fused.share) share /= kept;
     return fused;
   }

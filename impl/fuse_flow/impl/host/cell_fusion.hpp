@@ -130,7 +130,8 @@ void fuseCell(const AggregationParameters& p, int max_level, const CoarseGrid& g
   const bool each = p.consistency_at == ConsistencyAt::Representatives;
   const float* V = scratch.V.data();
   for (const Child& child : scratch.children) {
-    scratch.fused.push_back(fuseRepresentatives(child.chosen, corner, V, each ? 1 : 0));
+    scratch.fused.push_back(fuseRepresentatives(child.chosen, corner, each ? V : nullptr));
+    if (!each) scratch.fused.back().weight *= *V;
     V += each ? child.chosen.count() : 1;
   }
   selectPoints(p, level, scratch);

@@ -9,27 +9,15 @@
 namespace fuse_flow {
 namespace host {
 
-/** \brief Small-hole fill: the mean of the neighbours, if enough are there and they lie on one surface. Reads the raw
- *  depth only, so that holes do not close from their rim inwards. \param raw scratch of the caller */
+/** \brief Reads the raw depth only, so that holes do not close from their rim inwards. \param raw scratch of the caller */
 inline void fillSmallHoles(const PreprocessingParameters& p, DepthMap& depth, DepthMap& raw) {
   raw = depth;
   for (int v = 0; v < depth.height(); ++v)
     for (int u = 0; u < depth.width(); ++u) {
       if (raw.row(v)[u] > 0) continue;
-      int count = 0;
-      float low = std::numeric_limits<float>::max(), high = 0, sum = 0;
-      for (int dv = -1; dv <= 1; ++dv)
-        for (int du = -1; du <= 1; ++du) {
-          const float z = raw.row(v + dv)[u + du];
-          if (!(z > 0)) continue;
-          ++count;
-          sum += z;
-          low = z < low ? z : low;
-          high = z > high ? z : high;
-        }
-      const float mean = count > 0 ? sum / static_cast<float>(count) : 0.0f;
-      const bool one_surface = high - low <= p.fill_tolerance * (mean > 1 ? mean * mean : 1.0f);
-      if (count >= p.fill_neighbours && one_surface) depth.row(v)[u] = mean;
+      const float *above = raw.row(v - 1) + u, *here = raw.row(v) + u, *below = raw.row(v + 1) + u;
+      depth.row(v)[u] =
+          filledDepth(p, {above[-1], above[0], above[1], here[-1], here[0], here[1], below[-1], below[0], below[1]});
     }
 }
 

@@ -1,0 +1,33 @@
+#include "io/error.h"
+#include "io/gpu_method.h"
+
+#include <fuse_flow/gpu/fuse_flow.h>
+
+namespace fuse_flow::io {
+namespace {
+
+class GpuFusion : public Method {
+ public:
+  explicit GpuFusion(const MethodOptions& options) {
+    fusion_.setParameters(options.parameters);
+    fusion_.setNumberOfThreads(options.threads);
+  }
+  void fuse(const RigFrame& frame, Cloud& output) override {
+    fusion_.fuse(frame, output);
+    statistics_ = fusion_.getStatistics();
+  }
+
+ private:
+  FuseFlow<PointFused, device::Thrust> fusion_;
+};
+
+}  // namespace
+
+bool gpuFound() { return gpu::deviceAvailable(); }
+
+std::unique_ptr<Method> makeGpuFusion(const MethodOptions& options) {
+  if (!gpuFound()) throw OptionError("--device gpu: no GPU found; use --device cpu");
+  return std::make_unique<GpuFusion>(options);
+}
+
+}  // namespace fuse_flow::io

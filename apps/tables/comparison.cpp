@@ -1,0 +1,209 @@
+#include "tables/comparison.h"
+
+#include "simulation/truth_report.h"
+
+#include <pcl/filters/impl/voxel_grid.hpp>
+#include <pcl/filters/voxel_grid.h>
+#include <pcl/impl/pcl_base.hpp>  // PCL has none for our point type
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <optional>
+
+namespace fuse_flow::tables {
+namespace {
+
+using Cloud = io::Method::Cloud;
+using simulation::PlainCloud;
+using simulation::Simulator;
+
+constexpr double kDegree = 3.14159265358979323846 / 180;
+
+Simulator makeSimulator(const Setup& setup, int threads) {
+  simulation::SimulationOptions options;
+  options.scene = setup.scene;
+  options.rig = setup.rig;
+  options.sensor = setup.sensor;
+  options.scale = setup.scale;
+  options.threads = threads;
+  options.seed = 11;
+  options.faults.position_error = 0.002;
+  options.faults.rotation_error = 0.1 * kDegree;
+  return Simulator(options);
+}
+
+PlainCloud plain(const Cloud& cloud) {
+  PlainCloud result;
+  for (const PointFused& p : cloud) {
+    result.positions.emplace_back(p.x, p.y, p.z);
+    result.colors.emplace_back(p.r, p.g, p.b);
+  }
+  return result;
+}
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+/** \brief A contender at work, with the leaf that was found for it. */
+class Entrant {
+ public:
+  Entrant(Contender contender, int threads) : contender_(std::move(contender)) {
+    options_.parameters = contender_.parameters;
+    options_.threads = static_cast<unsigned int>(threads);
+    make();
+  }
+
+  const Contender& contender() const { return contender_; }
+
+  /** \brief Returns the milliseconds. */
+  double fuse(const RigFrame& frame, Cloud& cloud) {
+    method_->fuse(frame, cloud);
+    const double ms = method_->statistics().total_ms;
+    if (!contender_.thinned) return ms;
+    const auto start = std::chrono::steady_clock::now();
+    pcl::VoxelGrid<PointFused> grid;
+    grid.setInputCloud(cloud.makeShared());
+    grid.setLeafSize(options_.leaf_size, options_.leaf_size, options_.leaf_size);
+    grid.filter(cloud);
+    return ms + std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+  }
+
+  /** \brief Looks for the leaf that leaves so many points. The points that a surface keeps go with 1 / leaf². */
+  void matchPoints(const RigFrame& frame, std::size_t points) {
+    Cloud cloud;
+    const int steps = slow() ? 2 : 6;
+    for (int step = 0; step < steps; ++step) {
+      fuse(frame, cloud);
+      const double ratio = static_cast<double>(cloud.size()) / static_cast<double>(points);
+      if (cloud.empty() || std::fabs(ratio - 1) < 0.01) return;
+      options_.leaf_size = std::clamp(options_.leaf_size * static_cast<float>(std::sqrt(ratio)), 0.004f, 0.1f);
+      make();
+    }
+  }
+
+  /** \brief Seconds a frame. */
+  bool slow() const { return contender_.method == "outlier_removal"; }
+
+ private:
+  void make() { method_ = io::makeMethod(contender_.method, options_); }
+
+  Contender contender_;
+  io::MethodOptions options_;
+  std::unique_ptr<io::Method> method_;
+};
+
+std::vector<Entrant> enter(const std::vector<Contender>& contenders, int threads) {
+  std::vector<Entrant> entrants;
+  for (const Contender& contender : contenders) entrants.emplace_back(contender, threads);
+  return entrants;
+}
+
+void matchPoints(std::vector<Entrant>& entrants, const RigFrame& frame) {
+  Cloud first;
+  entrants[0].fuse(frame, first);
+  for (Entrant& entrant : entrants)
+    if (entrant.contender().equal_points) entrant.matchPoints(frame, first.size());
+}
+
+std::vector<simulation::SurfacePoint> visibleIn(Simulator& simulator, const RigFrame& frame, std::size_t number,
+                                                int threads) {
+  simulation::Visibility visibility;
+  visibility.min_range = simulator.sensor().minRange();
+  visibility.max_range = simulator.sensor().maxRange();
+  std::vector<bool> present;
+  for (const DepthView& view : frame.views) present.push_back(!view.missing());
+  return visibleSurface(simulator.truth(number), simulator.trueCameras(), present, visibility, threads);
+}
+
+/** \brief The frames' figures of one contender. */
+struct Tally {
+  std::vector<simulation::TruthQuality> truth;
+  std::vector<double> flicker, error, milliseconds;
+  std::optional<PlainCloud> previous;
+};
+
+double meanOf(const std::vector<double>& values) {
+  double sum = 0;
+  for (const double value : values) sum += value;
+  return values.empty() ? simulation::TruthQuality::kUnknown : sum / static_cast<double>(values.size());
+}
+
+}  // namespace
+
+std::vector<Result> compare(const Setup& setup, const std::vector<Contender>& contenders, int threads,
+                            const OnFirst& on_first) {
+  Simulator simulator = makeSimulator(setup, threads);
+  std::vector<Entrant> entrants = enter(contenders, threads);
+  std::vector<Tally> tallies(entrants.size());
+  io::LoadedFrame loaded;
+  for (std::size_t frame = 0; frame < setup.frames; ++frame) {
+    simulator.measure(frame, loaded);
+    const auto visible = visibleIn(simulator, loaded.rig, frame, threads);
+    const simulation::RayScene& truth = simulator.truth(frame);
+    if (frame == 0) matchPoints(entrants, loaded.rig);
+    for (std::size_t k = 0; k < entrants.size(); ++k) {
+      Tally& tally = tallies[k];
+      Cloud cloud;
+      const int repetitions = frame == 0 && !entrants[k].slow() ? 3 : 1;
+      for (int r = 0; r < repetitions; ++r) tally.milliseconds.push_back(entrants[k].fuse(loaded.rig, cloud));
+      std::vector<float> distances;
+      PlainCloud points = plain(cloud);
+      tally.truth.push_back(compareWithTruth(points, truth, visible, threads, &distances));
+      tally.error.push_back(1e3 *
+                            multiCameraConsistency(cloud, loaded.rig, {}, static_cast<unsigned int>(threads)).error);
+      if (on_first && frame == 0) on_first(k, points, distances);
+      if (tally.previous) tally.flicker.push_back(flicker(*tally.previous, points, truth, threads));
+      tally.previous = std::move(points);
+    }
+  }
+  std::vector<Result> results;
+  for (const Tally& tally : tallies)
+    results.push_back(
+        {simulation::meanOf(tally.truth), meanOf(tally.flicker), meanOf(tally.error), median(tally.milliseconds)});
+  return results;
+}
+
+std::vector<double> frameTimes(const Setup& setup, const std::vector<Contender>& contenders, int threads,
+                               int repetitions) {
+  Simulator simulator = makeSimulator(setup, threads);
+  std::vector<Entrant> entrants = enter(contenders, threads);
+  io::LoadedFrame loaded;
+  simulator.measure(0, loaded);
+  matchPoints(entrants, loaded.rig);
+  std::vector<std::vector<double>> times(entrants.size());
+  Cloud cloud;
+  for (int r = 0; r < repetitions; ++r)
+    for (std::size_t k = 0; k < entrants.size(); ++k) times[k].push_back(entrants[k].fuse(loaded.rig, cloud));
+  std::vector<double> medians;
+  for (const std::vector<double>& values : times) medians.push_back(median(values));
+  return medians;
+}
+
+std::vector<Contender> peers() {
+  return {{"FUSE-Flow", "fuse_flow", {}, false, false},
+          {"VoxelGrid", "voxel_grid", {}, true, false},
+          {"ApproximateVoxelGrid", "approximate_voxel_grid", {}, true, false},
+          {"outlier removal, VoxelGrid", "outlier_removal", {}, true, false},
+          {"concatenated", "concatenate", {}, false, false}};
+}
+
+std::vector<Contender> ablation() {
+  FuseFlowParameters no_confidence, no_consistency, no_hash, measured;
+  no_confidence.use_measurement_confidence = false;
+  no_consistency.use_distance_consistency = false;
+  no_hash.use_spatial_hash = false;
+  measured.smoothing.passes = 0;
+  return {{"all stages", "fuse_flow", {}, false, false},
+          {"no measurement confidence", "fuse_flow", no_confidence, false, false},
+          {"no distance consistency", "fuse_flow", no_consistency, false, false},
+          {"no spatial hash: a point a pixel", "fuse_flow", no_hash, false, false},
+          {"the same, then VoxelGrid", "fuse_flow", no_hash, true, true},
+          {"depth as measured", "fuse_flow", measured, false, false},
+          {"the published forms", "fuse_flow", FuseFlowParameters::published(), false, false}};
+}
+
+}  // namespace fuse_flow::tables

@@ -1,0 +1,251 @@
+// The GPU pipeline over the number of cameras: device time of every stage beside the time that its bytes take at the measured
+// copy bandwidth, latency, sustained rate, and the CPU pipeline on the same frames.
+//   fuse_flow_gpu_bench [--quick] [--no-cpu] [--dump FOLDER] [CAMERASxWIDTHxHEIGHT …]
+
+#include "room.h"
+
+#include <fuse_flow/gpu/fuse_flow.h>
+#include <fuse_flow/point_types.h>
+
+#include <cstdio>
+#include <fstream>
+#include <map>
+
+namespace {
+
+using namespace fuse_flow;
+using Clock = std::chrono::steady_clock;
+using Gpu = FuseFlow<PointFused, device::Thrust>;
+
+constexpr int kFrames = 3;  // different ones, in turn
+
+double since(Clock::time_point start) {
+  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+}
+
+double median(std::vector<double> values) {
+  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2), values.end());
+  return values[values.size() / 2];
+}
+
+/** \brief Read and written bytes per second, in GB/s, of a large copy within the device; up to and down from it, one way. */
+struct Bandwidth {
+  double device{0}, up{0}, down{0};
+};
+
+Bandwidth measureBandwidth() {
+  Bandwidth result;
+  gpu::Execution run;
+  const std::size_t n = std::size_t{1} << 28;
+  gpu::DeviceBuffer<std::uint32_t> a, b;
+  gpu::PinnedBuffer<std::uint32_t> pinned;
+  a.resize(n);
+  b.resize(n);
+  pinned.resize(n);
+  run.fill(a.data(), n, 1);
+  const auto rate = [&](std::uint32_t* to, const std::uint32_t* from, double bytes) {
+    std::vector<double> times;
+    for (int k = 0; k < 7; ++k) {
+      run.wait();
+      const Clock::time_point start = Clock::now();
+      run.copy(to, from, n);
+      run.wait();
+      times.push_back(since(start));
+    }
+    return bytes / median(times) * 1e-6;
+  };
+  const double size = static_cast<double>(n) * sizeof(std::uint32_t);
+  result.device = rate(b.data(), a.data(), 2 * size);
+  result.down = rate(pinned.data(), a.data(), size);
+  result.up = rate(a.data(), pinned.data(), size);
+  return result;
+}
+
+struct Size {
+  int cameras, width, height;
+};
+
+struct Options {
+  bool quick{false};
+  bool cpu{true};
+  std::string dump;
+  std::vector<Size> sizes;
+};
+
+/** \brief The first frame as files that bench/torch_voxel_average.py reads. */
+void dump(const std::string& folder, const RigFrame& frame, const char* memory, std::size_t bytes) {
+  std::ofstream(folder + "/images.bin", std::ios::binary).write(memory, static_cast<std::streamsize>(bytes));
+  std::ofstream rig(folder + "/rig.txt");
+  rig.precision(17);
+  for (const Camera& camera : frame.cameras) {
+    const Intrinsics& K = camera.intrinsics;
+    rig << K.width << ' ' << K.height << ' ' << K.fx << ' ' << K.fy << ' ' << K.cx << ' ' << K.cy;
+    for (int row = 0; row < 3; ++row)
+      for (int col = 0; col < 4; ++col) rig << ' ' << camera.T_world_camera.matrix()(row, col);
+    rig << '\n';
+  }
+}
+
+void printStages(const std::map<std::string, std::vector<double>>& ms,
+                 const std::vector<gpu::StageTimes::Stage>& stages, const Bandwidth& bandwidth) {
+  std::printf("  %-26s %9s %9s %9s %7s\n", "stage", "ms", "MB", "bound ms", "share");
+  double device = 0, bound = 0;
+  for (const auto& stage : stages) {
+    const std::string name = stage.name;
+    const bool bus = name == "upload" || name == "download";
+    const double time = median(ms.at(name));
+    const double limit = bus ? stage.bytes / 2 / ((name == "upload" ? bandwidth.up : bandwidth.down) * 1e6)
+                             : stage.bytes / (bandwidth.device * 1e6);
+    std::printf("  %-26s %9.4f %9.2f %9.4f %6.0f%%\n", stage.name, time, stage.bytes * 1e-6, limit, 100 * limit / time);
+    if (bus) continue;
+    device += time;
+    bound += limit;
+  }
+  std::printf("  %-26s %9.4f %9s %9.4f %6.0f%%   (without the bus; %.2f x the bound)\n", "device", device, "", bound,
+              100 * bound / device, device / bound);
+}
+
+void run(const Size& size, const Options& options, const Bandwidth& bandwidth) {
+  const bench::Room room(size.cameras, size.width, size.height);
+  gpu::PinnedBuffer<char> pinned[kFrames];
+  std::vector<RigFrame> frames;
+  for (int k = 0; k < kFrames; ++k) {
+    pinned[k].resize(room.bytes());
+    frames.push_back(room.render(pinned[k].data(), static_cast<std::uint32_t>(k)));
+  }
+  if (!options.dump.empty()) dump(options.dump, frames[0], pinned[0].data(), room.bytes());
+  const double megapixels = 1e-6 * static_cast<double>(room.pixels());
+  const int repeats = options.quick ? 5 : megapixels > 10 ? 20 : 60;
+
+  // One frame at a time, stage by stage.
+  std::map<std::string, std::vector<double>> stage_ms;
+  std::vector<gpu::StageTimes::Stage> stages;
+  std::vector<double> device_ms, latency_ms, cloud_ms;
+  std::size_t points = 0, bytes = 0;
+  {
+    Gpu fusion;
+    for (int k = 0; k < 4; ++k) points = fusion.fusePinned(frames[static_cast<std::size_t>(k % kFrames)]).size;
+    fusion.stageTimes().enabled = true;
+    for (int k = 0; k < repeats; ++k) {
+      fusion.fusePinned(frames[static_cast<std::size_t>(k % kFrames)]);
+      stages = fusion.stageTimes().stages();
+      double sum = 0;
+      for (const auto& stage : stages) {
+        stage_ms[stage.name].push_back(stage.ms);
+        if (std::string(stage.name) != "upload" && std::string(stage.name) != "download") sum += stage.ms;
+      }
+      device_ms.push_back(sum);
+    }
+    fusion.stageTimes().enabled = false;
+    pcl::PointCloud<PointFused> cloud;
+    for (int k = 0; k < repeats; ++k) {
+      const Clock::time_point start = Clock::now();
+      fusion.fusePinned(frames[static_cast<std::size_t>(k % kFrames)]);
+      latency_ms.push_back(since(start));
+    }
+    fusion.fuse(frames[0], cloud);
+    for (int k = 0; k < repeats; ++k) {
+      const Clock::time_point start = Clock::now();
+      fusion.fuse(frames[static_cast<std::size_t>(k % kFrames)], cloud);
+      cloud_ms.push_back(since(start));
+    }
+    bytes = fusion.getDeviceBytes();
+  }
+
+  // Several in flight.
+  const auto sustained = [&](std::size_t lanes, bool to_cloud) {
+    Gpu fusion;
+    fusion.setFramesInFlight(lanes);
+    fusion.setCopyAhead(to_cloud);
+    pcl::PointCloud<PointFused> cloud;
+    std::size_t submitted = 0;
+    const auto take = [&] {
+      if (to_cloud) {
+        fusion.next(cloud);
+      } else {
+        fusion.nextPinned([](const gpu::PointSpan<PointFused>&, std::uint64_t) {});
+      }
+    };
+    const auto frame = [&]() -> const RigFrame& { return frames[submitted++ % kFrames]; };
+    for (std::size_t k = 0; k < 2 * lanes; ++k) {
+      if (fusion.inFlight() == lanes) take();
+      fusion.submit(frame());
+    }
+    const int count = 5 * repeats;
+    const Clock::time_point start = Clock::now();
+    for (int k = 0; k < count; ++k) {
+      take();
+      fusion.submit(frame());
+    }
+    const double rate = 1e3 * count / since(start);
+    while (fusion.inFlight() > 0) take();
+    return rate;
+  };
+  const auto bestOf = [&](bool to_cloud) {
+    std::pair<double, std::size_t> best{0, 0};
+    for (const std::size_t lanes : {2u, 3u, 4u, 6u, 8u}) best = std::max(best, {sustained(lanes, to_cloud), lanes});
+    return best;
+  };
+  const auto [best, best_lanes] = bestOf(false);
+  const auto [best_cloud, best_cloud_lanes] = bestOf(true);
+
+  double cpu_ms = 0;
+  if (options.cpu) {
+    FuseFlow<PointFused> fusion;
+    pcl::PointCloud<PointFused> cloud;
+    std::vector<double> times;
+    fusion.fuse(frames[0], cloud);
+    for (int k = 0; k < (megapixels > 10 ? 2 : 5); ++k) {
+      const Clock::time_point start = Clock::now();
+      fusion.fuse(frames[static_cast<std::size_t>(k % kFrames)], cloud);
+      times.push_back(since(start));
+    }
+    cpu_ms = median(times);
+  }
+  std::printf(
+      "%dx%dx%d  %.2f Mpixel  %zu points  device %.4f ms (%.1f us a camera, %.3f ns a pixel)  latency pinned %.3f ms, "
+      "to "
+      "a cloud %.3f ms  sustained pinned %.1f fps (%zu in flight), to clouds %.1f fps (%zu in flight)  CPU %.2f ms  "
+      "%.0f MB on the "
+      "device\n",
+      size.cameras, size.width, size.height, megapixels, points, median(device_ms),
+      1e3 * median(device_ms) / size.cameras, median(device_ms) / megapixels, median(latency_ms), median(cloud_ms),
+      best, best_lanes, best_cloud, best_cloud_lanes, cpu_ms, 1e-6 * static_cast<double>(bytes));
+  printStages(stage_ms, stages, bandwidth);
+  std::fflush(stdout);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) try {
+  Options options;
+  for (int k = 1; k < argc; ++k) {
+    const std::string argument = argv[k];
+    Size size{};
+    if (argument == "--quick") {
+      options.quick = true;
+    } else if (argument == "--no-cpu") {
+      options.cpu = false;
+    } else if (argument == "--dump" && k + 1 < argc) {
+      options.dump = argv[++k];
+    } else if (std::sscanf(argument.c_str(), "%dx%dx%d", &size.cameras, &size.width, &size.height) == 3) {
+      options.sizes.push_back(size);
+    } else {
+      std::fprintf(stderr, "fuse_flow_gpu_bench: %s?\n", argument.c_str());
+      return 2;
+    }
+  }
+  if (options.sizes.empty()) {
+    for (const int cameras : {1, 2, 4, 8, 16, 32, 64}) options.sizes.push_back({cameras, 640, 480});
+    options.sizes.push_back({8, 1280, 720});
+    options.sizes.push_back({32, 1024, 1024});
+  }
+  const Bandwidth bandwidth = measureBandwidth();
+  std::printf("copy within the device %.0f GB/s, up %.1f GB/s, down %.1f GB/s\n", bandwidth.device, bandwidth.up,
+              bandwidth.down);
+  for (const Size& size : options.sizes) run(size, options, bandwidth);
+  return 0;
+} catch (const std::exception& error) {
+  std::fprintf(stderr, "fuse_flow_gpu_bench: %s\n", error.what());
+  return 1;
+}

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <fuse_flow/gpu/execution.h>
+#include <fuse_flow/gpu/generate_points.h>
+
+namespace fuse_flow {
+namespace gpu {
+
+/** \brief What is counted on the device and the host must know: how much memory the next step needs. */
+struct Counters {
+  PointCounts points;
+  std::uint32_t cells;
+  std::uint32_t table_too_full;
+  std::uint32_t runs;
+  std::uint32_t children;
+  std::uint32_t fused;
+  std::uint64_t child_numbers;
+};
+
+/** \brief Counters on the device, and where the host reads them. */
+class CounterBuffer {
+ public:
+  Counters* device(Execution& run) {
+    if (device_.capacity() == 0) {
+      device_.resize(1);
+      host_.resize(1);
+      run.fill(device_.data(), 1, 0);
+    }
+    return device_.data();
+  }
+
+  /** \brief Waits for all that has been started. */
+  const Counters& read(Execution& run) {
+    run.copy(host_.data(), device_.data(), 1);
+    run.wait();
+    return host();
+  }
+  /** \brief What was read last. */
+  const Counters& host() const { return host_.data()[0]; }
+
+ private:
+  DeviceBuffer<Counters> device_;
+  PinnedBuffer<Counters> host_;
+};
+
+}  // namespace gpu
+}  // namespace fuse_flow

@@ -1,0 +1,121 @@
+#pragma once
+
+#include <fuse_flow/gpu/convert_depth.h>
+#include <fuse_flow/gpu/fill_holes.h>
+#include <fuse_flow/gpu/frame_views.h>
+#include <fuse_flow/gpu/noise_scale_kernel.h>
+#include <fuse_flow/gpu/smooth_depth.h>
+#include <fuse_flow/gpu/stage_times.h>
+#include <fuse_flow/impl/parameters.hpp>
+
+namespace fuse_flow {
+namespace gpu {
+
+struct DepthMapParameters {
+  PreprocessingParameters preprocessing;
+  SmoothingParameters smoothing;
+  ConfidenceParameters confidence;
+  bool adapt_noise{true};
+
+  /** \brief For the filters that work on their own, which know of neither noise nor smoothing. */
+  static DepthMapParameters withoutSmoothing(const PreprocessingParameters& preprocessing) {
+    DepthMapParameters p;
+    p.preprocessing = preprocessing;
+    p.smoothing.passes = 0;
+    p.adapt_noise = false;
+    return p;
+  }
+};
+
+/** \brief Throws pcl::BadArgumentException for what runs on the CPU only. \param owner the class that says so */
+inline void checkRunsOnDevice(const char* owner, const PreprocessingParameters& p) {
+  if (p.bilateral)
+    detail::throwBadArgument(owner, ": the bilateral filter runs on the CPU only; use device::Host for it");
+}
+
+/** \brief The depth of all views of a frame, metres, 0 where there is none: as measured, and D^r of eq. 8. */
+class DepthMaps {
+ public:
+  void make(Execution& run, StageTimes& times, FrameViews& views, const DepthMapParameters& parameters) {
+    convert(run, times, views, parameters);
+    if (parameters.adapt_noise) measureNoise(run, times, views, parameters.confidence);
+    refine(run, times, views, parameters);
+  }
+
+  const float* measured() const { return z_.data(); }
+  const float* refined() const { return passes_ == 0 ? z_.data() : maps_[passes_ % 2].data(); }
+  /** \brief Noise scale of each view, if it was measured, once the stream has been waited for. */
+  const float* noiseScales() const { return counted_noise_.data(); }
+
+  std::size_t bytes() const {
+    return z_.bytes() + filled_z_.bytes() + maps_[0].bytes() + maps_[1].bytes() + noise_counts_.bytes() +
+           noise_scales_.bytes();
+  }
+
+ private:
+  /** \brief Raw depth to metres and, for the smoothing, to 1/metres. */
+  void convert(Execution& run, StageTimes& times, FrameViews& views, const DepthMapParameters& parameters) {
+    const PreprocessingParameters& p = parameters.preprocessing;
+    const std::size_t pixels = views.pixels();
+    const bool smooth = parameters.smoothing.passes > 0, fill = p.fill_neighbours > 0;
+    z_.resize(pixels);
+    if (smooth)
+      for (DeviceBuffer<float>& map : maps_) map.resize(pixels);
+    float* q = smooth ? maps_[0].data() : nullptr;
+    run.forEach(pixels / ConvertDepth::kPixels,
+                ConvertDepth{views.grid(), p.min_range, p.max_range, z_.data(), fill ? nullptr : q});
+    times.mark("metres", (smooth ? 10.0 : 6.0) * static_cast<double>(pixels));
+    if (!fill) return;
+    filled_z_.resize(pixels);
+    run.forEach(pixels, FillHoles{views.grid(), p, z_.data(), filled_z_.data(), q});
+    std::swap(z_, filled_z_);
+    times.mark("holes", (smooth ? 12.0 : 8.0) * static_cast<double>(pixels));
+  }
+
+  /** \brief How noisy each view is; stays on the device, with a copy for the statistics. */
+  void measureNoise(Execution& run, StageTimes& times, FrameViews& views, const ConfidenceParameters& confidence) {
+    const std::size_t n = views.rig().size();
+    noise_counts_.resize(n * kNoiseBins);
+    noise_scales_.resize(n);
+    counted_noise_.resize(n);
+    run.fill(noise_counts_.data(), n * kNoiseBins, 0);
+    const CountNoise count{views.grid(), confidence, z_.data(), noise_counts_.data()};
+    const MeasureNoise measure{{confidence, views.deviceViews(), noise_scales_.data()}, noise_counts_.data()};
+#if FUSE_FLOW_CUDA
+    const auto blocks = static_cast<unsigned int>(n);
+    countNoiseKernel<<<dim3(kNoiseBlocks, blocks), kNoiseThreads, 0, run.stream>>>(count);
+    measureNoiseKernel<<<blocks, kNoiseThreads, 0, run.stream>>>(measure);
+    check(cudaGetLastError(), "measureNoiseKernel");
+#else
+    run.forEach(views.pixels() / kChunk, count);
+    run.forEach(n, measure);
+#endif
+    run.copy(counted_noise_.data(), noise_scales_.data(), n);
+    times.mark("noise", static_cast<double>(views.pixels()) * 5 * 4 / (kNoiseStride * kNoiseStride));
+  }
+
+  /** \brief D^r of eq. 8. */
+  void refine(Execution& run, StageTimes& times, FrameViews& views, const DepthMapParameters& parameters) {
+    passes_ = parameters.smoothing.passes;
+    for (int pass = 0; pass < passes_; ++pass) {
+      const SmoothDepth step{views.grid(), parameters.smoothing,   parameters.confidence,
+                             pass,         maps_[pass % 2].data(), maps_[(pass + 1) % 2].data()};
+#if FUSE_FLOW_CUDA
+      smoothDepthKernel<<<views.tiles().count, kTileThreads, 0, run.stream>>>(step, views.tiles());
+      check(cudaGetLastError(), "smoothDepthKernel");
+#else
+      run.forEach(views.pixels(), step);
+#endif
+    }
+    if (passes_ > 0) times.mark("smoothing", 8.0 * passes_ * static_cast<double>(views.pixels()));
+  }
+
+  DeviceBuffer<float> z_, filled_z_, maps_[2];
+  int passes_{0};
+  DeviceBuffer<std::uint32_t> noise_counts_;
+  DeviceBuffer<float> noise_scales_;
+  PinnedBuffer<float> counted_noise_;
+};
+
+}  // namespace gpu
+}  // namespace fuse_flow

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <fuse_flow/gpu/depth_maps.h>
+
+#include <cstring>
+#include <string>
+#include <vector>
+
+namespace fuse_flow {
+namespace gpu {
+
+/** \brief What the filters for device::Thrust have in common: a stream, and copies between host vectors and the device. The
+ *  filters are those of the CPU but for the step that computes, so that they honour the same settings. */
+class DeviceFilter {
+ public:
+  /** \brief Throws pcl::PCLException if there is no device. */
+  explicit DeviceFilter(const std::string& name) {
+    if (!deviceAvailable()) throw pcl::PCLException(name + ": no GPU found");
+  }
+
+  Execution run;
+  StageTimes times;
+
+  /** \brief From pageable memory. */
+  template <typename Value>
+  void upload(const Value* from, std::size_t n, DeviceBuffer<Value>& to) {
+    to.resize(n);
+    run.copy(to.data(), from, n);
+    run.wait();
+  }
+
+  /** \brief To pageable memory. */
+  template <typename Value>
+  void download(const DeviceBuffer<Value>& from, std::size_t n, Value* to) {
+    run.copy(to, from.data(), n);
+    run.wait();
+  }
+};
+
+}  // namespace gpu
+}  // namespace fuse_flow

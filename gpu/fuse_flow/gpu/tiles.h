@@ -1,0 +1,60 @@
+#pragma once
+
+#include <fuse_flow/gpu/device_view.h>
+
+namespace fuse_flow {
+namespace gpu {
+
+/** \brief A block of a stencil kernel works on a tile of one chunk by kTileHeight rows, each warp on every kTileWarps-th of
+ *  them: most neighbours of a pixel are the block's own and come from the first-level cache, and finding the tile's place costs
+ *  little beside its pixels. */
+constexpr std::uint32_t kTileWarps = 8;
+constexpr std::uint32_t kTileHeight = 32;
+constexpr std::uint32_t kTileThreads = kChunk * kTileWarps;
+
+/** \brief All views as tiles, numbered view by view. */
+struct TileGrid {
+  PixelGrid pixels;
+  /** \brief First tile of every view, and the end. */
+  const std::uint32_t* offsets;
+  std::uint32_t count;
+};
+
+inline std::uint32_t tilesOf(const DeviceView& view) {
+  const auto height = static_cast<std::uint32_t>(view.model.intrinsics.height);
+  return view.present ? view.pitch / kChunk * ((height + kTileHeight - 1) / kTileHeight) : 0;
+}
+
+#if FUSE_FLOW_CUDA
+/** \brief Calls visit(pixel, number) for the pixels of the block's tile that are a thread's, padding included. All threads of
+ *  the block must call it; those of a warp have pixels of one chunk. */
+template <typename Visit>
+__device__ void forEachPixelOfTile(const TileGrid& tiles, const Visit& visit) {
+  __shared__ PixelAddress corner;
+  if (threadIdx.x == 0) {
+    std::uint32_t low = 0, high = tiles.pixels.view_count;  // offsets[low] ≤ block < offsets[high]
+    while (high - low > 1) {
+      const std::uint32_t middle = (low + high) / 2;
+      if (tiles.offsets[middle] <= blockIdx.x) {
+        low = middle;
+      } else {
+        high = middle;
+      }
+    }
+    const std::uint32_t tile = blockIdx.x - tiles.offsets[low];
+    const std::uint32_t tiles_in_row = tiles.pixels.views[low].pitch / kChunk;
+    const std::uint32_t row = tile / tiles_in_row;
+    corner = {low, static_cast<int>((tile - row * tiles_in_row) * kChunk), static_cast<int>(row * kTileHeight)};
+  }
+  __syncthreads();
+  const DeviceView& view = tiles.pixels.views[corner.view];
+  const int end = min(corner.v + static_cast<int>(kTileHeight), view.model.intrinsics.height);
+  PixelAddress a = corner;
+  a.u += static_cast<int>(threadIdx.x % kChunk);
+  for (a.v += static_cast<int>(threadIdx.x / kChunk); a.v < end; a.v += static_cast<int>(kTileWarps))
+    visit(a, view.indexOf(a.u, a.v));
+}
+#endif
+
+}  // namespace gpu
+}  // namespace fuse_flow

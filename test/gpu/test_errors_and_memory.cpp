@@ -1,0 +1,164 @@
+#include "device_comparison.h"
+#include "random_rig.h"
+
+#include <pcl/exceptions.h>
+
+#include <fstream>
+
+namespace {
+
+using namespace device_comparison;
+using random_rig::Random;
+using random_rig::RandomFrame;
+
+template <typename Exception, typename Action>
+std::string messageOf(const Action& action) {
+  try {
+    action();
+  } catch (const Exception& error) {
+    return error.what();
+  }
+  ADD_FAILURE() << "nothing was thrown";
+  return "";
+}
+
+void expectMentions(const std::string& message, const std::vector<std::string>& parts) {
+  for (const std::string& part : parts)
+    EXPECT_NE(message.find(part), std::string::npos) << "'" << part << "' is not in: " << message;
+}
+
+/** \brief Two pixels, of which one lies far beyond the lattice. */
+struct FarPoint {
+  std::vector<float> depth{1.0f, 900.0f};
+  fuse_flow::RigFrame rig;
+  fuse_flow::FuseFlowParameters parameters;
+
+  FarPoint() {
+    fuse_flow::Camera camera;
+    camera.name = "far";
+    camera.intrinsics = {2, 1, 2.0f, 2.0f, 0.0f, 0.0f, {}};
+    camera.T_world_camera.translation().z() = 100.0;
+    rig.cameras.push_back(camera);
+    rig.views.emplace_back();
+    rig.views[0].depth32 = {depth.data(), 2, 1};
+    parameters.use_measurement_confidence = false;
+    parameters.preprocessing.max_range = 1000.0f;
+    parameters.aggregation.cell_size = parameters.aggregation.min_cell_size = 0.0005f;
+  }
+};
+
+TEST(GpuErrors, APointBeyondTheLatticeIsNamedAsOnTheHost) {
+  const FarPoint far;
+  Host host;
+  Device device;
+  host.setParameters(far.parameters);
+  device.setParameters(far.parameters);
+  Cloud cloud;
+  const std::string expected = messageOf<pcl::PCLException>([&] { host.fuse(far.rig, cloud); });
+  const std::string message = messageOf<pcl::PCLException>([&] { device.fuse(far.rig, cloud); });
+  expectMentions(message, {"AdaptiveHashFusion", "(450, 0, 1000)", "0.0005 m from the origin"});
+  EXPECT_EQ(message.substr(0, message.find(" in ")), expected.substr(0, expected.find(" in ")));
+}
+
+TEST(GpuErrors, TheObjectIsUsableAfterwards) {
+  FarPoint far;
+  Host host;
+  Device device;
+  Cloud cloud;
+  device.setParameters(far.parameters);
+  EXPECT_THROW(device.fuse(far.rig, cloud), pcl::PCLException);
+  far.depth[1] = 1.1f;
+  expectSame(far.rig, far.parameters, host, device);
+}
+
+TEST(GpuErrors, ParametersOutOfRangeAreRefusedAsOnTheHost) {
+  fuse_flow::FuseFlowParameters parameters;
+  parameters.aggregation.cell_size = -1;
+  Host host;
+  Device device;
+  EXPECT_EQ(messageOf<pcl::BadArgumentException>([&] { device.setParameters(parameters); }),
+            messageOf<pcl::BadArgumentException>([&] { host.setParameters(parameters); }));
+  EXPECT_GT(device.getParameters().aggregation.cell_size, 0);
+}
+
+TEST(GpuErrors, FramesThatContradictThemselvesAreRefusedAsOnTheHost) {
+  Random random(51);
+  RandomFrame frame;
+  frame.draw(random, 3);
+  frame.rig.views.pop_back();
+  Host host;
+  Device device;
+  Cloud cloud;
+  EXPECT_EQ(messageOf<pcl::BadArgumentException>([&] { device.fuse(frame.rig, cloud); }),
+            messageOf<pcl::BadArgumentException>([&] { host.fuse(frame.rig, cloud); }));
+  EXPECT_THROW(device.fuse({}, cloud), pcl::BadArgumentException);
+}
+
+TEST(GpuErrors, TheBilateralFilterIsRefused) {
+  Random random(52);
+  RandomFrame frame;
+  frame.draw(random, 3);
+  fuse_flow::FuseFlowParameters parameters;
+  parameters.preprocessing.bilateral = true;
+  Device device;
+  device.setParameters(parameters);
+  Cloud cloud;
+  expectMentions(messageOf<pcl::BadArgumentException>([&] { device.fuse(frame.rig, cloud); }),
+                 {"bilateral", "device::Host"});
+}
+
+TEST(GpuErrors, AFrameOfMorePixelsThanCanBeNumberedIsRefused) {
+  const std::vector<float> row(8192, 1.0f);
+  fuse_flow::Camera camera;
+  camera.name = "huge";
+  camera.intrinsics = {8192, 8192, 8000.0f, 8000.0f, 4096.0f, 4096.0f, {}};
+  fuse_flow::RigFrame rig;
+  rig.cameras.assign(3, camera);
+  rig.views.resize(3);
+  for (auto& view : rig.views) {
+    view.depth32 = {row.data(), 8192, 8192};  // refused before anything is read
+  }
+  Device device;
+  Cloud cloud;
+#if !FUSE_FLOW_CUDA
+  expectMentions(messageOf<pcl::PCLException>([&] { device.fuse(rig, cloud); }), {"2^27 pixels"});
+#endif
+}
+
+/** \brief Resident memory of this process, bytes; 0 where it cannot be told. */
+std::size_t hostBytes() {
+  std::ifstream file("/proc/self/statm");
+  std::size_t total = 0, resident = 0;
+  file >> total >> resident;
+  return 4096 * resident;
+}
+
+/** \brief Free memory of the device; 0 where the device is the CPU. */
+std::size_t freeDeviceBytes() {
+  std::size_t free_bytes = 0;
+#if FUSE_FLOW_CUDA
+  std::size_t total = 0;
+  fuse_flow::gpu::check(cudaMemGetInfo(&free_bytes, &total), "cudaMemGetInfo");
+#endif
+  return free_bytes;
+}
+
+TEST(GpuMemory, DoesNotGrowOnceWarm) {
+  Random random(53);
+  std::vector<RandomFrame> frames(5);
+  for (RandomFrame& frame : frames) frame.draw(random, 4, 30);
+  Device device;
+  Cloud cloud;
+  for (int k = 0; k < 10; ++k) {
+    for (const RandomFrame& frame : frames) device.fuse(frame.rig, cloud);
+  }
+  const std::size_t bytes = device.getDeviceBytes(), host_bytes = hostBytes(), free_bytes = freeDeviceBytes();
+  EXPECT_GT(bytes, 0u);
+  const int count = FUSE_FLOW_CUDA ? 10000 : 2000;
+  for (int k = 0; k < count; ++k) device.fuse(frames[static_cast<std::size_t>(k) % frames.size()].rig, cloud);
+  EXPECT_EQ(device.getDeviceBytes(), bytes);
+  EXPECT_EQ(freeDeviceBytes(), free_bytes);
+  EXPECT_LT(hostBytes(), host_bytes + (8u << 20));
+}
+
+}  // namespace

@@ -1,0 +1,199 @@
+// Every filter on the device beside itself on the host.
+
+#include "device_comparison.h"
+#include "random_rig.h"
+
+#include <fuse_flow/gpu/adaptive_hash_fusion.h>
+#include <fuse_flow/gpu/confidence_estimation.h>
+#include <fuse_flow/gpu/depth_backprojection.h>
+#include <fuse_flow/gpu/multi_view_consistency.h>
+
+#include <pcl/exceptions.h>
+
+namespace {
+
+using namespace fuse_flow;
+using device_comparison::Cloud;
+using random_rig::Random;
+using random_rig::RandomFrame;
+
+/** \brief An organised cloud of each camera that measured, world frame, and which camera each is of. */
+struct Clouds {
+  std::vector<Cloud::Ptr> of_camera;
+  Cloud::Ptr all{std::make_shared<Cloud>()};
+  std::vector<std::uint32_t> cameras;
+
+  Clouds(const RigFrame& frame, Random& random) {
+    DepthBackprojection<PointFused> backprojection;
+    for (std::uint32_t i = 0; i < frame.cameras.size(); ++i) {
+      of_camera.push_back(std::make_shared<Cloud>());
+      if (frame.views[i].missing()) continue;
+      backprojection.setCamera(frame.cameras[i]);
+      backprojection.setView(frame.views[i]);
+      backprojection.filter(*of_camera[i]);
+      for (PointFused& point : *of_camera[i]) point.confidence = random.uniform(0.0f, 1.0f);
+      *all += *of_camera[i];
+      cameras.resize(all->size(), i);
+    }
+  }
+};
+
+void expectSameIndices(const pcl::IndicesConstPtr& host, const pcl::IndicesConstPtr& device) {
+  EXPECT_EQ(*device, *host);
+}
+
+void expectSameBytes(const Cloud& host, const Cloud& device) {
+  EXPECT_TRUE(device_comparison::bytesOf(device) == device_comparison::bytesOf(host));
+  EXPECT_EQ(device.width, host.width);
+  EXPECT_EQ(device.height, host.height);
+  EXPECT_EQ(device.is_dense, host.is_dense);
+}
+
+TEST(GpuFilters, ConfidenceEstimationGivesTheHostsConfidenceAndIndices) {
+  Random random(61);
+  RandomFrame frame;
+  for (int k = 0; k < 40; ++k) {
+    frame.draw(random, 1);
+    const Clouds clouds(frame.rig, random);
+    if (clouds.all->empty()) continue;
+    ConfidenceEstimation<PointFused> host(true);
+    ConfidenceEstimation<PointFused, device::Thrust> device(true);
+    ConfidenceParameters parameters;
+    parameters.form = k % 2 ? ConfidenceForm::Published : ConfidenceForm::SlopeCompensated;
+    Cloud expected, cloud;
+    for (ConfidenceEstimation<PointFused>* filter : {&host, static_cast<ConfidenceEstimation<PointFused>*>(&device)}) {
+      filter->setParameters(parameters);
+      filter->setFocalLength(frame.rig.cameras[0].intrinsics.fx);
+      filter->setInputCloud(clouds.of_camera[0]);
+      filter->setNegative(k % 3 == 0);
+      filter->setKeepOrganized(k % 5 == 0);
+      filter->filter(filter == &host ? expected : cloud);
+    }
+    EXPECT_TRUE(device.getConfidence() == host.getConfidence());
+    expectSameIndices(host.getRemovedIndices(), device.getRemovedIndices());
+    expectSameBytes(expected, cloud);
+  }
+}
+
+TEST(GpuFilters, DepthBackprojectionGivesTheHostsPoints) {
+  Random random(62);
+  RandomFrame frame;
+  for (int k = 0; k < 60; ++k) {
+    frame.draw(random, 1);
+    if (frame.rig.views[0].missing()) continue;
+    PreprocessingParameters parameters;
+    if (k % 2) parameters.fill_neighbours = 4;
+    DepthBackprojection<PointFused> host(true);
+    DepthBackprojection<PointFused, device::Thrust> device(true);
+    Cloud expected, cloud;
+    for (DepthBackprojection<PointFused>* filter : {&host, static_cast<DepthBackprojection<PointFused>*>(&device)}) {
+      filter->setCamera(frame.rig.cameras[0]);
+      filter->setView(frame.rig.views[0]);
+      filter->setParameters(parameters);
+      filter->setUserFilterValue(-1);
+      filter->filter(filter == &host ? expected : cloud);
+    }
+    expectSameIndices(host.getRemovedIndices(), device.getRemovedIndices());
+    expectSameBytes(expected, cloud);
+  }
+}
+
+TEST(GpuFilters, MultiViewConsistencyGivesTheHostsConsistency) {
+  Random random(63);
+  RandomFrame frame;
+  for (int k = 0; k < 40; ++k) {
+    frame.draw(random);
+    const Clouds clouds(frame.rig, random);
+    const int source = k % 2 ? -1 : random.below(static_cast<int>(frame.rig.cameras.size()));
+    const ConsistencyParameters parameters = random_rig::parameters(random).consistency;
+    const Cloud::Ptr input = source < 0 ? clouds.all : clouds.of_camera[static_cast<std::size_t>(source)];
+    if (input->empty()) continue;
+    MultiViewConsistency<PointFused> host(true);
+    MultiViewConsistency<PointFused, device::Thrust> device(true);
+    Cloud expected, cloud;
+    for (MultiViewConsistency<PointFused>* filter : {&host, static_cast<MultiViewConsistency<PointFused>*>(&device)}) {
+      filter->setFrame(frame.rig, source);
+      filter->setParameters(parameters);
+      filter->setInputCloud(input);
+      filter->setNegative(k % 3 == 0);
+      filter->filter(filter == &host ? expected : cloud);
+    }
+    EXPECT_EQ(device.getViewCounts(), host.getViewCounts());
+    ASSERT_EQ(device.getConsistency().size(), host.getConsistency().size());
+    for (std::size_t p = 0; p < host.getConsistency().size(); ++p)
+      ASSERT_NEAR(device.getConsistency()[p], host.getConsistency()[p], 1e-5f);
+    EXPECT_NEAR(static_cast<double>(cloud.size()), static_cast<double>(expected.size()),
+                1e-3 * static_cast<double>(input->size()));
+  }
+}
+
+TEST(GpuFilters, AdaptiveHashFusionGivesTheHostsPoints) {
+  Random random(64);
+  RandomFrame frame;
+  device_comparison::Tally tally;
+  for (int k = 0; k < 80; ++k) {
+    frame.draw(random);
+    const Clouds clouds(frame.rig, random);
+    if (clouds.all->empty()) continue;
+    const FuseFlowParameters parameters = random_rig::parameters(random);
+    AdaptiveHashFusion<PointFused> host(true);
+    AdaptiveHashFusion<PointFused, device::Thrust> device(true);
+    Cloud expected, cloud;
+    for (AdaptiveHashFusion<PointFused>* filter : {&host, static_cast<AdaptiveHashFusion<PointFused>*>(&device)}) {
+      filter->setParameters(parameters.aggregation);
+      filter->setInputCloud(clouds.all);
+      if (k % 3) filter->setCameraIndices(clouds.cameras);
+      if (k % 3 == 2) filter->setFrame(frame.rig, parameters.consistency);
+      filter->filter(filter == &host ? expected : cloud);
+    }
+    EXPECT_NEAR(static_cast<double>(host.getRemovedIndices()->size()),
+                static_cast<double>(device.getRemovedIndices()->size()), 1 + 1e-3 * static_cast<double>(cloud.size()));
+    tally.add(expected, cloud);
+  }
+  EXPECT_GT(tally.points, 5000u);
+  EXPECT_TRUE(tally.good()) << tally.alone << " of " << tally.points;
+}
+
+TEST(GpuFilters, AnEmptyCloudGivesAnEmptyCloud) {
+  AdaptiveHashFusion<PointFused, device::Thrust> fusion;
+  fusion.setInputCloud(std::make_shared<Cloud>());
+  Cloud cloud;
+  fusion.filter(cloud);
+  EXPECT_TRUE(cloud.empty());
+}
+
+TEST(GpuFilters, AFilterMayBeUsedAgainWithAnotherCloud) {
+  Random random(65);
+  RandomFrame frame;
+  AdaptiveHashFusion<PointFused> host;
+  AdaptiveHashFusion<PointFused, device::Thrust> device;
+  for (int k = 0; k < 6; ++k) {
+    frame.draw(random, 3, k % 2 ? 60 : 10);
+    const Clouds clouds(frame.rig, random);
+    Cloud expected, cloud;
+    host.setInputCloud(clouds.all);
+    device.setInputCloud(clouds.all);
+    host.filter(expected);
+    device.filter(cloud);
+    device_comparison::Tally tally;
+    tally.add(expected, cloud);
+    EXPECT_TRUE(tally.good());
+  }
+}
+
+TEST(GpuFilters, TheBilateralFilterIsRefused) {
+  Random random(66);
+  RandomFrame frame;
+  do frame.draw(random, 1);
+  while (frame.rig.views[0].missing());
+  DepthBackprojection<PointFused, device::Thrust> device;
+  device.setCamera(frame.rig.cameras[0]);
+  device.setView(frame.rig.views[0]);
+  PreprocessingParameters parameters;
+  parameters.bilateral = true;
+  device.setParameters(parameters);
+  Cloud cloud;
+  EXPECT_THROW(device.filter(cloud), pcl::BadArgumentException);
+}
+
+}  // namespace

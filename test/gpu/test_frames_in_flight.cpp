@@ -1,0 +1,122 @@
+#include "device_comparison.h"
+#include "random_rig.h"
+
+#include <pcl/exceptions.h>
+
+namespace {
+
+using namespace device_comparison;
+using random_rig::Random;
+using random_rig::RandomFrame;
+
+TEST(GpuFramesInFlight, ComeBackInTurnWithTheBytesOfOneAtATime) {
+  Random random(41);
+  std::vector<RandomFrame> frames(12);
+  for (RandomFrame& frame : frames) frame.draw(random, 5, 60);
+  Device one, several;
+  std::vector<std::vector<Bytes>> expected;
+  Cloud cloud;
+  for (const RandomFrame& frame : frames) {
+    one.fuse(frame.rig, cloud);
+    expected.push_back(bytesOf(cloud));
+  }
+  for (const std::size_t lanes : {1u, 2u, 3u, 5u}) {
+    several.setFramesInFlight(lanes);
+    several.setCopyAhead(lanes != 2);
+    std::size_t next = 0;
+    const auto take = [&] {
+      several.next(cloud);
+      EXPECT_TRUE(bytesOf(cloud) == expected[next]) << "frame " << next;
+      EXPECT_EQ(cloud.header.stamp, frames[next].rig.stamp);
+      EXPECT_EQ(several.getStatistics().fused_points, cloud.size());
+      ++next;
+    };
+    for (const RandomFrame& frame : frames) {
+      if (several.inFlight() == lanes) take();
+      several.submit(frame.rig);
+    }
+    while (several.inFlight() > 0) take();
+    EXPECT_EQ(next, frames.size());
+  }
+}
+
+TEST(GpuFramesInFlight, MayBeTakenWithoutACopy) {
+  Random random(42);
+  RandomFrame frame;
+  frame.draw(random);
+  Device device;
+  Cloud cloud;
+  device.fuse(frame.rig, cloud);
+  device.submit(frame.rig);
+  bool visited = false;
+  device.nextPinned([&](const fuse_flow::gpu::PointSpan<PointFused>& points, std::uint64_t stamp) {
+    visited = true;
+    EXPECT_EQ(points.size, cloud.size());
+    EXPECT_EQ(stamp, frame.rig.stamp);
+    EXPECT_TRUE(std::equal(points.begin(), points.end(), cloud.begin(),
+                           [](const PointFused& a, const PointFused& b) { return a.x == b.x && a.y == b.y; }));
+  });
+  EXPECT_TRUE(visited);
+}
+
+TEST(GpuFramesInFlight, EachHasTheParametersOfItsSubmission) {
+  Random random(43);
+  RandomFrame frame;
+  frame.draw(random, 3, 60);
+  fuse_flow::FuseFlowParameters coarse, fine;
+  coarse.aggregation.min_cell_size = coarse.aggregation.cell_size;
+  Device device;
+  device.setParameters(fine);
+  device.submit(frame.rig);
+  device.setParameters(coarse);
+  device.submit(frame.rig);
+  Cloud first, second;
+  device.next(first);
+  device.next(second);
+  EXPECT_GT(first.size(), second.size());
+}
+
+TEST(GpuFramesInFlight, NoMoreThanAllowed) {
+  Random random(44);
+  RandomFrame frame;
+  frame.draw(random);
+  Device device;
+  device.setFramesInFlight(2);
+  device.submit(frame.rig);
+  device.submit(frame.rig);
+  EXPECT_EQ(device.inFlight(), 2u);
+  EXPECT_THROW(device.submit(frame.rig), pcl::PCLException);
+  EXPECT_THROW(device.setFramesInFlight(3), pcl::PCLException);
+  Cloud cloud;
+  device.next(cloud);
+  device.next(cloud);
+  EXPECT_THROW(device.next(cloud), pcl::PCLException);
+  EXPECT_THROW(device.setFramesInFlight(0), pcl::BadArgumentException);
+  EXPECT_THROW(device.setFramesInFlight(17), pcl::BadArgumentException);
+  device.setFramesInFlight(3);
+}
+
+TEST(GpuFramesInFlight, AFrameThatFailsFailsWhereItIsTakenAndTheNextOneDoesNot) {
+  Random random(45);
+  RandomFrame good, bad;
+  good.draw(random);
+  bad.draw(random);
+  bad.rig.cameras[0].intrinsics.fx = 0;
+  Device device;
+  device.submit(bad.rig);
+  device.submit(good.rig);
+  Cloud cloud;
+  EXPECT_THROW(device.next(cloud), pcl::BadArgumentException);
+  EXPECT_NO_THROW(device.next(cloud));
+  EXPECT_EQ(cloud.header.stamp, good.rig.stamp);
+}
+
+TEST(GpuFramesInFlight, AnObjectMayGoWhileTheyAre) {
+  Random random(46);
+  RandomFrame frame;
+  frame.draw(random);
+  Device device;
+  device.submit(frame.rig);
+}
+
+}  // namespace

@@ -1,0 +1,93 @@
+#include "tool_fixture.h"
+
+#include <nlohmann/json.hpp>
+
+#include <fstream>
+#include <iterator>
+#include <map>
+
+namespace tool_test {
+namespace {
+
+/** \brief Simulate, fuse, compare with the truth, all as programs. */
+class Simulated : public ToolTest {
+ protected:
+  ToolResult simulate(const std::vector<std::string>& more) const {
+    std::vector<std::string> arguments{"--scene", "table", "--rig", "ring-3", "--scale", "0.15"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return runProgram(FUSE_FLOW_SIMULATE_TOOL, arguments);
+  }
+
+  nlohmann::json truthOf(const std::string& clouds) const {
+    EXPECT_TRUE(succeeded(evaluate({recording(), clouds, "--truth", "--json", out("figures.json")})));
+    std::ifstream file(out("figures.json"));
+    return nlohmann::json::parse(file)[clouds]["truth"];
+  }
+
+  WallRecording wall_recording_;
+
+  /** \brief The bytes of every file in a folder. */
+  static std::map<std::string, std::string> contents(const fs::path& folder) {
+    std::map<std::string, std::string> result;
+    for (const fs::directory_entry& entry : fs::recursive_directory_iterator(folder)) {
+      if (!entry.is_regular_file()) continue;
+      std::ifstream file(entry.path(), std::ios::binary);
+      result[fs::relative(entry.path(), folder).string()] = {std::istreambuf_iterator<char>(file), {}};
+    }
+    return result;
+  }
+};
+
+TEST_F(Simulated, AnIdealRigIsOnTheTrueSurfaceAndDoesNotFlicker) {
+  ASSERT_TRUE(succeeded(simulate({"--sensor", "ideal", "--frames", "2", "-o", recording()})));
+  ASSERT_TRUE(succeeded(fuse({recording(), "-o", out(), "--method", "concatenate"})));
+  const nlohmann::json truth = truthOf(out());
+  EXPECT_LT(truth["accuracy_p95_mm"], 1.0);
+  EXPECT_EQ(truth["ghosting"], 0.0);
+  EXPECT_LT(truth["flicker_mm"], 0.01);
+  EXPECT_EQ(truth["precision_5mm"], 1.0);
+}
+
+TEST_F(Simulated, ARigWrongBySomeMillimetresIsOffByAsMuch) {
+  ASSERT_TRUE(succeeded(simulate({"--sensor", "ideal", "--position-error", "20", "-o", recording()})));
+  ASSERT_TRUE(succeeded(fuse({recording(), "-o", out("cloud.ply"), "--method", "concatenate"})));
+  const nlohmann::json truth = truthOf(out("cloud.ply"));
+  EXPECT_GT(truth["accuracy_mean_mm"], 3.0);
+  EXPECT_LT(truth["accuracy_p95_mm"], 21.0);
+  EXPECT_FALSE(truth.contains("flicker_mm")) << "one frame";
+}
+
+TEST_F(Simulated, FusionIsNearerToTheTruthThanAVoxelGrid) {
+  ASSERT_TRUE(succeeded(simulate({"--sensor", "structured_light", "--position-error", "2", "-o", recording()})));
+  ASSERT_TRUE(succeeded(fuse({recording(), "-o", out("ours.ply")})));
+  ASSERT_TRUE(succeeded(fuse({recording(), "-o", out("grid.ply"), "--method", "voxel_grid"})));
+  EXPECT_LT(truthOf(out("ours.ply"))["accuracy_mean_mm"],
+            0.7 * truthOf(out("grid.ply"))["accuracy_mean_mm"].get<double>());
+}
+
+TEST_F(Simulated, TheSameCommandGivesTheSameBytes) {
+  const std::vector<std::string> how{"--sensor", "active_stereo", "--seed", "3", "--drop-rate",
+                                     "0.3",      "--frames",      "2",      "-o"};
+  for (const std::string& folder : {recording(), out()}) {
+    std::vector<std::string> arguments = how;
+    arguments.push_back(folder);
+    ASSERT_TRUE(succeeded(simulate(arguments)));
+  }
+  EXPECT_EQ(contents(recording_), contents(out_));
+}
+
+TEST_F(Simulated, WhatIsWrongIsSaidInOneLine) {
+  EXPECT_TRUE(isOneLineError(simulate({"--sensor", "sonar", "-o", recording()}), 1, {"sonar", "structured_light"}));
+  EXPECT_TRUE(
+      isOneLineError(runProgram(FUSE_FLOW_SIMULATE_TOOL, {"--scene", "moon", "-o", recording()}), 1, {"moon", "room"}));
+  wall_recording_.frames = 1;
+  wall_recording_.write(recording_);
+  ASSERT_TRUE(succeeded(fuse({recording(), "-o", out("cloud.ply")})));
+  EXPECT_TRUE(isOneLineError(evaluate({recording(), out("cloud.ply"), "--truth"}), 1, {"truth"}));
+  EXPECT_TRUE(isOneLineError(evaluate({recording(), out("cloud.ply"), "--error-picture", "x.png"}), 2, {"--truth"}));
+  fs::create_directory(out_);
+  EXPECT_TRUE(isOneLineError(evaluate({recording(), out()}), 1, {"no clouds", "000000.ply"}));
+}
+
+}  // namespace
+}  // namespace tool_test
