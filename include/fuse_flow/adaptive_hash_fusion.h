@@ -71,7 +71,8 @@ class AdaptiveHashFusion<PointT, device::Host> : public pcl::Filter<PointT> {
   inline void applyFilter(PointCloud& output) override;
 
   /** \brief Section 5 for points in the world frame, camera after camera: the step that another device replaces.
-   *  \param cameras of each point  \return fused points, whose sources are numbers of points */
+   *  \param points positions and C  \param cameras of each point  \return fused points, whose sources are numbers of
+   *  points */
   inline virtual std::vector<FusedPoint> fusePoints(const std::vector<WeightedPoint>& points,
                                                     const std::vector<std::uint32_t>& cameras);
 

@@ -69,7 +69,8 @@ class ConfidenceEstimation<PointT, device::Host> : public pcl::FilterIndices<Poi
   /** \copydoc applyFilter(pcl::Indices&) */
   inline void applyFilter(PointCloud& output) override;
 
-  /** \brief Eq. 3 for a whole depth map: the step that another device replaces. \param C row by row */
+  /** \brief Eq. 3 for a whole depth map: the step that another device replaces. \param depth metres, 0 where there is no
+   *  measurement  \param C receives the confidence, row by row */
   inline virtual void computeConfidence(const host::DepthMap& depth, float* C);
 
   int threads_{0};  ///< see setNumberOfThreads()

@@ -66,7 +66,7 @@ class DepthBackprojection<PointT, device::Host> : public pcl::Filter<PointT> {
   /** \throws pcl::BadArgumentException if the image or cloud does not have the camera's size */
   inline void applyFilter(PointCloud& output) override;
 
-  /** \brief D^r and eq. 8 for a whole image, row by row: the step that another device replaces. \param z metres, 0 where
+  /** \brief D^r and eq. 8 for a whole image, row by row: the step that another device replaces. \param view the depth image  \param z metres, 0 where
    *  there is no measurement  \param points world frame; unspecified where z is 0 */
   inline virtual void computePoints(const DepthView& view, float* z, Vec3* points);
 

@@ -3,6 +3,8 @@
 
 #include <pcl/exceptions.h>
 
+#include <thread>
+
 namespace {
 
 using namespace device_comparison;
@@ -38,6 +40,36 @@ TEST(GpuFramesInFlight, ComeBackInTurnWithTheBytesOfOneAtATime) {
     while (several.inFlight() > 0) take();
     EXPECT_EQ(next, frames.size());
   }
+}
+
+TEST(GpuFramesInFlight, SeveralObjectsAtOnceGiveTheBytesOfOne) {
+  Random random(47);
+  std::vector<RandomFrame> frames(4);
+  std::vector<std::vector<Bytes>> expected;
+  Device one;
+  Cloud cloud;
+  for (RandomFrame& frame : frames) {
+    frame.draw(random, 5, 60);
+    one.fuse(frame.rig, cloud);
+    expected.push_back(bytesOf(cloud));
+  }
+  std::vector<int> wrong(3, 0);
+  std::vector<std::thread> threads;
+  for (std::size_t t = 0; t < wrong.size(); ++t)
+    threads.emplace_back([&, t] {
+      Device device;
+      Cloud result;
+      for (std::size_t k = 0; k < 40; ++k) {
+        device.submit(frames[k % 4].rig);
+        device.submit(frames[(k + t) % 4].rig);
+        device.next(result);
+        wrong[t] += bytesOf(result) == expected[k % 4] ? 0 : 1;
+        device.next(result);
+        wrong[t] += bytesOf(result) == expected[(k + t) % 4] ? 0 : 1;
+      }
+    });
+  for (std::thread& thread : threads) thread.join();
+  EXPECT_EQ(wrong, std::vector<int>(3, 0));
 }
 
 TEST(GpuFramesInFlight, MayBeTakenWithoutACopy) {
