@@ -142,7 +142,8 @@ class Evaluator {
   void readFrame(const CloudFile& file) {
     if (file.frame >= recording_->frameCount()) {
       const std::string frames = std::to_string(recording_->frameCount()) + " frames, counted from 0";
-      throw io::OptionError("--frame " + std::to_string(file.frame) + ": the recording has " + frames);
+      const std::string given = " is of frame " + std::to_string(file.frame) + ": the recording has ";
+      throw io::OptionError((file.frame == options_.frame ? "--frame: " : "") + file.path + given + frames);
     }
     if (file.frame == read_frame_) return;
     recording_->read(file.frame, loaded_);

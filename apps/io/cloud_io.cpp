@@ -11,6 +11,8 @@
 #include <cmath>
 #include <cstring>
 #include <filesystem>
+#include <fstream>
+#include <set>
 #include <sstream>
 #include <vector>
 
@@ -157,6 +159,22 @@ bool hasPcdHeader(const std::string& path) {
   return !header.fields.empty() && header.point_step > 0 && data_begin > 0;
 }
 
+/** \brief Throws InputError for a PLY that has green or blue without red before it: PCL's reader would end the program. */
+void checkPlyColors(const std::string& path) {
+  const std::set<std::string> first{"red", "diffuse_red"};
+  const std::set<std::string> later{"green", "blue", "diffuse_green", "diffuse_blue"};
+  bool has_red = false;
+  std::ifstream file(path, std::ios::binary);
+  for (std::string line; std::getline(file, line) && line.rfind("end_header", 0) != 0;) {
+    std::string keyword, type, name;
+    std::istringstream(line) >> keyword >> type >> name;
+    if (keyword != "property") continue;
+    has_red = has_red || first.count(name) > 0;
+    if (!has_red && later.count(name) > 0)
+      throw InputError(path + ": has " + name + " without red before it, must be red, green, blue");
+  }
+}
+
 /** \brief PCL's return code; its exceptions count as failure. */
 int readByExtension(const std::string& path, const std::string& extension, pcl::PCLPointCloud2& cloud,
                     SensorPose& pose) {
@@ -208,6 +226,7 @@ SensorPose readCloud(const std::string& path, pcl::PCLPointCloud2& cloud) {
   std::error_code error;
   if (!std::filesystem::exists(path, error)) throw InputError(path + ": not found");
   if (!std::filesystem::is_regular_file(path, error)) throw InputError(path + ": is not a file");
+  if (extension == ".ply") checkPlyColors(path);
   SensorPose pose;
   if (readByExtension(path, extension, cloud, pose) < 0)
     throw InputError(path + ": is damaged or cut short, must be a whole " + extension.substr(1) + " file");

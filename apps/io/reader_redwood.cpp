@@ -71,6 +71,15 @@ std::map<std::size_t, Eigen::Isometry3d> readTrajectory(const std::string& path)
   return poses;
 }
 
+/** \brief 0 if it is left out. */
+int imageSide(const std::string& path, const nlohmann::json& json, const char* key) {
+  const double side = json.value(key, 0.0);
+  if (!(side >= 0 && side <= 65535 && side == std::floor(side)))
+    throw InputError(path + ": " + key + " is " + json[key].dump() +
+                     ", must be a whole number of pixels, 65535 at most");
+  return static_cast<int>(side);
+}
+
 /** \brief Open3D's file: width, height and the 3×3 matrix column by column. */
 bool readIntrinsicsJson(const std::string& path, Intrinsics& K) {
   nlohmann::json json;
@@ -80,8 +89,8 @@ bool readIntrinsicsJson(const std::string& path, Intrinsics& K) {
     const auto matrix = json["intrinsic_matrix"].get<std::vector<float>>();
     if (matrix.size() != 9 || matrix[2] != 0 || matrix[5] != 0)
       throw InputError(path + ": intrinsic_matrix must have 9 numbers, column by column: fx 0 0 0 fy 0 cx cy 1");
-    K.width = json.value("width", 0);
-    K.height = json.value("height", 0);
+    K.width = imageSide(path, json, "width");
+    K.height = imageSide(path, json, "height");
     K.fx = matrix[0];
     K.fy = matrix[4];
     K.cx = matrix[6];

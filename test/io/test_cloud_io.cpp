@@ -220,6 +220,16 @@ TEST_F(CloudIo, WhatCannotBeReadIsNamed) {
                         "has no points"));
 }
 
+TEST_F(CloudIo, ColorsOfAPlyInAnotherOrderAreRefused) {
+  const std::string header =
+      "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\n";
+  pcl::PointCloud<pcl::PointXYZRGB> cloud;
+  for (const char* color : {"blue", "green", "diffuse_blue"}) {
+    const std::string file = write("a.ply", header + "property uchar " + color + "\nend_header\n1 2 3 4\n");
+    EXPECT_TRUE(refuses([&] { io::readCloud(file, cloud); }, {file, color, "must be red, green, blue"}));
+  }
+}
+
 TEST_F(CloudIo, ACloudCutShortAnywhereIsRefused) {
   pcl::PointCloud<PointFused> cloud, back;
   for (int i = 0; i < 3; ++i) cloud.push_back(fused(1, 2, 3));
@@ -230,6 +240,26 @@ TEST_F(CloudIo, ACloudCutShortAnywhereIsRefused) {
       const std::string file = write(name, whole.substr(0, size));
       EXPECT_TRUE(refuses([&] { io::readCloud(file, back); }, {file})) << "after " << size << " bytes";
     }
+  }
+}
+
+TEST_F(CloudIo, ACloudWithAnyByteChangedIsReadOrRefused) {
+  pcl::PointCloud<PointFused> cloud, back;
+  for (int i = 0; i < 3; ++i) cloud.push_back(fused(1, 2, 3));
+  for (const char* name : {"a.ply", "a.pcd"}) {
+    io::writeCloud(path(name), cloud);
+    const std::string whole = io::readFile(path(name));
+    for (std::size_t at = 0; at < whole.size(); ++at)
+      for (const int change : {0x01, 0x08, 0x10, 0x40}) {
+        std::string damaged = whole;
+        damaged[at] = static_cast<char>(damaged[at] ^ change);
+        const std::string file = write(name, damaged);
+        try {
+          io::readCloud(file, back);
+        } catch (const io::InputError& error) {
+          EXPECT_NE(std::string(error.what()).find(file), std::string::npos) << error.what();
+        }
+      }
   }
 }
 

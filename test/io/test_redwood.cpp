@@ -123,6 +123,12 @@ TEST_F(Redwood, WhatIsWrongWithIntrinsicsIsNamed) {
       {"{", "is not a camera"},
       {R"({"width": 64, "height": 48, "intrinsic_matrix": [24, 0, 29]})", "must have 9 numbers"},
       {R"({"width": 64, "height": 48, "intrinsic_matrix": "K"})", "is not a camera"},
+      {R"({"width": 64.5, "height": 48, "intrinsic_matrix": [24, 0, 0, 0, 20, 0, 29, 25, 1]})",
+       "width is 64.5, must be"},
+      {R"({"width": 64, "height": -48, "intrinsic_matrix": [24, 0, 0, 0, 20, 0, 29, 25, 1]})",
+       "height is -48, must be"},
+      {R"({"width": 1e99, "height": 48, "intrinsic_matrix": [24, 0, 0, 0, 20, 0, 29, 25, 1]})",
+       "width is 1e+99, must be"},
       {R"({"width": "64", "height": 48, "intrinsic_matrix": [24, 0, 0, 0, 20, 0, 29, 25, 1]})", "is not a camera"},
       {R"({"width": 64, "height": 48, "intrinsic_matrix": [24, 0, 29, 0, 20, 25.5, 0, 0, 1]})", "column by column"}};
   for (const auto& [text, problem] : wrong) {

@@ -251,4 +251,18 @@ TEST_F(RigJson, WhatIsNoRigIsNamed) {
   EXPECT_TRUE(refuses([&] { io::readRigJson(path("no.json")); }, {path("no.json"), "not found"}));
 }
 
+TEST_F(RigJson, ARigWithAnyByteChangedIsReadOrRefused) {
+  const std::string whole = rig(leftCamera()).dump();
+  for (std::size_t at = 0; at < whole.size(); ++at)
+    for (const int change : {0x01, 0x10, 0x40, 0x80}) {
+      std::string damaged = whole;
+      damaged[at] = static_cast<char>(damaged[at] ^ change);
+      try {
+        readText(damaged);
+      } catch (const io::InputError& error) {
+        EXPECT_EQ(std::string(error.what()).find(path("rig.json")), 0u) << error.what();
+      }
+    }
+}
+
 }  // namespace
