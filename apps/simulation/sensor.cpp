@@ -146,7 +146,8 @@ class StructuredLight : public Sensor {
  *  Noise is shot noise, inverse to the light that comes back: 0.4 mm + 0.2 mm z² at reflectance 0.7 seen straight on;
  *  that is 3 mm at 3.5 m, and 17 mm on black, the bound that Tölgyessy et al. (Sensors 2021, 21, 413) confirm. A pixel mixes all
  *  it sees, weighted with its light: flying pixels at edges, unless the surfaces are so far apart that the phases contradict
- *  each other. Light that took a detour over another surface (multipath) lengthens what corners measure. */
+ *  each other. Light that took a detour over another surface (multipath) lengthens what corners measure. It adds up as phases of a
+ *  modulation of 200 MHz, within the 320 MHz that Bamji et al. (ISSCC 2018) give for the pixel: detours of many lengths cancel. */
 class TimeOfFlight : public Sensor {
  public:
   TimeOfFlight(double scale, bool multipath) : K_(scaledIntrinsics(640, 576, 504.0f, scale)), multipath_(multipath) {}
@@ -165,10 +166,17 @@ class TimeOfFlight : public Sensor {
   }
 
  private:
+  /** \brief Depth at which the phase of 200 MHz begins again: c / (2 · 200 MHz), metres. */
+  static constexpr float kModulationPeriod = 0.7495f;
+
   /** \brief All light that falls on one pixel. */
   struct Echo {
     float light{0};
     float light_depth{0};
+    /** \brief Of the light that took a detour: in phase with the direct light, and a quarter behind it. */
+    float in_phase{0};
+    float behind{0};
+    float length_per_depth{1};
     float nearest{std::numeric_limits<float>::infinity()};
     float farthest{0};
   };
@@ -214,19 +222,23 @@ class TimeOfFlight : public Sensor {
       const Vector3f direction = radius * std::cos(angle) * tangent + radius * std::sin(angle) * other +
                                  std::sqrt(1 - squared_radius) * normal;
       const RayHit bounce = scene.intersect(hit.position + 1e-3f * normal, direction);
-      if (!bounce || scene.occluded(rays.origin(), bounce.position, 2e-3f)) continue;
+      // The sensor lights what it sees, and little beyond.
+      if (!bounce || !rays.reach(bounce.position) || scene.occluded(rays.origin(), bounce.position, 2e-3f)) continue;
       const float light =
           5.0f / samples * scene.object(hit.object).material.infrared * returned(scene, bounce, rays.origin());
-      const float detour = (bounce.position - rays.origin()).norm() + bounce.t + towards.norm();
-      echo.light += light;
-      echo.light_depth += light * 0.5f * detour / length_per_depth;
+      const float extra = 0.5f * ((bounce.position - rays.origin()).norm() + bounce.t - towards.norm());
+      const float phase = 2 * kPi * extra / kModulationPeriod;
+      echo.in_phase += light * std::cos(phase);
+      echo.behind += light * std::sin(phase);
     }
+    echo.length_per_depth = length_per_depth;
   }
 
   static float decide(const Echo& echo, Random& random) {
     const double doubt = random.uniform(), error = random.gaussian();
     if (!(echo.light > 0)) return 0;
-    const float z = echo.light_depth / echo.light;
+    const float lag = kModulationPeriod / (2 * kPi) * std::atan2(echo.behind, echo.light + echo.in_phase);
+    const float z = echo.light_depth / echo.light + lag / echo.length_per_depth;
     const float reference = 5 * 0.7f / (z * z);  // reflectance 0.7 straight on
     const float weakness = reference / echo.light;
     if (weakness > 12 || (echo.farthest - echo.nearest > 0.3f && doubt < 0.7)) return 0;

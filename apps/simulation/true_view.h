@@ -23,6 +23,13 @@ class PixelRays {
   }
   /** \brief A point of the camera's own frame. */
   Eigen::Vector3f toWorld(const Eigen::Vector3f& p_C) const { return R_ * p_C + origin_; }
+  /** \brief Whether a point of the world falls into the image. */
+  bool reach(const Eigen::Vector3f& p_W) const {
+    const Eigen::Vector3f p = R_.transpose() * (p_W - origin_);
+    const float u = K_.fx * p.x() + K_.cx * p.z(), v = K_.fy * p.y() + K_.cy * p.z();
+    return p.z() > 0 && u > 0 && v > 0 && u < static_cast<float>(K_.width) * p.z() &&
+           v < static_cast<float>(K_.height) * p.z();
+  }
 
  private:
   Intrinsics K_;

@@ -162,7 +162,7 @@ TEST(Sensor, MultipathLengthensWhatACornerMeasures) {
   const double with = mean(middle(*makeSensor("time_of_flight_multipath", 0.25), scene)),
                without = mean(middle(*makeSensor("time_of_flight", 0.25), scene));
   EXPECT_GT(with - without, 0.003);
-  EXPECT_LT(with - without, 0.2);
+  EXPECT_LT(with - without, 0.06);
   // A wall alone sends no light to itself.
   EXPECT_NEAR(mean(middle(*makeSensor("time_of_flight_multipath", 0.25), wallAt(2))), 2, 1e-3);
 }
