@@ -8,6 +8,7 @@
 #include <pcl/common/common.h>
 #include <pcl/filters/approximate_voxel_grid.h>
 #include <pcl/filters/impl/approximate_voxel_grid.hpp>
+#include <pcl/filters/impl/filter_indices.hpp>
 #include <pcl/filters/impl/statistical_outlier_removal.hpp>
 #include <pcl/filters/impl/voxel_grid.hpp>
 #include <pcl/filters/statistical_outlier_removal.h>
@@ -120,17 +121,22 @@ class GridOfConcatenation : public Concatenation {
   }
 
  private:
-  /** \brief pcl::VoxelGrid numbers its cells with 32 bits; out of numbers it prints a warning and thins nothing. */
+  /** \brief Both grids number cells with 32 bits. Out of numbers pcl::VoxelGrid prints a warning and thins nothing;
+   *  pcl::ApproximateVoxelGrid's hash, 7171 i + 3079 j + 4231 k, overflows. */
   void checkCells(const pcl::PointCloud<pcl::PointXYZRGB>& all) const {
-    if constexpr (!std::is_same_v<Grid, pcl::VoxelGrid<pcl::PointXYZRGB>>) return;
+    constexpr bool exact = std::is_same_v<Grid, pcl::VoxelGrid<pcl::PointXYZRGB>>;
     pcl::PointXYZRGB low, high;
     pcl::getMinMax3D(all, low, high);
-    const Eigen::Array3d size = (high.getArray3fMap() - low.getArray3fMap()).cast<double>();
-    const double cells = (size / static_cast<double>(options_.leaf_size) + 1).prod();
-    if (cells < std::numeric_limits<std::int32_t>::max()) return;
+    const Eigen::Array3d least = low.getArray3fMap().cast<double>(), most = high.getArray3fMap().cast<double>();
+    const double per_leaf = 1.0 / static_cast<double>(options_.leaf_size);
+    const double numbers =
+        exact ? ((most - least) * per_leaf + 1).prod()
+              : ((least.abs().max(most.abs()) * per_leaf + 1) * Eigen::Array3d(7171, 3079, 4231)).sum();
+    if (numbers < std::numeric_limits<std::int32_t>::max()) return;
     std::ostringstream message;
-    message << "--leaf-size is " << options_.leaf_size << ", too small for a cloud of " << size.transpose()
-            << " m: pcl::VoxelGrid can number 2147483647 cells";
+    message << "--leaf-size is " << options_.leaf_size << ", too small for a cloud from (" << least.transpose()
+            << ") to (" << most.transpose() << ") m: " << (exact ? "pcl::VoxelGrid" : "pcl::ApproximateVoxelGrid")
+            << " numbers its cells with 32 bits";
     throw OptionError(message.str());
   }
 };
