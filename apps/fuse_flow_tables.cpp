@@ -142,7 +142,7 @@ class Page {
   static std::string shortName(const std::string& sensor) {
     if (sensor == "structured_light") return "SL";
     if (sensor == "active_stereo") return "stereo";
-    return sensor == "time_of_flight" ? "ToF" : "ToF multipath";
+    return sensor == "time_of_flight" ? "ToF" : "ToF mp";
   }
 
   void comparisonTable(const std::vector<Contender>& peers, const std::vector<Result>& results) {

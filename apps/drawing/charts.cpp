@@ -76,7 +76,7 @@ class Chart {
     vtkAxis* left = chart_->GetAxis(vtkAxis::LEFT);
     left->SetBehavior(vtkAxis::FIXED);
     left->SetMinimum(0);
-    left->SetMaximum(1.15 * highest_);  // room for the legend
+    left->SetMaximum(1.4 * highest_);  // room for the legend
     view_->GetRenderWindow()->SetMultiSamples(0);
     view_->GetRenderWindow()->Render();
     return imageOf(view_->GetRenderWindow());
