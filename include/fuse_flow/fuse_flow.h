@@ -20,10 +20,10 @@ namespace fuse_flow {
 /** \brief Everything that decides what a frame is fused into. The defaults are what measured best; see
  *  doc/parameters.md. */
 struct FuseFlowParameters {
-  PreprocessingParameters preprocessing;
-  ConfidenceParameters confidence;
-  ConsistencyParameters consistency;
-  AggregationParameters aggregation;
+  PreprocessingParameters preprocessing;  ///< D^r of eq. 8
+  ConfidenceParameters confidence;        ///< eq. 3 and 9
+  ConsistencyParameters consistency;      ///< eq. 4–7
+  AggregationParameters aggregation;      ///< section 5
   /** \brief MF of the paper's ablation; off: C = 1 wherever there is a measurement. */
   bool use_measurement_confidence{true};
   /** \brief DC; off: V = 1. */
@@ -42,17 +42,17 @@ inline void checkParameters(const FuseFlowParameters& parameters);
 
 /** \brief What happened in the last frame. */
 struct FrameStatistics {
-  std::size_t measured_points{0};  ///< pixels with a measurement in range
-  std::size_t gated_points{0};     ///< of those, the ones with C > τ inside the crop box
-  std::size_t coarse_cells{0};
-  std::size_t fused_points{0};
+  std::size_t measured_points{0};            ///< pixels with a measurement in range
+  std::size_t gated_points{0};               ///< of those, the ones with C > τ inside the crop box
+  std::size_t coarse_cells{0};               ///< that hold a gated point
+  std::size_t fused_points{0};               ///< of the output cloud
   std::vector<std::size_t> missing_cameras;  ///< numbers of the cameras without a view
   double preprocess_ms{0};                   ///< depth to metres, range, hole fill, bilateral filter
   double generate_ms{0};                     ///< eq. 3, 8, 9 and the coarse cell of each point
   double merge_ms{0};                        ///< coarse cells of all views brought together
   double fuse_ms{0};                         ///< section 5: representatives, eq. 4–7, 10, 11
   double output_ms{0};                       ///< colours, normals, and writing the cloud
-  double total_ms{0};
+  double total_ms{0};                        ///< the whole call, milliseconds as the others
 };
 
 /** \brief The frame pipeline: the views of one instant to one fused cloud, with no state from frame to frame but
@@ -74,20 +74,28 @@ namespace host {
 class FramePipeline;
 }
 
+/** \brief On the CPU. \copydetails FuseFlow */
 template <typename PointT>
 class FuseFlow<PointT, device::Host> {
  public:
+  ///@{
+  /** \brief As in PCL's filters. */
   using PointCloud = pcl::PointCloud<PointT>;
   using Ptr = std::shared_ptr<FuseFlow>;
   using ConstPtr = std::shared_ptr<const FuseFlow>;
+  ///@}
 
   inline FuseFlow();
   inline ~FuseFlow();
+  ///@{
+  /** \brief Moves the memory along; what was moved from can only be assigned to. */
   FuseFlow(FuseFlow&&) noexcept = default;
   FuseFlow& operator=(FuseFlow&&) noexcept = default;
+  ///@}
 
   /** \brief Throws pcl::BadArgumentException for a value out of range. */
   inline void setParameters(const FuseFlowParameters& parameters);
+  /** \brief What setParameters() set, or the defaults. */
   inline const FuseFlowParameters& getParameters() const;
 
   /** \brief Threads to use; 0, the default, is one per core. */
@@ -101,6 +109,7 @@ class FuseFlow<PointT, device::Host> {
    *  \throws pcl::PCLException if a point is too far out for the lattice of cells */
   inline void fuse(const RigFrame& frame, PointCloud& output);
 
+  /** \brief Of the last fuse(). */
   inline const FrameStatistics& getStatistics() const;
 
  private:
