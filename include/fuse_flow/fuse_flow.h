@@ -21,13 +21,13 @@ namespace fuse_flow {
 /** \brief Everything that decides what a frame is fused into. The defaults are what measured best; see
  *  doc/parameters.md. */
 struct FuseFlowParameters {
-  PreprocessingParameters preprocessing;
+  PreprocessingParameters preprocessing;  ///< raw depth to metres
   /** \brief D^r of eq. 8. The confidence of eq. 3 and the distances of eq. 6 are taken from the measured depth, points,
    *  colours and normals from the refined one. */
   SmoothingParameters smoothing;
-  ConfidenceParameters confidence;
-  ConsistencyParameters consistency;
-  AggregationParameters aggregation;
+  ConfidenceParameters confidence;    ///< eq. 3 and 9
+  ConsistencyParameters consistency;  ///< eq. 4–7
+  AggregationParameters aggregation;  ///< section 5
   /** \brief Measure how noisy each view is, and scale the axial noise of the confidence parameters by it, frame by frame;
    *  off: the sensor is as noisy as those say. */
   bool adapt_noise{true};
@@ -52,10 +52,10 @@ inline void checkParameters(const FuseFlowParameters& parameters);
 
 /** \brief What happened in the last frame. */
 struct FrameStatistics {
-  std::size_t measured_points{0};  ///< pixels with a measurement in range
-  std::size_t gated_points{0};     ///< of those, the ones with C > τ inside the crop box
-  std::size_t coarse_cells{0};
-  std::size_t fused_points{0};
+  std::size_t measured_points{0};            ///< pixels with a measurement in range
+  std::size_t gated_points{0};               ///< of those, the ones with C > τ inside the crop box
+  std::size_t coarse_cells{0};               ///< that hold a gated point
+  std::size_t fused_points{0};               ///< of the output cloud
   std::vector<std::size_t> missing_cameras;  ///< numbers of the cameras without a view
   /** \brief The noise of each camera over what the parameters say, 0.25 … 8; 1 where it is not measured. */
   std::vector<float> noise_scales;
@@ -86,20 +86,28 @@ namespace host {
 class FramePipeline;
 }
 
+/** \brief On the CPU. \copydetails FuseFlow */
 template <typename PointT>
 class FuseFlow<PointT, device::Host> {
  public:
+  ///@{
+  /** \brief As in PCL's filters. */
   using PointCloud = pcl::PointCloud<PointT>;
   using Ptr = std::shared_ptr<FuseFlow>;
   using ConstPtr = std::shared_ptr<const FuseFlow>;
+  ///@}
 
   inline FuseFlow();
   inline ~FuseFlow();
+  ///@{
+  /** \brief Moves the memory along; what was moved from can only be assigned to. */
   FuseFlow(FuseFlow&&) noexcept = default;
   FuseFlow& operator=(FuseFlow&&) noexcept = default;
+  ///@}
 
   /** \brief Throws pcl::BadArgumentException for a value out of range. */
   inline void setParameters(const FuseFlowParameters& parameters);
+  /** \brief What setParameters() set, or the defaults. */
   inline const FuseFlowParameters& getParameters() const;
 
   /** \brief Threads to use; 0, the default, is one per core. */
@@ -113,6 +121,7 @@ class FuseFlow<PointT, device::Host> {
    *  \throws pcl::PCLException if a point is too far out for the lattice of cells */
   inline void fuse(const RigFrame& frame, PointCloud& output);
 
+  /** \brief Of the last fuse(). */
   inline const FrameStatistics& getStatistics() const;
 
  private:
