@@ -1,0 +1,227 @@
+#pragma once
+
+#include <fuse_flow/extrinsic_estimation.h>
+#include <fuse_flow/impl/host/alignment_system.hpp>
+#include <fuse_flow/impl/host/pose_graph.hpp>
+
+#include <cmath>
+#include <numeric>
+
+namespace fuse_flow {
+namespace host {
+
+/** \brief One search for the poses of a rig. Works about the scene's centre, so that floats and levers stay small wherever the
+ *  world's origin is. */
+class RigAlignment {
+ public:
+  RigAlignment(AlignmentSystem& system, const ExtrinsicParameters& parameters, const std::vector<Eigen::Isometry3d>& initial)
+      : system_(system), p_(parameters), initial_(initial) {}
+
+  ExtrinsicResult run() {
+    system_.sample(initial_, p_.samples);
+    findCenter();
+    AlignmentGates gates{p_.max_distance, std::cos(p_.max_normal_angle), kNoLimit, 0.0f, kGreyLimit, false, kHurry};
+    system_.findNeighbours(poses_, gates, p_.max_neighbours);
+    measure(&CameraOverlap::residual_before, result_.residual_before);
+    PoseGraph graph(system_.cameras());
+    double information = std::max(kFirstInformation, static_cast<double>(p_.min_information));
+    bool polishing = false;
+    int settling = 0;
+    for (result_.iterations = 1; result_.iterations <= p_.max_iterations; ++result_.iterations) {
+      if (result_.iterations == kSecondLook) system_.findNeighbours(poses_, gates, p_.max_neighbours);
+      system_.evaluate(poses_, result_.scene_radius, gates);
+      graph = linearize();
+      graph.decompose(information);
+      const Eigen::VectorXd step =
+          gates.color ? graph.stepWithColor(kEnoughForColor, kMaxColorDeviation) : graph.step();
+      const double moved = apply(step);
+      if (polishing && moved < kStill) {
+        result_.converged = true;
+        break;
+      }
+      const bool narrow = gates.distance <= p_.min_distance && information <= p_.min_information;
+      polishing = polishing || (narrow && (moved < kSettled || ++settling > kPatience));
+      information = std::max(kMoreDaring * information, static_cast<double>(p_.min_information));
+      gates.distance = std::max({p_.min_distance, kNarrower * gates.distance,
+                                 std::min(gates.distance, kReach * static_cast<float>(moved))});
+      gates.tukey = kTukey * std::max(1.0f, 1.4826f * system_.medianResidual());
+      gates.reach = polishing ? 0.0f : 0.5f * gates.distance;
+      gates.stride = polishing ? 1 : kHurry;
+      gates.color = polishing && p_.use_color;
+    }
+    fixGauge();
+    describe(graph);
+    measure(&CameraOverlap::residual, result_.residual);
+    for (const Eigen::Isometry3d& T : poses_) result_.T_world_camera.push_back(Eigen::Translation3d(result_.scene_center) * T);
+    return std::move(result_);
+  }
+
+ private:
+  void findCenter() {
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    double squares = 0, count = 0;
+    const auto forEach = [&](auto&& visit) {
+      for (std::size_t t = 0; t < system_.instants(); ++t)
+        for (std::size_t i = 0; i < system_.cameras(); ++i)
+          for (const AlignmentSample& s : system_.samples(t, i)) visit(initial_[i] * Eigen::Vector3d(s.p.x, s.p.y, s.p.z));
+    };
+    forEach([&](const Eigen::Vector3d& x) {
+      sum += x;
+      count += 1;
+    });
+    if (count > 0) {
+      result_.scene_center = sum / count;
+      forEach([&](const Eigen::Vector3d& x) { squares += (x - result_.scene_center).squaredNorm(); });
+      result_.scene_radius = std::max(1e-3, std::sqrt(squares / count));
+    }
+    for (const Eigen::Isometry3d& T : initial_) poses_.push_back(Eigen::Translation3d(-result_.scene_center) * T);
+  }
+
+  PoseGraph linearize() const {
+    PoseGraph graph(system_.cameras());
+    for (const PairSums& pair : system_.pairs()) {
+      if (pair.geometry.count < kFewest) continue;
+      graph.addGeometry(pair.i, pair.j, pair.geometry, normalNoise(pair));
+      graph.addColor(pair.i, pair.j, pair.color);
+    }
+    return graph;
+  }
+
+  double normalNoise(const PairSums& pair) const {
+    double squares = 0, count = 0;
+    for (std::size_t t = 0; t < system_.instants(); ++t)
+      for (const std::size_t camera : {pair.i, pair.j})
+        if (!system_.view(t, camera).missing()) {
+          squares += std::pow(system_.view(t, camera).normalNoise(), 2);
+          ++count;
+        }
+    return count > 0 ? std::sqrt(squares / count) : 1.0;
+  }
+
+  /** \brief How far the camera moved that moved most, metres at the scene's radius. */
+  double apply(const Eigen::VectorXd& step) {
+    double most = 0;
+    for (std::size_t i = 1; i < poses_.size(); ++i) {
+      const Vector6d twist = step.segment<6>(6 * (static_cast<Eigen::Index>(i) - 1));
+      const Eigen::Vector3d rotation = twist.tail<3>() / result_.scene_radius;
+      const double angle = rotation.norm();
+      Eigen::Isometry3d motion = Eigen::Isometry3d::Identity();
+      if (angle > 0) motion.linear() = Eigen::AngleAxisd(angle, rotation / angle).toRotationMatrix();
+      motion.translation() = twist.head<3>();
+      poses_[i] = motion * poses_[i];
+      most = std::max(most, twist.norm());
+    }
+    return most;
+  }
+
+  Eigen::Isometry3d correction(std::size_t i) const {
+    return poses_[i] * (Eigen::Translation3d(-result_.scene_center) * initial_[i]).inverse();
+  }
+
+  /** \brief Moves all that hangs together with camera 0. */
+  void fixGauge() {
+    if (p_.gauge == Gauge::FirstCamera || poses_.empty()) return;
+    const std::vector<std::size_t> group = groupOfFirst();
+    Eigen::Matrix3d rotations = Eigen::Matrix3d::Zero();
+    Eigen::Vector3d translations = Eigen::Vector3d::Zero();
+    for (const std::size_t i : group) {
+      rotations += correction(i).linear();
+      translations += correction(i).translation();
+    }
+    const Eigen::JacobiSVD<Eigen::Matrix3d> svd(rotations, Eigen::ComputeFullU | Eigen::ComputeFullV);
+    Eigen::Isometry3d mean = Eigen::Isometry3d::Identity();
+    mean.linear() = svd.matrixU() * svd.matrixV().transpose();
+    mean.translation() = translations / static_cast<double>(group.size());
+    for (const std::size_t i : group) poses_[i] = mean.inverse() * poses_[i];
+  }
+
+  std::vector<std::size_t> groupOfFirst() const {
+    std::vector<bool> reached(system_.cameras(), false);
+    reached[0] = true;
+    for (bool grown = true; grown;) {
+      grown = false;
+      for (const PairSums& pair : system_.pairs())
+        if (pair.geometry.count >= kFewest && reached[pair.i] != reached[pair.j])
+          reached[pair.i] = reached[pair.j] = grown = true;
+    }
+    std::vector<std::size_t> group;
+    for (std::size_t i = 0; i < reached.size(); ++i)
+      if (reached[i]) group.push_back(i);
+    return group;
+  }
+
+  void describe(const PoseGraph& graph) {
+    const double scale = 1.4826 * system_.medianResidual();
+    for (std::size_t i = 0; i < poses_.size(); ++i) {
+      CameraCorrection c;
+      const Eigen::Translation3d center(result_.scene_center);
+      c.T_correction = center * correction(i) * center.inverse();
+      const Eigen::Vector3d place = poses_[i].translation();
+      c.translation = (place - (initial_[i].translation() - result_.scene_center)).norm();
+      c.rotation = Eigen::AngleAxisd(correction(i).linear()).angle();
+      const Matrix6d covariance = scale * scale * graph.covariance(i);
+      const Eigen::Vector3d lever = place / result_.scene_radius;
+      Eigen::Matrix<double, 3, 6> J = Eigen::Matrix<double, 3, 6>::Zero();
+      J.leftCols<3>().setIdentity();
+      J.rightCols<3>() << 0, lever.z(), -lever.y(), -lever.z(), 0, lever.x(), lever.y(), -lever.x(), 0;
+      c.translation_deviation = std::sqrt((J * covariance * J.transpose()).trace());
+      c.rotation_deviation = std::sqrt(covariance.bottomRightCorner<3, 3>().trace()) / result_.scene_radius;
+      c.free_directions = graph.freeDirections(i);
+      c.constrained = c.free_directions.empty();
+      result_.corrections.push_back(c);
+    }
+    for (const CameraOverlap& overlap : result_.overlaps) {
+      if (overlap.matches < static_cast<std::size_t>(kFewest)) continue;
+      ++result_.corrections[overlap.first].neighbours;
+      ++result_.corrections[overlap.second].neighbours;
+    }
+  }
+
+  /** \brief Root mean squares with everything that max_distance lets correspond, so that before and after compare. */
+  void measure(double CameraOverlap::*residual, double& total) {
+    system_.evaluate(poses_, result_.scene_radius, {p_.max_distance, std::cos(p_.max_normal_angle), kNoLimit, 0.0f, kGreyLimit, false, 1});
+    AlignmentSums all{};
+    const auto rms = [](const AlignmentSums& sums) { return sums.w > 0 ? std::sqrt(sums.wrr / sums.w) : 0.0; };
+    for (CameraOverlap& overlap : result_.overlaps) overlap.matches = 0;
+    for (const PairSums& pair : system_.pairs()) {
+      const std::size_t first = std::min(pair.i, pair.j), second = std::max(pair.i, pair.j);
+      auto overlap = std::find_if(result_.overlaps.begin(), result_.overlaps.end(), [&](const CameraOverlap& o) {
+        return o.first == first && o.second == second;
+      });
+      if (overlap == result_.overlaps.end()) overlap = result_.overlaps.insert(overlap, {first, second, 0, 0.0, 0.0});
+      const double both = static_cast<double>(overlap->matches) + pair.geometry.count;
+      if (both > 0)
+        (*overlap).*residual = std::sqrt((std::pow((*overlap).*residual, 2) * static_cast<double>(overlap->matches) +
+                                          std::pow(rms(pair.geometry), 2) * pair.geometry.count) /
+                                         both);
+      overlap->matches = static_cast<std::size_t>(both);
+      all += pair.geometry;
+    }
+    total = rms(all);
+  }
+
+  static constexpr float kNoLimit = 1e9f;
+  static constexpr float kGreyLimit = 40.0f;         ///< of grey levels that may differ
+  static constexpr float kTukey = 4.685f;            ///< 95 % efficient on normal noise
+  static constexpr float kNarrower = 0.65f;           ///< gate over that of the iteration before
+  static constexpr double kFirstInformation = 1000;  ///< first what is told best, then what can only be told beside it
+  static constexpr double kMoreDaring = 0.3;         ///< information that suffices over that of the iteration before
+  static constexpr std::size_t kHurry = 3;           ///< every so many-th sample until the gates are narrow
+  static constexpr double kFewest = 30;              ///< correspondences of a pair
+  static constexpr double kStill = 1e-4;             ///< metres; about what the choice of counterparts jitters
+  static constexpr double kSettled = 1e-3;           ///< metres; then colours are near enough to compare, and scales are right
+  static constexpr float kReach = 5.0f;              ///< gate over the last motion
+  static constexpr double kEnoughForColor = 100;     ///< of information
+  static constexpr double kMaxColorDeviation = 1e-3; ///< metres at the scene's radius
+  static constexpr int kPatience = 10;               ///< iterations; noisy data never come to rest
+  static constexpr int kSecondLook = 6;              ///< iteration after which neighbours are known
+
+  AlignmentSystem& system_;
+  const ExtrinsicParameters& p_;
+  const std::vector<Eigen::Isometry3d>& initial_;
+  std::vector<Eigen::Isometry3d> poses_;  ///< camera → scene's centre
+  ExtrinsicResult result_;
+};
+
+}  // namespace host
+}  // namespace fuse_flow

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <fuse_flow/math/confidence.h>
+#include <fuse_flow/math/smoothing.h>
+#include <fuse_flow/preprocessing.h>
+
+namespace fuse_flow {
+
+/** \brief What of the rig stays where it is; views alone tell only where cameras are relative to each other. */
+enum class Gauge {
+  Mean,        ///< the mean of all corrections is none
+  FirstCamera  ///< camera 0 stays
+};
+
+/** \brief How ExtrinsicEstimation finds and weighs what corresponds. */
+struct ExtrinsicParameters {
+  PreprocessingParameters preprocessing;  ///< raw depth to metres
+  SmoothingParameters smoothing{3};       ///< of the depth that normals are taken from
+  ConfidenceParameters noise;             ///< noise_floor and noise_quadratic: the sensor's axial noise
+  /** \brief Blocks of this many pixels, each way, are averaged first; 1 … 16. */
+  int reduction{2};
+  /** \brief Points of a view that look for their counterparts, chosen evenly over the directions of their normals; ≥ 100. */
+  int samples{6000};
+  /** \brief Views that a view is compared with at most, those that it overlaps most; ≥ 1. The cost is linear in this. */
+  int max_neighbours{8};
+  /** \brief Farthest that a point may be from its counterpart in the first iteration, metres; > 0. */
+  float max_distance{0.25f};
+  /** \brief Farthest in the last ones, metres; (0, max_distance]. */
+  float min_distance{0.03f};
+  /** \brief Largest angle between the normals of counterparts, radians; (0, π/2). */
+  float max_normal_angle{0.7f};
+  /** \brief A direction moves only if the data tell it this many times better than noise alone would seem to; ≥ 1. */
+  float min_information{2.0f};
+  /** \brief Use colour, where both views have it, for directions along which geometry slides. */
+  bool use_color{true};
+  int max_iterations{50};           ///< ≥ 1
+  Gauge gauge{Gauge::FirstCamera};  ///< what stays
+};
+
+}  // namespace fuse_flow
