@@ -19,6 +19,8 @@ struct Options {
   double position_error_mm{0};
   double rotation_error_deg{0};
   double depth_bias_mm{0};
+  double knock_mm{0};
+  double knock_deg{0};
   double out_of_sync_ms{0};
   std::size_t frames{1};
   bool no_color{false};
@@ -47,6 +49,8 @@ int run(Options options) {
   s.faults.position_error = 0.001 * options.position_error_mm;
   s.faults.rotation_error = options.rotation_error_deg * 3.14159265358979323846 / 180;
   s.faults.depth_bias = 0.001 * options.depth_bias_mm;
+  s.faults.knock = 0.001 * options.knock_mm;
+  s.faults.knock_rotation = options.knock_deg * 3.14159265358979323846 / 180;
   s.faults.out_of_sync = 0.001 * options.out_of_sync_ms;
   simulation::Simulator simulator(s);
   const fs::path folder(options.output);
@@ -98,6 +102,9 @@ int main(int argc, char** argv) {
   app.add_option("--position-error", options.position_error_mm, "calibrated positions are off by this, mm");
   app.add_option("--rotation-error", options.rotation_error_deg, "calibrated orientations are off by this, degrees");
   app.add_option("--depth-bias", options.depth_bias_mm, "each camera's depth is off by a constant in +- this, mm");
+  app.add_option("--knock", options.knock_mm, "from --knock-frame on the last camera stands this far from where it stood, mm");
+  app.add_option("--knock-rotation", options.knock_deg, "and is turned by this, degrees");
+  app.add_option("--knock-frame", s.faults.knock_frame, "when");
   app.add_option("--drop-rate", s.faults.drop_rate, "share of frames that a camera loses, [0, 1]");
   app.add_option("--out-of-sync", options.out_of_sync_ms, "each camera's time is off by a constant in +- this, ms");
   app.add_option("--threads", s.threads, "0: one per core")->check(CLI::Range(0, 1024));

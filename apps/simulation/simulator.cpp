@@ -27,6 +27,9 @@ void check(const SimulationOptions& o) {
           o.faults.position_error, "in [0, 1]");
   require(o.faults.rotation_error >= 0 && o.faults.rotation_error <= 0.8, "rotation error in radians",
           o.faults.rotation_error, "in [0, 0.8]");
+  require(o.faults.knock >= 0 && o.faults.knock <= 1, "knock in metres", o.faults.knock, "in [0, 1]");
+  require(o.faults.knock_rotation >= 0 && o.faults.knock_rotation <= 0.8, "knock in radians", o.faults.knock_rotation,
+          "in [0, 0.8]");
   require(o.faults.depth_bias >= 0 && o.faults.depth_bias <= 0.5, "depth bias in metres", o.faults.depth_bias,
           "in [0, 0.5]");
   require(o.faults.drop_rate >= 0 && o.faults.drop_rate <= 1, "drop rate", o.faults.drop_rate, "in [0, 1]");
@@ -42,10 +45,10 @@ Eigen::Vector3d randomDirection(Random& random) {
   return d.normalized();
 }
 
-Eigen::Isometry3d disturbed(const Eigen::Isometry3d& T, const Faults& faults, Random& random) {
+Eigen::Isometry3d disturbed(const Eigen::Isometry3d& T, double metres, double radians, Random& random) {
   Eigen::Isometry3d result = T;
-  result.pretranslate(faults.position_error * randomDirection(random));
-  result.rotate(Eigen::AngleAxisd(faults.rotation_error, randomDirection(random)));
+  result.pretranslate(metres * randomDirection(random));
+  result.rotate(Eigen::AngleAxisd(radians, randomDirection(random)));
   return result;
 }
 
@@ -81,13 +84,22 @@ Simulator::Simulator(const SimulationOptions& options) : options_(options) {
     camera.T_world_camera = poses[k];
     true_cameras_.push_back(camera);
     Random random(options_.seed, kOnce, k, 0);
-    camera.T_world_camera = disturbed(poses[k], options_.faults, random);
+    camera.T_world_camera = disturbed(poses[k], options_.faults.position_error, options_.faults.rotation_error, random);
     cameras_.push_back(camera);
     bias_.push_back(options_.faults.depth_bias * (2 * random.uniform() - 1));
     delay_.push_back(options_.faults.out_of_sync * (2 * random.uniform() - 1));
   }
+  Random random(options_.seed, kOnce, poses.size(), 0);
+  knocked_pose_ = disturbed(poses.back(), options_.faults.knock, options_.faults.knock_rotation, random);
   fixed_ = scene_->fixedObjects();
   rays_.setFixed(fixed_);
+}
+
+const Eigen::Isometry3d& Simulator::truePose(std::size_t frame, std::size_t camera) const {
+  const Faults& faults = options_.faults;
+  const bool knocked = (faults.knock > 0 || faults.knock_rotation > 0) && frame >= faults.knock_frame &&
+                       camera + 1 == true_cameras_.size();
+  return knocked ? knocked_pose_ : true_cameras_[camera].T_world_camera;
 }
 
 void Simulator::moveTo(double time) {
@@ -107,15 +119,15 @@ void Simulator::measure(std::size_t frame, io::LoadedFrame& out) {
     if (random.uniform() < options_.faults.drop_rate) continue;
     moveTo(time(frame) + delay_[k]);
     const ShotNumber shot{options_.seed, frame, k};
-    const Camera& camera = true_cameras_[k];
-    sensor_->measure(rays_, camera.T_world_camera, shot, options_.threads, metres);
+    const Eigen::Isometry3d& pose = truePose(frame, k);
+    sensor_->measure(rays_, pose, shot, options_.threads, metres);
     io::LoadedView& images = out.images[k];
     encode(metres, bias_[k], *sensor_, images.depth16);
     DepthView& view = out.rig.views[k];
     view.depth16 = images.depth16.view();
     view.depth_scale = sensor_->depthScale();
     if (!options_.color) continue;
-    renderColor(rays_, camera.intrinsics, camera.T_world_camera, shot, options_.threads, images.color);
+    renderColor(rays_, true_cameras_[k].intrinsics, pose, shot, options_.threads, images.color);
     view.color = images.color.view();
   }
 }

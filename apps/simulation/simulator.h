@@ -23,6 +23,11 @@ struct Faults {
   double depth_bias{0};
   /** \brief Probability that a camera's frame is lost; [0, 1]. */
   double drop_rate{0};
+  /** \brief From frame knock_frame on the last camera stands this far from where it stood, metres, in a random direction … */
+  double knock{0};
+  /** \brief … and is turned by this angle about a random axis, radians. */
+  double knock_rotation{0};
+  std::size_t knock_frame{0};
   /** \brief Each camera exposes earlier or later by a constant, uniform in ± this, seconds. */
   double out_of_sync{0};
 };
@@ -51,6 +56,8 @@ class Simulator {
   /** \brief As calibrated. */
   const std::vector<Camera>& cameras() const { return cameras_; }
   const std::vector<Camera>& trueCameras() const { return true_cameras_; }
+  /** \brief Where a camera stands in a frame: as trueCameras() says until it is knocked. */
+  const Eigen::Isometry3d& truePose(std::size_t frame, std::size_t camera) const;
   const std::vector<Object>& fixedObjects() const { return fixed_; }
   std::vector<Object> movingObjects(std::size_t frame) const { return scene_->movingObjects(time(frame)); }
 
@@ -69,6 +76,7 @@ class Simulator {
   std::unique_ptr<Sensor> sensor_;
   std::vector<Camera> cameras_;
   std::vector<Camera> true_cameras_;
+  Eigen::Isometry3d knocked_pose_;
   std::vector<double> bias_;
   std::vector<double> delay_;
   std::vector<Object> fixed_;

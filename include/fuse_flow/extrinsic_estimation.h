@@ -25,6 +25,9 @@ struct CameraCorrection {
    *  they were independent. */
   double translation_deviation{0};
   double rotation_deviation{0};  ///< the same of its orientation, radians
+  /** \brief Of its twist about the scene's centre relative to camera 0: translation, metres, and rotation times the scene's
+   *  radius; along what the data tell. */
+  Eigen::Matrix<double, 6, 6> covariance{Eigen::Matrix<double, 6, 6>::Zero()};
   /** \brief Cameras that share enough of what it sees to be compared. */
   std::size_t neighbours{0};
   /** \brief Whether the data tell all six of its directions, relative to camera 0. */

@@ -3,6 +3,7 @@
 #include <fuse_flow/extrinsic_estimation.h>
 #include <fuse_flow/impl/host/alignment_system.hpp>
 #include <fuse_flow/impl/host/pose_graph.hpp>
+#include <fuse_flow/impl/host/twist.hpp>
 
 #include <cmath>
 #include <numeric>
@@ -103,12 +104,7 @@ class RigAlignment {
     double most = 0;
     for (std::size_t i = 1; i < poses_.size(); ++i) {
       const Vector6d twist = step.segment<6>(6 * (static_cast<Eigen::Index>(i) - 1));
-      const Eigen::Vector3d rotation = twist.tail<3>() / result_.scene_radius;
-      const double angle = rotation.norm();
-      Eigen::Isometry3d motion = Eigen::Isometry3d::Identity();
-      if (angle > 0) motion.linear() = Eigen::AngleAxisd(angle, rotation / angle).toRotationMatrix();
-      motion.translation() = twist.head<3>();
-      poses_[i] = motion * poses_[i];
+      poses_[i] = toMotion(twist, Eigen::Vector3d::Zero(), result_.scene_radius) * poses_[i];
       most = std::max(most, twist.norm());
     }
     return most;
@@ -159,13 +155,13 @@ class RigAlignment {
       const Eigen::Vector3d place = poses_[i].translation();
       c.translation = (place - (initial_[i].translation() - result_.scene_center)).norm();
       c.rotation = Eigen::AngleAxisd(correction(i).linear()).angle();
-      const Matrix6d covariance = scale * scale * graph.covariance(i);
+      c.covariance = scale * scale * graph.covariance(i);
       const Eigen::Vector3d lever = place / result_.scene_radius;
       Eigen::Matrix<double, 3, 6> J = Eigen::Matrix<double, 3, 6>::Zero();
       J.leftCols<3>().setIdentity();
       J.rightCols<3>() << 0, lever.z(), -lever.y(), -lever.z(), 0, lever.x(), lever.y(), -lever.x(), 0;
-      c.translation_deviation = std::sqrt((J * covariance * J.transpose()).trace());
-      c.rotation_deviation = std::sqrt(covariance.bottomRightCorner<3, 3>().trace()) / result_.scene_radius;
+      c.translation_deviation = std::sqrt((J * c.covariance * J.transpose()).trace());
+      c.rotation_deviation = std::sqrt(c.covariance.bottomRightCorner<3, 3>().trace()) / result_.scene_radius;
       c.free_directions = graph.freeDirections(i);
       c.constrained = c.free_directions.empty();
       result_.corrections.push_back(c);

@@ -1,0 +1,156 @@
+#pragma once
+
+#include <fuse_flow/extrinsic_tracking.h>
+
+#include <chrono>
+#include <cstring>
+
+namespace fuse_flow {
+namespace detail {
+
+/** \brief The rows of an image, one after the other. */
+template <typename Pixel>
+ImageView<Pixel> copyImage(const ImageView<Pixel>& image, std::vector<Pixel>& pixels) {
+  if (!image) return {};
+  const auto width = static_cast<std::size_t>(image.width);
+  pixels.resize(width * static_cast<std::size_t>(image.height));
+  for (int v = 0; v < image.height; ++v)
+    std::memcpy(pixels.data() + static_cast<std::size_t>(v) * width, image.row(v), width * sizeof(Pixel));
+  return {pixels.data(), image.width, image.height};
+}
+
+}  // namespace detail
+
+template <typename PointT>
+ExtrinsicParameters ExtrinsicTracking<PointT>::defaultParameters() {
+  ExtrinsicParameters p;
+  p.samples = 3000;
+  p.max_iterations = 20;
+  return p;
+}
+
+template <typename PointT>
+ExtrinsicTracking<PointT>::ExtrinsicTracking(const std::vector<Camera>& cameras, double deviation,
+                                             const ExtrinsicParameters& parameters, const PoseFilterParameters& filter)
+    : parameters_(parameters), cameras_(cameras.size()) {
+  std::vector<Eigen::Isometry3d> initial;
+  for (const Camera& camera : cameras) {
+    checkCamera(camera);
+    initial.push_back(camera.T_world_camera);
+  }
+  estimation_.setParameters(parameters);
+  estimation_.setNumberOfThreads(1);
+  filter_.setParameters(filter);
+  filter_.reset(initial, deviation);
+  TrackedPoses poses;
+  poses.T_world_camera = initial;
+  poses_ = std::make_shared<const TrackedPoses>(poses);
+  thread_ = std::thread([this] { work(); });
+}
+
+template <typename PointT>
+ExtrinsicTracking<PointT>::~ExtrinsicTracking() {
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    stop_ = true;
+  }
+  changed_.notify_all();
+  thread_.join();
+}
+
+template <typename PointT>
+void ExtrinsicTracking<PointT>::setNumberOfThreads(unsigned int threads) {
+  finish();
+  estimation_.setNumberOfThreads(threads);
+}
+
+template <typename PointT>
+bool ExtrinsicTracking<PointT>::push(const RigFrame& frame) {
+  checkRigFrame(frame);
+  if (frame.cameras.size() != cameras_)
+    detail::throwBadArgument("fuse_flow::ExtrinsicTracking: a frame of ", frame.cameras.size(), " cameras, must be ", cameras_);
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (error_) std::rethrow_exception(std::exchange(error_, nullptr));
+    if (taken_) return false;
+  }
+  copy_.assign(frame, parameters_.use_color);  // the thread looks at it only once it is taken
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    taken_ = true;
+  }
+  changed_.notify_all();
+  return true;
+}
+
+template <typename PointT>
+void ExtrinsicTracking<PointT>::finish() {
+  std::unique_lock<std::mutex> lock(mutex_);
+  changed_.wait(lock, [this] { return !taken_; });
+}
+
+template <typename PointT>
+std::shared_ptr<const TrackedPoses> ExtrinsicTracking<PointT>::poses() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return poses_;
+}
+
+template <typename PointT>
+void ExtrinsicTracking<PointT>::apply(RigFrame& frame) const {
+  const std::shared_ptr<const TrackedPoses> newest = poses();
+  for (std::size_t i = 0; i < std::min(cameras_, frame.cameras.size()); ++i)
+    frame.cameras[i].T_world_camera = newest->T_world_camera[i];
+}
+
+template <typename PointT>
+void ExtrinsicTracking<PointT>::Copy::assign(const RigFrame& from, bool with_color) {
+  frame.cameras = from.cameras;
+  frame.stamp = from.stamp;
+  frame.views.assign(from.views.size(), {});
+  depth16.resize(from.views.size());
+  depth32.resize(from.views.size());
+  color.resize(from.views.size());
+  for (std::size_t i = 0; i < from.views.size(); ++i) {
+    frame.views[i].depth_scale = from.views[i].depth_scale;
+    frame.views[i].depth16 = detail::copyImage(from.views[i].depth16, depth16[i]);
+    frame.views[i].depth32 = detail::copyImage(from.views[i].depth32, depth32[i]);
+    if (with_color) frame.views[i].color = detail::copyImage(from.views[i].color, color[i]);
+  }
+}
+
+template <typename PointT>
+void ExtrinsicTracking<PointT>::work() {
+  std::unique_lock<std::mutex> lock(mutex_);
+  for (;;) {
+    changed_.wait(lock, [this] { return taken_ || stop_; });
+    if (stop_) return;
+    lock.unlock();
+    std::exception_ptr error;
+    try {
+      estimate();
+    } catch (...) {
+      error = std::current_exception();
+    }
+    lock.lock();
+    error_ = error;
+    taken_ = false;
+    changed_.notify_all();
+  }
+}
+
+template <typename PointT>
+void ExtrinsicTracking<PointT>::estimate() {
+  const auto start = std::chrono::steady_clock::now();
+  estimation_.clear();
+  estimation_.addFrame(copy_.frame);
+  TrackedPoses poses;
+  poses.moved = filter_.update(estimation_.estimate(filter_.poses()));
+  poses.T_world_camera = filter_.poses();
+  poses.stamp = copy_.frame.stamp;
+  poses.updates = poses_->updates + 1;
+  poses.milliseconds = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+  const std::lock_guard<std::mutex> lock(mutex_);
+  poses_ = std::make_shared<const TrackedPoses>(std::move(poses));
+}
+
+}  // namespace fuse_flow

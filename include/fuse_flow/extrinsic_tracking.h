@@ -1,0 +1,96 @@
+#pragma once
+
+#include <fuse_flow/extrinsic_estimation.h>
+#include <fuse_flow/pose_filter.h>
+
+#include <condition_variable>
+#include <exception>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
+namespace fuse_flow {
+
+/** \brief The poses of a rig at one time; all of one estimate. */
+struct TrackedPoses {
+  std::vector<Eigen::Isometry3d> T_world_camera;  ///< camera by camera
+  std::uint64_t stamp{0};                         ///< of the frame that they come from, microseconds
+  std::size_t updates{0};                         ///< estimates so far
+  std::vector<CameraMotion> moved;                ///< cameras that this estimate confirmed to have moved
+  double milliseconds{0};                         ///< that the estimate took
+};
+
+/** \brief Keeps the poses of a rig right while it runs, on a thread of its own beside FuseFlow, which stays without state.
+ *
+ *  \code
+ *  fuse_flow::ExtrinsicTracking<pcl::PointXYZRGB> tracking(frame.cameras);
+ *  while (nextFrame(frame)) {
+ *    tracking.push(frame);   // copies the images if the thread is idle, else does nothing
+ *    tracking.apply(frame);  // the newest complete set of poses
+ *    fusion.fuse(frame, cloud);
+ *  }
+ *  \endcode */
+template <typename PointT>
+class ExtrinsicTracking {
+ public:
+  /** \brief What a frame of a running rig is estimated with: fewer points and iterations than from scratch. */
+  static inline ExtrinsicParameters defaultParameters();
+
+  /** \brief Starts the thread. \param cameras with the poses to begin at  \param deviation of those poses, metres at the
+   *  scene's radius  \param parameters of the estimate; the first camera's pose is not held  \param filter of the filter
+   *  \throws pcl::BadArgumentException for a camera that contradicts itself or a parameter out of range */
+  inline explicit ExtrinsicTracking(const std::vector<Camera>& cameras, double deviation = 0.02,
+                                    const ExtrinsicParameters& parameters = defaultParameters(),
+                                    const PoseFilterParameters& filter = {});
+  /** \brief Waits for the estimate that is under way. */
+  inline ~ExtrinsicTracking();
+  ExtrinsicTracking(const ExtrinsicTracking&) = delete;
+  ExtrinsicTracking& operator=(const ExtrinsicTracking&) = delete;
+
+  /** \brief Threads for an estimate; 1, the default, leaves the others to the fusion. */
+  inline void setNumberOfThreads(unsigned int threads);
+
+  /** \brief Offers a frame. Never waits. \returns whether it was taken: not while another is being worked on
+   *  \throws pcl::BadArgumentException if the frame contradicts itself or has other cameras; what an estimate threw meanwhile */
+  inline bool push(const RigFrame& frame);
+
+  /** \brief Waits until the frame that was taken last is done. */
+  inline void finish();
+
+  /** \brief The newest poses. */
+  inline std::shared_ptr<const TrackedPoses> poses() const;
+  /** \brief Puts the newest poses into a frame's cameras. */
+  inline void apply(RigFrame& frame) const;
+
+ private:
+  /** \brief The images of a frame, owned. */
+  struct Copy {
+    RigFrame frame;
+    std::vector<std::vector<std::uint16_t>> depth16;
+    std::vector<std::vector<float>> depth32;
+    std::vector<std::vector<Rgb8>> color;
+    inline void assign(const RigFrame& from, bool with_color);
+  };
+
+  inline void work();
+  inline void estimate();
+
+  ExtrinsicParameters parameters_;
+  std::size_t cameras_;
+  ExtrinsicEstimation<PointT> estimation_;
+  PoseFilter filter_;
+  Copy copy_;
+  mutable std::mutex mutex_;
+  std::condition_variable changed_;
+  bool taken_{false};
+  bool stop_{false};
+  std::exception_ptr error_;
+  std::shared_ptr<const TrackedPoses> poses_;
+  std::thread thread_;
+};
+
+}  // namespace fuse_flow
+
+#include <fuse_flow/impl/extrinsic_tracking.hpp>
