@@ -245,6 +245,7 @@ int main(int argc, char** argv) {
   app.add_option("--views", options.recording_options.views, "frames that act as the cameras of one instant");
   app.add_option("--slide", options.recording_options.slide, "move those views on by this many frames a frame")
       ->check(io::wholeNumber(0, std::numeric_limits<int>::max()));
+  app.add_option("--poses", options.recording_options.poses, "rig.json whose poses replace the recording's");
   app.add_option("--depth-scale", options.recording_options.depth_scale, "metres per unit of depth")
       ->check(io::positiveNumber());
   app.add_option("--visibility", options.quality.visibility, "largest |z - D| at which a view sees a point, m")

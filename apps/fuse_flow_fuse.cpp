@@ -9,6 +9,8 @@
 #include "io/report.h"
 #include "io/tool.h"
 
+#include <fuse_flow/extrinsic_tracking.h>
+
 #include <unistd.h>
 
 #include <algorithm>
@@ -31,6 +33,7 @@ struct Options {
   std::string frames;
   std::string format{"ply"};
   bool evaluate{true};
+  bool refine_extrinsics{false};
   io::RecordingOptions recording;
   io::MethodOptions method_options;
 };
@@ -86,6 +89,35 @@ class Progress {
   bool in_line_{false};
 };
 
+/** \brief Poses that follow what the cameras see: all that the first frame tells, then frame by frame beside the fusion. A frame
+ *  is fused with the poses of the frames before it, so that the result does not depend on who is faster. */
+class LiveExtrinsics {
+ public:
+  void place(RigFrame& frame) {
+    if (!tracking_) {
+      ExtrinsicEstimation<PointFused> estimation;
+      estimation.addFrame(frame);
+      const ExtrinsicResult first = estimation.estimate();
+      for (std::size_t i = 0; i < frame.cameras.size(); ++i) frame.cameras[i].T_world_camera = first.T_world_camera[i];
+      tracking_.emplace(frame.cameras, kDeviation);
+    }
+    tracking_->finish();
+    tracking_->apply(frame);
+    for (const CameraMotion& m : tracking_->poses()->moved)
+      if (tracking_->poses()->updates != told_)
+        std::cerr << "camera '" << frame.cameras[m.camera].name << "' has moved by " << 1000 * m.translation << " mm and "
+                  << m.rotation * 57.29578 << " degrees" << std::endl;
+    told_ = tracking_->poses()->updates;
+    tracking_->push(frame);
+  }
+
+ private:
+  /** \brief Of poses that one frame told, metres. */
+  static constexpr double kDeviation = 0.005;
+  std::optional<ExtrinsicTracking<PointFused>> tracking_;
+  std::size_t told_{0};
+};
+
 int run(const Options& options) {
   const std::unique_ptr<io::Method> method = io::makeMethod(options.method, options.method_options);
   const std::unique_ptr<io::Recording> recording = io::openRecording(options.inputs, options.recording);
@@ -99,6 +131,7 @@ int run(const Options& options) {
   io::Report report(options.method);
   io::LoadedFrame loaded;
   io::Method::Cloud cloud;
+  LiveExtrinsics extrinsics;
   io::catchInterrupts();
   Progress progress(frames.size());
   std::size_t done = 0;
@@ -107,6 +140,7 @@ int run(const Options& options) {
     const std::string path = outputPath(options, frame, frames.size());
     recording->read(frame, loaded);
     try {
+      if (options.refine_extrinsics) extrinsics.place(loaded.rig);
       method->fuse(loaded.rig, cloud);
     } catch (const pcl::PCLException& error) {
       throw io::InputError(options.inputs[0] + ": frame " + std::to_string(frame) + ": " + io::messageOf(error));
@@ -165,6 +199,11 @@ int main(int argc, char** argv) {
   app.add_option("--depth-scale", options.recording.depth_scale,
                  "metres per unit of depth, instead of the recording's own")
       ->check(io::positiveNumber());
+  CLI::Option* slide = app.get_option("--slide");
+  app.add_option("--poses", options.recording.poses, "rig.json whose poses replace the recording's, as fuse_flow_calibrate writes it");
+  app.add_flag("--refine-extrinsics", options.refine_extrinsics,
+               "estimate the poses from what the cameras see, and follow them from frame to frame")
+      ->excludes(slide);
   app.add_option("--format", options.format, "of the files in the output folder")
       ->check(CLI::IsMember({"ply", "pcd"}))
       ->capture_default_str();

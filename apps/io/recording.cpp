@@ -1,5 +1,6 @@
 #include "io/recording.h"
 
+#include "io/posed_recording.h"
 #include "io/readers.h"
 
 #include <algorithm>
@@ -24,9 +25,7 @@ std::unique_ptr<Recording> openFolder(const std::string& folder, const Recording
   throw InputError(folder + (fs::is_empty(folder) ? ": is an empty folder; " : ": is not a recording; ") + recognised);
 }
 
-}  // namespace
-
-std::unique_ptr<Recording> openRecording(const std::vector<std::string>& inputs, const RecordingOptions& options) {
+std::unique_ptr<Recording> openUnposed(const std::vector<std::string>& inputs, const RecordingOptions& options) {
   if (inputs.empty()) throw InputError(std::string("no input was given; ") + recognised);
   if (options.depth_scale && !(*options.depth_scale > 0 && std::isfinite(*options.depth_scale)))
     throw OptionError("--depth-scale is " + std::to_string(*options.depth_scale) +
@@ -42,6 +41,13 @@ std::unique_ptr<Recording> openRecording(const std::vector<std::string>& inputs,
   if (fs::is_directory(inputs[0])) return openFolder(inputs[0], options);
   if (fs::path(inputs[0]).extension() == ".json") return openRig(inputs[0], options);
   throw InputError(inputs[0] + ": is not a recording; " + recognised);
+}
+
+}  // namespace
+
+std::unique_ptr<Recording> openRecording(const std::vector<std::string>& inputs, const RecordingOptions& options) {
+  std::unique_ptr<Recording> recording = openUnposed(inputs, options);
+  return options.poses.empty() ? std::move(recording) : withPoses(std::move(recording), options.poses);
 }
 
 }  // namespace fuse_flow::io

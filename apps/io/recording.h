@@ -62,6 +62,8 @@ struct RecordingOptions {
   int slide{0};
   /** \brief Metres per depth unit, in place of what the recording says or its format implies. */
   std::optional<float> depth_scale;
+  /** \brief A rig.json whose poses stand in for the recording's own; empty: none. */
+  std::string poses;
   /** \brief False: colour images are not opened. */
   bool read_color{true};
 };

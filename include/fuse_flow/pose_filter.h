@@ -15,7 +15,7 @@ struct PoseFilterParameters {
   float drift{0.0001f};
   /** \brief Errors of neighbouring pixels go together: what estimates really scatter by, over what the residuals make expect;
    *  > 0. */
-  float deviation_scale{3.0f};
+  float deviation_scale{5.0f};
   /** \brief What no estimate is better than, metres at the scene's radius; > 0. */
   float min_deviation{0.0005f};
   /** \brief Squared Mahalanobis distance from which on an estimate does not fit; > 0. χ² of six degrees of freedom stays under

@@ -1,0 +1,210 @@
+// Refines the poses of a rig from what its depth cameras see.
+
+#include "drawing/clouds.h"
+#include "io/file_io.h"
+#include "io/method.h"
+#include "io/option_checks.h"
+#include "io/range.h"
+#include "io/recording.h"
+#include "io/rig_json.h"
+#include "io/tool.h"
+
+#include <fuse_flow/extrinsic_estimation.h>
+#include <fuse_flow/impl/host/parallel.hpp>
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <cstdio>
+#include <limits>
+
+namespace {
+
+using namespace fuse_flow;
+
+struct Options {
+  std::vector<std::string> inputs;
+  std::string output;
+  std::string json;
+  std::string picture;
+  std::string frames;
+  std::string hold{"first"};
+  unsigned int threads{0};
+  io::RecordingOptions recording;
+  ExtrinsicParameters parameters;
+  drawing::Viewpoint viewpoint;
+};
+
+/** \brief At most ten, evenly spread: noise averages out, and the work stays within seconds. */
+std::vector<std::size_t> chooseFrames(const std::string& spec, std::size_t count) {
+  if (!spec.empty()) return io::parseRange(spec, count);
+  constexpr std::size_t most = 10;
+  std::vector<std::size_t> frames;
+  const std::size_t n = std::min(most, count);
+  for (std::size_t k = 0; k < n; ++k) frames.push_back(k * count / n);
+  return frames;
+}
+
+/** \brief In words: "slides along (1.00, 0.00, 0.00)", "turns about …". */
+std::string describe(const Eigen::Matrix<double, 6, 1>& twist) {
+  const bool slides = twist.head<3>().norm() >= twist.tail<3>().norm();
+  const Eigen::Vector3d axis = (slides ? twist.head<3>() : twist.tail<3>()).normalized();
+  char text[96];
+  std::snprintf(text, sizeof text, "%s (%.2f, %.2f, %.2f)", slides ? "slides along" : "turns about", axis.x(), axis.y(), axis.z());
+  return text;
+}
+
+constexpr double kDegrees = 57.29577951308232;
+
+void print(const std::vector<Camera>& cameras, const ExtrinsicResult& result) {
+  std::printf("%-20s %12s %12s %14s %10s\n", "camera", "moved", "turned", "+- (1 sigma)", "overlaps");
+  for (std::size_t i = 0; i < cameras.size(); ++i) {
+    const CameraCorrection& c = result.corrections[i];
+    std::printf("%-20s %9.2f mm %8.3f deg %11.2f mm %10zu", cameras[i].name.c_str(), 1000 * c.translation,
+                kDegrees * c.rotation, 1000 * c.translation_deviation, c.neighbours);
+    if (c.neighbours == 0 && cameras.size() > 1) {
+      std::printf("   sees nothing that another camera sees: left where it was");
+    } else {
+      for (const auto& twist : c.free_directions) std::printf("   left open: %s", describe(twist).c_str());
+    }
+    std::printf("\n");
+  }
+  std::printf("\n%-32s %10s %12s %12s\n", "overlap", "matches", "before", "after");
+  for (const CameraOverlap& o : result.overlaps)
+    std::printf("%-32s %10zu %9.2f mm %9.2f mm\n", (cameras[o.first].name + " - " + cameras[o.second].name).c_str(), o.matches,
+                1000 * o.residual_before, 1000 * o.residual);
+  std::printf("\nsurfaces disagree by %.2f mm before, %.2f mm after (root mean square); %s after %d iterations\n",
+              1000 * result.residual_before, 1000 * result.residual, result.converged ? "at rest" : "still moving",
+              result.iterations);
+}
+
+nlohmann::json toJson(const std::vector<Camera>& cameras, const ExtrinsicResult& result) {
+  nlohmann::json j;
+  j["residual_before_mm"] = 1000 * result.residual_before;
+  j["residual_mm"] = 1000 * result.residual;
+  j["iterations"] = result.iterations;
+  j["converged"] = result.converged;
+  for (std::size_t i = 0; i < cameras.size(); ++i) {
+    const CameraCorrection& c = result.corrections[i];
+    nlohmann::json camera{{"name", cameras[i].name},
+                          {"moved_mm", 1000 * c.translation},
+                          {"turned_deg", kDegrees * c.rotation},
+                          {"deviation_mm", 1000 * c.translation_deviation},
+                          {"deviation_deg", kDegrees * c.rotation_deviation},
+                          {"overlaps", c.neighbours},
+                          {"constrained", c.constrained},
+                          {"left_open", nlohmann::json::array()}};
+    for (const auto& twist : c.free_directions) camera["left_open"].push_back(describe(twist));
+    j["cameras"].push_back(camera);
+  }
+  j["overlaps"] = nlohmann::json::array();
+  for (const CameraOverlap& o : result.overlaps)
+    j["overlaps"].push_back({{"first", cameras[o.first].name},
+                             {"second", cameras[o.second].name},
+                             {"matches", o.matches},
+                             {"before_mm", 1000 * o.residual_before},
+                             {"after_mm", 1000 * o.residual}});
+  return j;
+}
+
+/** \brief Every measurement of a frame, a colour a camera. */
+drawing::ColoredPoints byCamera(const RigFrame& frame) {
+  static constexpr Rgb8 palette[] = {{228, 90, 80}, {80, 160, 235}, {110, 200, 100}, {240, 190, 70},
+                                     {180, 120, 220}, {90, 210, 200}, {240, 140, 190}, {170, 170, 170}};
+  drawing::ColoredPoints points;
+  io::MethodOptions options;
+  options.device = "cpu";
+  const std::unique_ptr<io::Method> concatenate = io::makeMethod("concatenate", options);
+  io::Method::Cloud cloud;
+  for (std::size_t i = 0; i < frame.cameras.size(); ++i) {
+    RigFrame one;
+    one.cameras = {frame.cameras[i]};
+    one.views = {frame.views[i]};
+    if (one.views[0].missing()) continue;
+    concatenate->fuse(one, cloud);
+    for (const PointFused& p : cloud) {
+      points.positions.emplace_back(p.x, p.y, p.z);
+      points.colors.push_back(palette[i % std::size(palette)]);
+    }
+  }
+  return points;
+}
+
+void place(const std::vector<Eigen::Isometry3d>& poses, std::vector<Camera>& cameras) {
+  for (std::size_t i = 0; i < cameras.size(); ++i) cameras[i].T_world_camera = poses[i];
+}
+
+int run(Options options) {
+  if (!options.picture.empty()) drawing::requireDisplay("fuse_flow_calibrate");
+  options.recording.read_color = options.parameters.use_color;
+  const std::unique_ptr<io::Recording> recording = io::openRecording(options.inputs, options.recording);
+  const std::vector<std::size_t> frames = chooseFrames(options.frames, recording->frameCount());
+  if (frames.empty()) throw io::InputError(options.inputs[0] + ": has no frame");
+  options.parameters.gauge = options.hold == "first" ? Gauge::FirstCamera : Gauge::Mean;
+
+  ExtrinsicEstimation<PointFused> estimation;
+  estimation.setParameters(options.parameters);
+  estimation.setNumberOfThreads(options.threads);
+  io::LoadedFrame loaded;
+  for (const std::size_t frame : frames) {
+    recording->read(frame, loaded);
+    estimation.addFrame(loaded.rig);
+  }
+  const std::vector<Camera> before = recording->cameras();
+  std::vector<Eigen::Isometry3d> initial;
+  for (const Camera& camera : before) initial.push_back(camera.T_world_camera);
+  const ExtrinsicResult result = estimation.estimate(initial);
+
+  print(before, result);
+  if (!options.json.empty()) io::writeFile(options.json, toJson(before, result).dump(2) + "\n");
+  if (!options.picture.empty()) {
+    place(initial, loaded.rig.cameras);
+    std::vector<drawing::ColoredPoints> clouds{byCamera(loaded.rig)};
+    place(result.T_world_camera, loaded.rig.cameras);
+    clouds.push_back(byCamera(loaded.rig));
+    io::writeColorPng(options.picture, drawing::drawClouds(clouds, options.viewpoint));
+  }
+  std::vector<io::RigCamera> rig;
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    rig.push_back({before[i], loaded.rig.views[i].depth_scale});
+    rig[i].camera.T_world_camera = result.T_world_camera[i];
+  }
+  io::writeRigJson(options.output, rig);
+  return io::kSuccess;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  Options options;
+  ExtrinsicParameters& p = options.parameters;
+  CLI::App app("Refines the poses of a rig from what its depth cameras see.", "fuse_flow_calibrate");
+  app.add_option("input", options.inputs,
+                 "a rig recording (folder with rig.json), a 7-Scenes, TUM RGB-D or Redwood folder, or organised PCD files")
+      ->required();
+  app.add_option("-o,--output", options.output, "rig.json with the new poses, for --poses of the other tools")->required();
+  app.add_option("--json", options.json, "write what is printed to this JSON file");
+  app.add_option("--picture", options.picture, "PNG of all measurements, a colour a camera, before and after; needs a display");
+  app.add_option("--frames", options.frames, "A:B:STEP, B not included; default: ten, evenly spread")
+      ->multi_option_policy(CLI::MultiOptionPolicy::Join);
+  app.add_option("--views", options.recording.views, "frames that act as the cameras of one instant: 0,60,120 or A:B:STEP")
+      ->multi_option_policy(CLI::MultiOptionPolicy::Join);
+  app.add_option("--depth-scale", options.recording.depth_scale, "metres per unit of depth, instead of the recording's own")
+      ->check(io::positiveNumber());
+  app.add_option("--poses", options.recording.poses, "rig.json with the poses to start from");
+  app.add_option("--hold", options.hold, "what stays: the first camera, or the mean of all")
+      ->check(CLI::IsMember({"first", "mean"}))
+      ->capture_default_str();
+  app.add_flag("!--no-color", p.use_color, "depth alone");
+  app.add_option("--samples", p.samples, "points of a view that look for counterparts")->capture_default_str();
+  app.add_option("--max-distance", p.max_distance, "farthest counterpart at first, m")
+      ->check(io::positiveNumber())
+      ->capture_default_str();
+  app.add_option("--max-iterations", p.max_iterations, "")->check(io::wholeNumber(1, 1 << 20))->capture_default_str();
+  app.add_option("--from", options.viewpoint.from, "of the picture: where the viewer stands, m")->expected(3)->check(io::finiteNumber());
+  app.add_option("--at", options.viewpoint.at, "what the viewer looks at, m")->expected(3)->check(io::finiteNumber());
+  app.add_option("--up", options.viewpoint.up, "which way is up")->expected(3)->check(io::finiteNumber())->capture_default_str();
+  app.add_option("--zoom", options.viewpoint.zoom, "narrows the picture")->check(io::positiveNumber())->capture_default_str();
+  app.add_option("--threads", options.threads, "0: one per core")->check(io::threadCount())->capture_default_str();
+  return io::runTool(app, argc, argv, [&] { return run(options); });
+}

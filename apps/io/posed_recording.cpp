@@ -1,0 +1,48 @@
+#include "io/posed_recording.h"
+
+#include "io/error.h"
+#include "io/rig_json.h"
+
+#include <map>
+
+namespace fuse_flow::io {
+namespace {
+
+class PosedRecording : public Recording {
+ public:
+  PosedRecording(std::unique_ptr<Recording> recording, const std::string& rig_json)
+      : recording_(std::move(recording)), rig_json_(rig_json), cameras_(recording_->cameras()) {
+    for (const RigCamera& entry : readRigJson(rig_json)) poses_[entry.camera.name] = entry.camera.T_world_camera;
+    place(cameras_);
+  }
+
+  std::string kind() const override { return recording_->kind(); }
+  std::size_t frameCount() const override { return recording_->frameCount(); }
+  const std::vector<Camera>& cameras() const override { return cameras_; }
+  void read(std::size_t frame, LoadedFrame& out) override {
+    recording_->read(frame, out);
+    place(out.rig.cameras);
+  }
+
+ private:
+  void place(std::vector<Camera>& cameras) const {
+    for (Camera& camera : cameras) {
+      const auto pose = poses_.find(camera.name);
+      if (pose == poses_.end()) throw InputError(rig_json_ + ": has no camera '" + camera.name + "', which the recording has");
+      camera.T_world_camera = pose->second;
+    }
+  }
+
+  std::unique_ptr<Recording> recording_;
+  std::string rig_json_;
+  std::vector<Camera> cameras_;
+  std::map<std::string, Eigen::Isometry3d> poses_;
+};
+
+}  // namespace
+
+std::unique_ptr<Recording> withPoses(std::unique_ptr<Recording> recording, const std::string& rig_json) {
+  return std::make_unique<PosedRecording>(std::move(recording), rig_json);
+}
+
+}  // namespace fuse_flow::io
