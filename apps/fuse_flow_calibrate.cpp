@@ -50,7 +50,8 @@ std::string describe(const Eigen::Matrix<double, 6, 1>& twist) {
   const bool slides = twist.head<3>().norm() >= twist.tail<3>().norm();
   const Eigen::Vector3d axis = (slides ? twist.head<3>() : twist.tail<3>()).normalized();
   char text[96];
-  std::snprintf(text, sizeof text, "%s (%.2f, %.2f, %.2f)", slides ? "slides along" : "turns about", axis.x(), axis.y(), axis.z());
+  std::snprintf(text, sizeof text, "%s (%.2f, %.2f, %.2f)", slides ? "slides along" : "turns about", axis.x(), axis.y(),
+                axis.z());
   return text;
 }
 
@@ -71,8 +72,8 @@ void print(const std::vector<Camera>& cameras, const ExtrinsicResult& result) {
   }
   std::printf("\n%-32s %10s %12s %12s\n", "overlap", "matches", "before", "after");
   for (const CameraOverlap& o : result.overlaps)
-    std::printf("%-32s %10zu %9.2f mm %9.2f mm\n", (cameras[o.first].name + " - " + cameras[o.second].name).c_str(), o.matches,
-                1000 * o.residual_before, 1000 * o.residual);
+    std::printf("%-32s %10zu %9.2f mm %9.2f mm\n", (cameras[o.first].name + " - " + cameras[o.second].name).c_str(),
+                o.matches, 1000 * o.residual_before, 1000 * o.residual);
   std::printf("\nsurfaces disagree by %.2f mm before, %.2f mm after (root mean square); %s after %d iterations\n",
               1000 * result.residual_before, 1000 * result.residual, result.converged ? "at rest" : "still moving",
               result.iterations);
@@ -109,7 +110,7 @@ nlohmann::json toJson(const std::vector<Camera>& cameras, const ExtrinsicResult&
 
 /** \brief Every measurement of a frame, a colour a camera. */
 drawing::ColoredPoints byCamera(const RigFrame& frame) {
-  static constexpr Rgb8 palette[] = {{228, 90, 80}, {80, 160, 235}, {110, 200, 100}, {240, 190, 70},
+  static constexpr Rgb8 palette[] = {{228, 90, 80},   {80, 160, 235}, {110, 200, 100}, {240, 190, 70},
                                      {180, 120, 220}, {90, 210, 200}, {240, 140, 190}, {170, 170, 170}};
   drawing::ColoredPoints points;
   io::MethodOptions options;
@@ -179,17 +180,22 @@ int main(int argc, char** argv) {
   Options options;
   ExtrinsicParameters& p = options.parameters;
   CLI::App app("Refines the poses of a rig from what its depth cameras see.", "fuse_flow_calibrate");
-  app.add_option("input", options.inputs,
-                 "a rig recording (folder with rig.json), a 7-Scenes, TUM RGB-D or Redwood folder, or organised PCD files")
+  app.add_option(
+         "input", options.inputs,
+         "a rig recording (folder with rig.json), a 7-Scenes, TUM RGB-D or Redwood folder, or organised PCD files")
       ->required();
-  app.add_option("-o,--output", options.output, "rig.json with the new poses, for --poses of the other tools")->required();
+  app.add_option("-o,--output", options.output, "rig.json with the new poses, for --poses of the other tools")
+      ->required();
   app.add_option("--json", options.json, "write what is printed to this JSON file");
-  app.add_option("--picture", options.picture, "PNG of all measurements, a colour a camera, before and after; needs a display");
+  app.add_option("--picture", options.picture,
+                 "PNG of all measurements, a colour a camera, before and after; needs a display");
   app.add_option("--frames", options.frames, "A:B:STEP, B not included; default: ten, evenly spread")
       ->multi_option_policy(CLI::MultiOptionPolicy::Join);
-  app.add_option("--views", options.recording.views, "frames that act as the cameras of one instant: 0,60,120 or A:B:STEP")
+  app.add_option("--views", options.recording.views,
+                 "frames that act as the cameras of one instant: 0,60,120 or A:B:STEP")
       ->multi_option_policy(CLI::MultiOptionPolicy::Join);
-  app.add_option("--depth-scale", options.recording.depth_scale, "metres per unit of depth, instead of the recording's own")
+  app.add_option("--depth-scale", options.recording.depth_scale,
+                 "metres per unit of depth, instead of the recording's own")
       ->check(io::positiveNumber());
   app.add_option("--poses", options.recording.poses, "rig.json with the poses to start from");
   app.add_option("--hold", options.hold, "what stays: the first camera, or the mean of all")
@@ -201,10 +207,17 @@ int main(int argc, char** argv) {
       ->check(io::positiveNumber())
       ->capture_default_str();
   app.add_option("--max-iterations", p.max_iterations, "")->check(io::wholeNumber(1, 1 << 20))->capture_default_str();
-  app.add_option("--from", options.viewpoint.from, "of the picture: where the viewer stands, m")->expected(3)->check(io::finiteNumber());
+  app.add_option("--from", options.viewpoint.from, "of the picture: where the viewer stands, m")
+      ->expected(3)
+      ->check(io::finiteNumber());
   app.add_option("--at", options.viewpoint.at, "what the viewer looks at, m")->expected(3)->check(io::finiteNumber());
-  app.add_option("--up", options.viewpoint.up, "which way is up")->expected(3)->check(io::finiteNumber())->capture_default_str();
-  app.add_option("--zoom", options.viewpoint.zoom, "narrows the picture")->check(io::positiveNumber())->capture_default_str();
+  app.add_option("--up", options.viewpoint.up, "which way is up")
+      ->expected(3)
+      ->check(io::finiteNumber())
+      ->capture_default_str();
+  app.add_option("--zoom", options.viewpoint.zoom, "narrows the picture")
+      ->check(io::positiveNumber())
+      ->capture_default_str();
   app.add_option("--threads", options.threads, "0: one per core")->check(io::threadCount())->capture_default_str();
   return io::runTool(app, argc, argv, [&] { return run(options); });
 }

@@ -105,8 +105,8 @@ class LiveExtrinsics {
     tracking_->apply(frame);
     for (const CameraMotion& m : tracking_->poses()->moved)
       if (tracking_->poses()->updates != told_)
-        std::cerr << "camera '" << frame.cameras[m.camera].name << "' has moved by " << 1000 * m.translation << " mm and "
-                  << m.rotation * 57.29578 << " degrees" << std::endl;
+        std::cerr << "camera '" << frame.cameras[m.camera].name << "' has moved by " << 1000 * m.translation
+                  << " mm and " << m.rotation * 57.29578 << " degrees" << std::endl;
     told_ = tracking_->poses()->updates;
     tracking_->push(frame);
   }
@@ -200,7 +200,8 @@ int main(int argc, char** argv) {
                  "metres per unit of depth, instead of the recording's own")
       ->check(io::positiveNumber());
   CLI::Option* slide = app.get_option("--slide");
-  app.add_option("--poses", options.recording.poses, "rig.json whose poses replace the recording's, as fuse_flow_calibrate writes it");
+  app.add_option("--poses", options.recording.poses,
+                 "rig.json whose poses replace the recording's, as fuse_flow_calibrate writes it");
   app.add_flag("--refine-extrinsics", options.refine_extrinsics,
                "estimate the poses from what the cameras see, and follow them from frame to frame")
       ->excludes(slide);

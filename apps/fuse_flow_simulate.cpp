@@ -102,7 +102,8 @@ int main(int argc, char** argv) {
   app.add_option("--position-error", options.position_error_mm, "calibrated positions are off by this, mm");
   app.add_option("--rotation-error", options.rotation_error_deg, "calibrated orientations are off by this, degrees");
   app.add_option("--depth-bias", options.depth_bias_mm, "each camera's depth is off by a constant in +- this, mm");
-  app.add_option("--knock", options.knock_mm, "from --knock-frame on the last camera stands this far from where it stood, mm");
+  app.add_option("--knock", options.knock_mm,
+                 "from --knock-frame on the last camera stands this far from where it stood, mm");
   app.add_option("--knock-rotation", options.knock_deg, "and is turned by this, degrees");
   app.add_option("--knock-frame", s.faults.knock_frame, "when");
   app.add_option("--drop-rate", s.faults.drop_rate, "share of frames that a camera loses, [0, 1]");

@@ -28,7 +28,8 @@ class PosedRecording : public Recording {
   void place(std::vector<Camera>& cameras) const {
     for (Camera& camera : cameras) {
       const auto pose = poses_.find(camera.name);
-      if (pose == poses_.end()) throw InputError(rig_json_ + ": has no camera '" + camera.name + "', which the recording has");
+      if (pose == poses_.end())
+        throw InputError(rig_json_ + ": has no camera '" + camera.name + "', which the recording has");
       camera.T_world_camera = pose->second;
     }
   }

@@ -39,11 +39,11 @@ struct CameraCorrection {
 
 /** \brief Two cameras that see the same surfaces. */
 struct CameraOverlap {
-  std::size_t first{0};         ///< number of a camera
-  std::size_t second{0};        ///< of another, larger
-  std::size_t matches{0};       ///< counterparts found
-  double residual_before{0};    ///< root mean square distance of points to the other view's surface, metres
-  double residual{0};           ///< the same at the new poses
+  std::size_t first{0};       ///< number of a camera
+  std::size_t second{0};      ///< of another, larger
+  std::size_t matches{0};     ///< counterparts found
+  double residual_before{0};  ///< root mean square distance of points to the other view's surface, metres
+  double residual{0};         ///< the same at the new poses
 };
 
 /** \brief What ExtrinsicEstimation found. */
@@ -53,10 +53,10 @@ struct ExtrinsicResult {
   std::vector<CameraOverlap> overlaps;            ///< of all pairs that overlap
   Eigen::Vector3d scene_center{0, 0, 0};          ///< world, metres
   double scene_radius{1};                         ///< root mean square distance of the samples from it, metres
-  double residual_before{0};                      ///< root mean square point-to-plane distance at the given poses, metres
-  double residual{0};                             ///< at the new ones, metres
-  int iterations{0};                              ///< until nothing changed any more
-  bool converged{false};                          ///< before max_iterations
+  double residual_before{0};  ///< root mean square point-to-plane distance at the given poses, metres
+  double residual{0};         ///< at the new ones, metres
+  int iterations{0};          ///< until nothing changed any more
+  bool converged{false};      ///< before max_iterations
 };
 
 /** \brief All camera poses of a rig together, from what its depth cameras see at one or more instants.

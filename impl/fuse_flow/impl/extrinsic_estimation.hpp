@@ -60,8 +60,8 @@ void ExtrinsicEstimation<PointT, device::Host>::addFrame(const RigFrame& frame) 
   if (cameras_.empty()) {
     cameras_ = frame.cameras;
   } else if (cameras_.size() != frame.cameras.size()) {
-    detail::throwBadArgument("fuse_flow::ExtrinsicEstimation: a frame of ", frame.cameras.size(), " cameras after one of ",
-                             cameras_.size());
+    detail::throwBadArgument("fuse_flow::ExtrinsicEstimation: a frame of ", frame.cameras.size(),
+                             " cameras after one of ", cameras_.size());
   }
   system_->setThreads(host::resolveThreads(threads_));
   system_->add(frame, parameters_);
@@ -71,7 +71,8 @@ template <typename PointT>
 void ExtrinsicEstimation<PointT, device::Host>::addClouds(const std::vector<Camera>& cameras,
                                                           const std::vector<PointCloudConstPtr>& clouds) {
   if (cameras.size() != clouds.size())
-    detail::throwBadArgument("fuse_flow::ExtrinsicEstimation: ", cameras.size(), " cameras but ", clouds.size(), " clouds");
+    detail::throwBadArgument("fuse_flow::ExtrinsicEstimation: ", cameras.size(), " cameras but ", clouds.size(),
+                             " clouds");
   RigFrame frame;
   frame.cameras = cameras;
   frame.views.resize(cameras.size());
@@ -79,7 +80,8 @@ void ExtrinsicEstimation<PointT, device::Host>::addClouds(const std::vector<Came
   for (std::size_t i = 0; i < cameras.size(); ++i) {
     if (!clouds[i]) continue;
     for (const PointT& point : *clouds[i]) depths[i].push_back(point.z);
-    frame.views[i].depth32 = {depths[i].data(), static_cast<int>(clouds[i]->width), static_cast<int>(clouds[i]->height)};
+    frame.views[i].depth32 = {depths[i].data(), static_cast<int>(clouds[i]->width),
+                              static_cast<int>(clouds[i]->height)};
   }
   addFrame(frame);
 }
@@ -95,7 +97,8 @@ template <typename PointT>
 ExtrinsicResult ExtrinsicEstimation<PointT, device::Host>::estimate(const std::vector<Eigen::Isometry3d>& initial) {
   if (system_->instants() == 0) throw pcl::PCLException("fuse_flow::ExtrinsicEstimation: no frame was added");
   if (initial.size() != cameras_.size())
-    detail::throwBadArgument("fuse_flow::ExtrinsicEstimation: ", initial.size(), " poses for ", cameras_.size(), " cameras");
+    detail::throwBadArgument("fuse_flow::ExtrinsicEstimation: ", initial.size(), " poses for ", cameras_.size(),
+                             " cameras");
   for (std::size_t i = 0; i < initial.size(); ++i)
     detail::checkPose({"fuse_flow::ExtrinsicEstimation: camera '", cameras_[i].name, "'"}, "initial pose", initial[i]);
   system_->setThreads(host::resolveThreads(threads_));

@@ -68,7 +68,8 @@ template <typename PointT>
 bool ExtrinsicTracking<PointT>::push(const RigFrame& frame) {
   checkRigFrame(frame);
   if (frame.cameras.size() != cameras_)
-    detail::throwBadArgument("fuse_flow::ExtrinsicTracking: a frame of ", frame.cameras.size(), " cameras, must be ", cameras_);
+    detail::throwBadArgument("fuse_flow::ExtrinsicTracking: a frame of ", frame.cameras.size(), " cameras, must be ",
+                             cameras_);
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     if (error_) std::rethrow_exception(std::exchange(error_, nullptr));

@@ -96,7 +96,8 @@ inline std::size_t PoseFilter::reference(const std::vector<Twist>& twists, const
     for (std::size_t i = 0; i < twists.size(); ++i) {
       if (estimate.corrections[i].neighbours == 0) continue;
       const Twist apart = twists[i] - twists[k];
-      const Covariance S = states_[i].P + states_[k].P + noise(estimate.corrections[i]) + noise(estimate.corrections[k]);
+      const Covariance S =
+          states_[i].P + states_[k].P + noise(estimate.corrections[i]) + noise(estimate.corrections[k]);
       sum += std::min(static_cast<double>(parameters_.gate), apart.dot(S.ldlt().solve(apart)));
     }
     if (sum < 0.999 * least) {  // of equals the first

@@ -22,13 +22,13 @@ struct AlignmentSample {
 
 /** \brief Which correspondences count, and how much. */
 struct AlignmentGates {
-  float distance;        ///< metres
-  float normal_cosine;   ///< of the largest angle between normals
-  float tukey;           ///< c of tukeyWeight(), in standard deviations …
-  float reach;           ///< … but at least this, metres: what is well aligned already must not cast out what is not yet
-  float color_tukey;     ///< the same for colour, grey levels
-  bool color;            ///< whether colour is compared
-  std::size_t stride;    ///< every so many-th sample is asked
+  float distance;       ///< metres
+  float normal_cosine;  ///< of the largest angle between normals
+  float tukey;          ///< c of tukeyWeight(), in standard deviations …
+  float reach;        ///< … but at least this, metres: what is well aligned already must not cast out what is not yet
+  float color_tukey;  ///< the same for colour, grey levels
+  bool color;         ///< whether colour is compared
+  std::size_t stride;  ///< every so many-th sample is asked
 };
 
 /** \brief What one camera's points and another camera's images add up to, over all instants. */
@@ -47,7 +47,9 @@ class AlignmentSystem {
 
   std::size_t cameras() const { return cameras_; }
   std::size_t instants() const { return instants_; }
-  const AlignmentView& view(std::size_t instant, std::size_t camera) const { return views_[instant * cameras_ + camera]; }
+  const AlignmentView& view(std::size_t instant, std::size_t camera) const {
+    return views_[instant * cameras_ + camera];
+  }
 
   void clear() { instants_ = cameras_ = 0; }
 
@@ -151,10 +153,12 @@ class AlignmentSystem {
           Match match;
           if (!find(task.instant, task.camera, neighbours[slot], all[s], gates, match)) continue;
           ++out.counts[static_cast<std::size_t>(noiseBin(std::fabs(match.r) * match.per_sigma))];
-          const float w = tukeyWeight(match.r, std::max(gates.tukey / match.per_sigma, gates.reach)) * match.per_sigma * match.per_sigma;
+          const float w = tukeyWeight(match.r, std::max(gates.tukey / match.per_sigma, gates.reach)) * match.per_sigma *
+                          match.per_sigma;
           const Vec3 x = per_radius * match.x;
           addCorrespondence(out.geometry[slot], x, match.n, match.r, w);
-          if (gates.color && w > 0) addColor(task.instant, neighbours[slot], all[s], match, x, offset, gates, out.color[slot]);
+          if (gates.color && w > 0)
+            addColor(task.instant, neighbours[slot], all[s], match, x, offset, gates, out.color[slot]);
         }
       }
     });
@@ -187,7 +191,8 @@ class AlignmentSystem {
     int u, v;         ///< block of the counterpart
   };
 
-  static void sampleView(const AlignmentView& view, const RigidTransform& T, int count, std::vector<AlignmentSample>& out) {
+  static void sampleView(const AlignmentView& view, const RigidTransform& T, int count,
+                         std::vector<AlignmentSample>& out) {
     out.clear();
     if (view.missing()) return;
     NormalSpaceSampling bins;
@@ -212,8 +217,8 @@ class AlignmentSystem {
     }
   }
 
-  bool find(std::size_t instant, std::size_t i, std::size_t j, const AlignmentSample& sample, const AlignmentGates& gates,
-            Match& match) const {
+  bool find(std::size_t instant, std::size_t i, std::size_t j, const AlignmentSample& sample,
+            const AlignmentGates& gates, Match& match) const {
     const AlignmentView& other = view(instant, j);
     match.x = to_world_[i] * sample.p;
     match.q = to_camera_[j] * match.x;
@@ -259,7 +264,8 @@ class AlignmentSystem {
     if (total == 0) return 0;
     std::uint64_t before = 0;
     int bin = 0;
-    while (2 * (before + counts[static_cast<std::size_t>(bin)]) < total) before += counts[static_cast<std::size_t>(bin++)];
+    while (2 * (before + counts[static_cast<std::size_t>(bin)]) < total)
+      before += counts[static_cast<std::size_t>(bin++)];
     return noiseBinBegin(bin + 1);
   }
 

@@ -94,7 +94,8 @@ class AlignmentView {
     const float middle = 0.5f * static_cast<float>(reduction_ - 1);
     for (int v = 0; v < height; ++v)
       for (int u = 0; u < width; ++u)
-        rays_[index(u, v)] = unproject(K, {static_cast<float>(u * reduction_) + middle, static_cast<float>(v * reduction_) + middle});
+        rays_[index(u, v)] =
+            unproject(K, {static_cast<float>(u * reduction_) + middle, static_cast<float>(v * reduction_) + middle});
   }
 
   void smooth(const ExtrinsicParameters& p) {
@@ -127,7 +128,8 @@ class AlignmentView {
     for (int v = step; v < height() - step; ++v) {
       const float *above = scratch_[0].row(v - step), *here = scratch_[0].row(v), *below = scratch_[0].row(v + step);
       for (int u = step; u < width() - step; ++u) {
-        if (!(here[u] > 0) || !straight(here[u - step], here[u], here[u + step]) || !straight(above[u], here[u], below[u]))
+        if (!(here[u] > 0) || !straight(here[u - step], here[u], here[u + step]) ||
+            !straight(above[u], here[u], below[u]))
           continue;
         const Vec3 along_u = smoothPoint(u + step, v) - smoothPoint(u - step, v);
         const Vec3 along_v = smoothPoint(u, v + step) - smoothPoint(u, v - step);

@@ -27,7 +27,8 @@ inline Matrix6d symmetric6(const double (&upper)[kTriangle6]) {
 inline Matrix6d spuriousInformation(const AlignmentSums& sums, double normal_noise) {
   const Eigen::Vector3d x(sums.wx);
   Eigen::Matrix3d xx;
-  xx << sums.wxx[0], sums.wxx[1], sums.wxx[2], sums.wxx[1], sums.wxx[3], sums.wxx[4], sums.wxx[2], sums.wxx[4], sums.wxx[5];
+  xx << sums.wxx[0], sums.wxx[1], sums.wxx[2], sums.wxx[1], sums.wxx[3], sums.wxx[4], sums.wxx[2], sums.wxx[4],
+      sums.wxx[5];
   Eigen::Matrix3d hat;
   hat << 0, -x.z(), x.y(), x.z(), 0, -x.x(), -x.y(), x.x(), 0;
   Matrix6d E;
@@ -43,9 +44,12 @@ inline Matrix6d spuriousInformation(const AlignmentSums& sums, double normal_noi
 class PoseGraph {
  public:
   explicit PoseGraph(std::size_t cameras)
-      : size_(6 * (static_cast<Eigen::Index>(cameras) - 1)), H_(Eigen::MatrixXd::Zero(size_, size_)),
-        S_(Eigen::MatrixXd::Zero(size_, size_)), C_(Eigen::MatrixXd::Zero(size_, size_)),
-        g_(Eigen::VectorXd::Zero(size_)), g_color_(Eigen::VectorXd::Zero(size_)) {}
+      : size_(6 * (static_cast<Eigen::Index>(cameras) - 1)),
+        H_(Eigen::MatrixXd::Zero(size_, size_)),
+        S_(Eigen::MatrixXd::Zero(size_, size_)),
+        C_(Eigen::MatrixXd::Zero(size_, size_)),
+        g_(Eigen::VectorXd::Zero(size_)),
+        g_color_(Eigen::VectorXd::Zero(size_)) {}
 
   /** \brief Correspondences between two cameras. */
   void addGeometry(std::size_t i, std::size_t j, const AlignmentSums& sums, double normal_noise) {
@@ -60,7 +64,8 @@ class PoseGraph {
 
   /** \brief \param min_information λ under which a motion is left alone */
   void decompose(double min_information) {
-    const double ridge = 1e-9 * (1e-300 + S_.trace() + H_.trace()) / static_cast<double>(std::max<Eigen::Index>(1, size_));
+    const double ridge =
+        1e-9 * (1e-300 + S_.trace() + H_.trace()) / static_cast<double>(std::max<Eigen::Index>(1, size_));
     S_.diagonal().array() += ridge;
     const Eigen::LLT<Eigen::MatrixXd> cholesky(S_);
     const Eigen::MatrixXd left = cholesky.matrixL().solve(H_);
@@ -70,8 +75,10 @@ class PoseGraph {
     modes_ = cholesky.matrixU().solve(eigen.eigenvectors());  // ξ = L⁻ᵀ v
     free_ = 0;
     while (free_ < size_ && information_[free_] < min_information) ++free_;
-    if (free_ > 0) free_motions_ = modes_.leftCols(free_).householderQr().householderQ() * Eigen::MatrixXd::Identity(size_, free_);
-    else free_motions_.resize(size_, 0);
+    if (free_ > 0)
+      free_motions_ = modes_.leftCols(free_).householderQr().householderQ() * Eigen::MatrixXd::Identity(size_, free_);
+    else
+      free_motions_.resize(size_, 0);
   }
 
   /** \brief How many joint motions the geometry does not tell. */

@@ -15,7 +15,8 @@ namespace host {
  *  world's origin is. */
 class RigAlignment {
  public:
-  RigAlignment(AlignmentSystem& system, const ExtrinsicParameters& parameters, const std::vector<Eigen::Isometry3d>& initial)
+  RigAlignment(AlignmentSystem& system, const ExtrinsicParameters& parameters,
+               const std::vector<Eigen::Isometry3d>& initial)
       : system_(system), p_(parameters), initial_(initial) {}
 
   ExtrinsicResult run() {
@@ -28,7 +29,8 @@ class RigAlignment {
     double information = std::max(kFirstInformation, static_cast<double>(p_.min_information));
     bool polishing = false;
     int settling = 0;
-    for (result_.iterations = 1; result_.iterations <= p_.max_iterations; ++result_.iterations) {
+    result_.converged = system_.cameras() < 2;  // nothing to move
+    for (result_.iterations = 1; !result_.converged && result_.iterations <= p_.max_iterations; ++result_.iterations) {
       if (result_.iterations == kSecondLook) system_.findNeighbours(poses_, gates, p_.max_neighbours);
       system_.evaluate(poses_, result_.scene_radius, gates);
       graph = linearize();
@@ -38,22 +40,24 @@ class RigAlignment {
       const double moved = apply(step);
       if (polishing && moved < kStill) {
         result_.converged = true;
-        break;
+        break;  // before the count goes on
       }
       const bool narrow = gates.distance <= p_.min_distance && information <= p_.min_information;
       polishing = polishing || (narrow && (moved < kSettled || ++settling > kPatience));
       information = std::max(kMoreDaring * information, static_cast<double>(p_.min_information));
-      gates.distance = std::max({p_.min_distance, kNarrower * gates.distance,
-                                 std::min(gates.distance, kReach * static_cast<float>(moved))});
+      gates.distance = std::max(
+          {p_.min_distance, kNarrower * gates.distance, std::min(gates.distance, kReach * static_cast<float>(moved))});
       gates.tukey = kTukey * std::max(1.0f, 1.4826f * system_.medianResidual());
       gates.reach = polishing ? 0.0f : 0.5f * gates.distance;
       gates.stride = polishing ? 1 : kHurry;
       gates.color = polishing && p_.use_color;
     }
+    result_.iterations = std::min(result_.iterations, p_.max_iterations);
     fixGauge();
     describe(graph);
     measure(&CameraOverlap::residual, result_.residual);
-    for (const Eigen::Isometry3d& T : poses_) result_.T_world_camera.push_back(Eigen::Translation3d(result_.scene_center) * T);
+    for (const Eigen::Isometry3d& T : poses_)
+      result_.T_world_camera.push_back(Eigen::Translation3d(result_.scene_center) * T);
     return std::move(result_);
   }
 
@@ -64,7 +68,8 @@ class RigAlignment {
     const auto forEach = [&](auto&& visit) {
       for (std::size_t t = 0; t < system_.instants(); ++t)
         for (std::size_t i = 0; i < system_.cameras(); ++i)
-          for (const AlignmentSample& s : system_.samples(t, i)) visit(initial_[i] * Eigen::Vector3d(s.p.x, s.p.y, s.p.z));
+          for (const AlignmentSample& s : system_.samples(t, i))
+            visit(initial_[i] * Eigen::Vector3d(s.p.x, s.p.y, s.p.z));
     };
     forEach([&](const Eigen::Vector3d& x) {
       sum += x;
@@ -175,15 +180,15 @@ class RigAlignment {
 
   /** \brief Root mean squares with everything that max_distance lets correspond, so that before and after compare. */
   void measure(double CameraOverlap::*residual, double& total) {
-    system_.evaluate(poses_, result_.scene_radius, {p_.max_distance, std::cos(p_.max_normal_angle), kNoLimit, 0.0f, kGreyLimit, false, 1});
+    system_.evaluate(poses_, result_.scene_radius,
+                     {p_.max_distance, std::cos(p_.max_normal_angle), kNoLimit, 0.0f, kGreyLimit, false, 1});
     AlignmentSums all{};
     const auto rms = [](const AlignmentSums& sums) { return sums.w > 0 ? std::sqrt(sums.wrr / sums.w) : 0.0; };
     for (CameraOverlap& overlap : result_.overlaps) overlap.matches = 0;
     for (const PairSums& pair : system_.pairs()) {
       const std::size_t first = std::min(pair.i, pair.j), second = std::max(pair.i, pair.j);
-      auto overlap = std::find_if(result_.overlaps.begin(), result_.overlaps.end(), [&](const CameraOverlap& o) {
-        return o.first == first && o.second == second;
-      });
+      auto overlap = std::find_if(result_.overlaps.begin(), result_.overlaps.end(),
+                                  [&](const CameraOverlap& o) { return o.first == first && o.second == second; });
       if (overlap == result_.overlaps.end()) overlap = result_.overlaps.insert(overlap, {first, second, 0, 0.0, 0.0});
       const double both = static_cast<double>(overlap->matches) + pair.geometry.count;
       if (both > 0)
@@ -199,18 +204,18 @@ class RigAlignment {
   static constexpr float kNoLimit = 1e9f;
   static constexpr float kGreyLimit = 40.0f;         ///< of grey levels that may differ
   static constexpr float kTukey = 4.685f;            ///< 95 % efficient on normal noise
-  static constexpr float kNarrower = 0.65f;           ///< gate over that of the iteration before
+  static constexpr float kNarrower = 0.65f;          ///< gate over that of the iteration before
   static constexpr double kFirstInformation = 1000;  ///< first what is told best, then what can only be told beside it
   static constexpr double kMoreDaring = 0.3;         ///< information that suffices over that of the iteration before
   static constexpr std::size_t kHurry = 3;           ///< every so many-th sample until the gates are narrow
   static constexpr double kFewest = 30;              ///< correspondences of a pair
   static constexpr double kStill = 1e-4;             ///< metres; about what the choice of counterparts jitters
-  static constexpr double kSettled = 1e-3;           ///< metres; then colours are near enough to compare, and scales are right
-  static constexpr float kReach = 5.0f;              ///< gate over the last motion
-  static constexpr double kEnoughForColor = 100;     ///< of information
-  static constexpr double kMaxColorDeviation = 1e-3; ///< metres at the scene's radius
-  static constexpr int kPatience = 10;               ///< iterations; noisy data never come to rest
-  static constexpr int kSecondLook = 6;              ///< iteration after which neighbours are known
+  static constexpr double kSettled = 1e-3;  ///< metres; then colours are near enough to compare, and scales are right
+  static constexpr float kReach = 5.0f;     ///< gate over the last motion
+  static constexpr double kEnoughForColor = 100;      ///< of information
+  static constexpr double kMaxColorDeviation = 1e-3;  ///< metres at the scene's radius
+  static constexpr int kPatience = 10;                ///< iterations; noisy data never come to rest
+  static constexpr int kSecondLook = 6;               ///< iteration after which neighbours are known
 
   AlignmentSystem& system_;
   const ExtrinsicParameters& p_;

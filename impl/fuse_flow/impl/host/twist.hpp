@@ -17,7 +17,8 @@ inline Eigen::Matrix<double, 6, 1> toTwist(const Eigen::Isometry3d& T, const Eig
 }
 
 /** \brief Inverse of toTwist(). */
-inline Eigen::Isometry3d toMotion(const Eigen::Matrix<double, 6, 1>& twist, const Eigen::Vector3d& center, double radius) {
+inline Eigen::Isometry3d toMotion(const Eigen::Matrix<double, 6, 1>& twist, const Eigen::Vector3d& center,
+                                  double radius) {
   const Eigen::Vector3d rotation = twist.tail<3>() / radius;
   const double angle = rotation.norm();
   Eigen::Isometry3d motion = Eigen::Isometry3d::Identity();

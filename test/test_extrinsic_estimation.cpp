@@ -1,0 +1,279 @@
+#include "rigs.h"
+
+#include <fuse_flow/extrinsic_estimation.h>
+
+#include <pcl/exceptions.h>
+#include <pcl/point_types.h>
+
+using namespace fuse_flow;
+using namespace scenes;
+
+namespace {
+
+using Estimation = ExtrinsicEstimation<pcl::PointXYZ>;
+
+ExtrinsicResult estimate(const Scene& scene, const std::vector<Eigen::Isometry3d>& initial,
+                         const ExtrinsicParameters& parameters = {}, unsigned int threads = 2) {
+  Estimation estimation;
+  estimation.setParameters(parameters);
+  estimation.setNumberOfThreads(threads);
+  estimation.addFrame(scene.rig);
+  return estimation.estimate(initial);
+}
+
+/** \brief Cameras 1 and 2 some 20 mm and a degree off. */
+std::vector<Eigen::Isometry3d> disturbed(const std::vector<Camera>& cameras) {
+  std::vector<Eigen::Isometry3d> initial = poses(cameras);
+  initial[1] = moved(initial[1], {0.012, -0.011, 0.012}, 1.0, {1, 2, -1});
+  initial[2] = moved(initial[2], {-0.01, 0.014, -0.009}, -0.8, {2, 1, 1});
+  return initial;
+}
+
+/** \brief Grey levels that change over the world as given. */
+template <typename Grey>
+void paintWorld(Scene& scene, const Grey& grey) {
+  scene.color.resize(scene.depth.size());
+  for (std::size_t i = 0; i < scene.depth.size(); ++i) {
+    const Intrinsics& K = scene.rig.cameras[i].intrinsics;
+    scene.color[i].resize(K.width, K.height);
+    for (int v = 0; v < K.height; ++v)
+      for (int u = 0; u < K.width; ++u) {
+        const Vec3 p =
+            pointOnRay(unproject(K, {static_cast<float>(u), static_cast<float>(v)}), scene.depth[i].at(u, v));
+        const Vector3d x = scene.rig.cameras[i].T_world_camera * Vector3d(p.x, p.y, p.z);
+        const auto level = static_cast<std::uint8_t>(grey(x));
+        scene.color[i].at(u, v) = {level, level, level};
+      }
+  }
+  scene.attach();
+}
+
+TEST(ExtrinsicEstimation, CamerasSomeCentimetresOffComeBack) {
+  const std::vector<Camera> cameras = cornerCameras(4);
+  const Scene scene = makeScene(cameras, cornerAndBall());
+  const ExtrinsicResult result = estimate(scene, disturbed(cameras));
+  EXPECT_TRUE(result.converged);
+  for (std::size_t i = 0; i < cameras.size(); ++i) {
+    EXPECT_LT(apart(result.T_world_camera[i], cameras[i].T_world_camera), 0.0005) << i;
+    EXPECT_LT(turned(result.T_world_camera[i], cameras[i].T_world_camera), 0.02) << i;
+    EXPECT_TRUE(result.corrections[i].constrained) << i;
+  }
+  EXPECT_LT(result.residual, 0.2 * result.residual_before);
+}
+
+TEST(ExtrinsicEstimation, NoiseLeavesLessThanAMillimetre) {
+  const std::vector<Camera> cameras = cornerCameras(4);
+  Scene scene = makeScene(cameras, cornerAndBall());
+  addNoise(scene, 0.004f);
+  const ExtrinsicResult result = estimate(scene, disturbed(cameras));
+  for (std::size_t i = 0; i < cameras.size(); ++i)
+    EXPECT_LT(apart(result.T_world_camera[i], cameras[i].T_world_camera), 0.001) << i;
+}
+
+TEST(ExtrinsicEstimation, WhatIsRightStaysRight) {
+  const std::vector<Camera> cameras = cornerCameras(3);
+  Scene scene = makeScene(cameras, cornerAndBall());
+  addNoise(scene, 0.002f);
+  const ExtrinsicResult result = estimate(scene, poses(cameras));
+  for (const CameraCorrection& c : result.corrections) {
+    EXPECT_LT(c.translation, 0.0008);
+    EXPECT_LT(c.rotation, 0.03 * kDegree);
+  }
+}
+
+TEST(ExtrinsicEstimation, TheReportedCorrectionIsWhatWasWrong) {
+  const std::vector<Camera> cameras = cornerCameras(3);
+  const Scene scene = makeScene(cameras, cornerAndBall());
+  std::vector<Eigen::Isometry3d> initial = poses(cameras);
+  initial[1] = moved(initial[1], {0.02, 0, 0}, 1.0);
+  const ExtrinsicResult result = estimate(scene, initial);
+  EXPECT_NEAR(result.corrections[1].translation, 0.02, 0.0005);
+  EXPECT_NEAR(result.corrections[1].rotation, 1.0 * kDegree, 0.02 * kDegree);
+  EXPECT_LT(apart(result.corrections[1].T_correction * initial[1], cameras[1].T_world_camera), 0.0005);
+  EXPECT_EQ(result.corrections[1].neighbours, 2u);
+  EXPECT_EQ(result.overlaps.size(), 3u);
+}
+
+TEST(ExtrinsicEstimation, TheFirstCameraIsHeldUnlessTheMeanIs) {
+  const std::vector<Camera> cameras = cornerCameras(3);
+  const Scene scene = makeScene(cameras, cornerAndBall());
+  std::vector<Eigen::Isometry3d> initial = poses(cameras);
+  initial[0] = moved(initial[0], {0.03, 0, 0});
+  EXPECT_EQ(estimate(scene, initial).corrections[0].translation, 0.0);
+
+  ExtrinsicParameters mean;
+  mean.gauge = Gauge::Mean;
+  const ExtrinsicResult result = estimate(scene, initial, mean);
+  EXPECT_NEAR(result.corrections[0].T_correction.translation().x(), -0.02, 0.002) << "two thirds of the error";
+  EXPECT_NEAR(result.corrections[1].T_correction.translation().x(), 0.01, 0.002) << "the rest";
+  const Eigen::Isometry3d relative = result.T_world_camera[0].inverse() * result.T_world_camera[1];
+  EXPECT_LT(apart(relative, cameras[0].T_world_camera.inverse() * cameras[1].T_world_camera), 0.0005);
+}
+
+TEST(ExtrinsicEstimation, CamerasThatSeeOnePlaneMoveOntoItButNotAlongIt) {
+  const std::vector<Camera> cameras = cameraRow(2, 160, 120, 150);
+  Scene scene = makeScene(cameras, plane({0, 0, 1}, 1.5));
+  addNoise(scene, 0.002f);
+  std::vector<Eigen::Isometry3d> initial = poses(cameras);
+  initial[1] = moved(initial[1], {0.02, 0.01, 0.015}, 1.0, Vector3d::UnitX());
+  const ExtrinsicResult result = estimate(scene, initial);
+  const Vector3d error = result.T_world_camera[1].translation() - cameras[1].T_world_camera.translation();
+  // Turning the camera back about the scene's centre moves it a little; what it was slid by stays.
+  EXPECT_NEAR(error.x(), 0.02, 0.003);
+  const Vector3d normal =
+      result.T_world_camera[1].linear() * cameras[1].T_world_camera.linear().transpose() * Vector3d::UnitZ();
+  EXPECT_LT(std::acos(std::min(1.0, normal.z())) / kDegree, 0.05) << "the plane is where the other camera has it";
+  EXPECT_FALSE(result.corrections[1].constrained);
+  ASSERT_EQ(result.corrections[1].free_directions.size(), 3u) << "two slides and a turn";
+  for (const auto& twist : result.corrections[1].free_directions) {
+    EXPECT_LT(std::abs(twist[2]), 0.1) << "not out of the plane";
+    EXPECT_LT(std::hypot(twist[3], twist[4]), 0.1) << "not tilting it";
+  }
+}
+
+TEST(ExtrinsicEstimation, ColourTellsWhatAPlaneDoesNot) {
+  const std::vector<Camera> cameras = cameraRow(2, 160, 120, 150);
+  Scene scene = makeScene(cameras, plane({0, 0, 1}, 1.5));
+  addNoise(scene, 0.002f);
+  paintWorld(scene, [](const Vector3d& x) {
+    return 128 + 50 * std::sin(17 * x.x() + 3 * x.y()) + 50 * std::sin(13 * x.y() - 2 * x.x());
+  });
+  std::vector<Eigen::Isometry3d> initial = poses(cameras);
+  initial[1] = moved(initial[1], {0.02, 0.01, 0.0});
+  const ExtrinsicResult with = estimate(scene, initial);
+  EXPECT_LT(apart(with.T_world_camera[1], cameras[1].T_world_camera), 0.003);
+  EXPECT_TRUE(with.corrections[1].constrained);
+  ExtrinsicParameters depth_alone;
+  depth_alone.use_color = false;
+  EXPECT_GT(apart(estimate(scene, initial, depth_alone).T_world_camera[1], cameras[1].T_world_camera), 0.015);
+}
+
+TEST(ExtrinsicEstimation, ACameraBrighterThanTheOtherIsNoHindrance) {
+  const std::vector<Camera> cameras = cameraRow(2, 160, 120, 150);
+  Scene scene = makeScene(cameras, plane({0, 0, 1}, 1.5));
+  paintWorld(scene, [](const Vector3d& x) { return 110 + 45 * std::sin(17 * x.x()) + 45 * std::sin(13 * x.y()); });
+  for (Rgb8& c : scene.color[1].data) c.r = c.g = c.b = static_cast<std::uint8_t>(c.r + 15);
+  std::vector<Eigen::Isometry3d> initial = poses(cameras);
+  initial[1] = moved(initial[1], {0.015, -0.01, 0.0});
+  EXPECT_LT(apart(estimate(scene, initial).T_world_camera[1], cameras[1].T_world_camera), 0.003);
+}
+
+TEST(ExtrinsicEstimation, CamerasWithoutOverlapStayAndSaySo) {
+  std::vector<Camera> cameras = cornerCameras(3);
+  cameras[2] = lookAt({0, 0, -1}, {0, 0, -3}, 160, 120, 150);  // the other way
+  const Scene scene =
+      makeScene(cameras, nearest({cornerAndBall(), plane({0, 0, 1}, -3.0), sphere({0.2, 0.1, -2.3}, 0.3)}));
+  std::vector<Eigen::Isometry3d> initial = poses(cameras);
+  initial[1] = moved(initial[1], {0.01, 0, 0});
+  initial[2] = moved(initial[2], {0.01, 0, 0});
+  const ExtrinsicResult result = estimate(scene, initial);
+  EXPECT_LT(apart(result.T_world_camera[1], cameras[1].T_world_camera), 0.0005) << "the others are put right";
+  EXPECT_EQ(result.corrections[2].translation, 0.0);
+  EXPECT_EQ(result.corrections[2].neighbours, 0u);
+  EXPECT_FALSE(result.corrections[2].constrained);
+  EXPECT_EQ(result.corrections[2].free_directions.size(), 6u);
+}
+
+TEST(ExtrinsicEstimation, AnEmptyRoomIsEnough) {
+  const std::vector<Camera> cameras = cornerCameras(3);
+  const Scene scene =
+      makeScene(cameras, nearest({plane({0, -1, 0}, -0.5), plane({-0.8, 0, -0.6}, -1.5), plane({0.6, 0, -0.8}, -1.6)}));
+  const ExtrinsicResult result = estimate(scene, disturbed(cameras));
+  for (std::size_t i = 0; i < cameras.size(); ++i)
+    EXPECT_LT(apart(result.T_world_camera[i], cameras[i].T_world_camera), 0.0005) << i;
+}
+
+TEST(ExtrinsicEstimation, AMissingViewIsLeftOut) {
+  const std::vector<Camera> cameras = cornerCameras(4);
+  Scene scene = makeScene(cameras, cornerAndBall());
+  scene.rig.views[3] = DepthView();
+  const ExtrinsicResult result = estimate(scene, disturbed(cameras));
+  EXPECT_LT(apart(result.T_world_camera[1], cameras[1].T_world_camera), 0.0005);
+  EXPECT_EQ(result.corrections[3].translation, 0.0);
+}
+
+TEST(ExtrinsicEstimation, WhereTheWorldsOriginLiesDoesNotMatter) {
+  const std::vector<Camera> cameras = cornerCameras(3);
+  const Scene scene = makeScene(cameras, cornerAndBall());
+  const std::vector<Eigen::Isometry3d> initial = disturbed(cameras);
+  Eigen::Isometry3d G = Eigen::Isometry3d::Identity();
+  G.pretranslate(Vector3d(800, -300, 40));
+  G.rotate(Eigen::AngleAxisd(2.1, Vector3d(1, -2, 0.5).normalized()));
+  std::vector<Eigen::Isometry3d> elsewhere;
+  for (const Eigen::Isometry3d& T : initial) elsewhere.push_back(G * T);
+  const ExtrinsicResult here = estimate(scene, initial), there = estimate(scene, elsewhere);
+  for (std::size_t i = 0; i < cameras.size(); ++i)
+    EXPECT_LT(apart(G * here.T_world_camera[i], there.T_world_camera[i]), 0.0003) << i;
+}
+
+TEST(ExtrinsicEstimation, TheNumberOfThreadsDoesNotMatter) {
+  const std::vector<Camera> cameras = cornerCameras(3);
+  Scene scene = makeScene(cameras, cornerAndBall());
+  addNoise(scene, 0.003f);
+  const ExtrinsicResult one = estimate(scene, disturbed(cameras), {}, 1),
+                        five = estimate(scene, disturbed(cameras), {}, 5);
+  for (std::size_t i = 0; i < cameras.size(); ++i)
+    EXPECT_EQ(one.T_world_camera[i].matrix(), five.T_world_camera[i].matrix()) << i;
+}
+
+TEST(ExtrinsicEstimation, SeveralInstantsAverageNoiseAway) {
+  const std::vector<Camera> cameras = cornerCameras(3);
+  double one = 0, eight = 0;
+  Estimation estimation;
+  for (unsigned int k = 0; k < 8; ++k) {
+    Scene scene = makeScene(cameras, cornerAndBall());
+    addNoise(scene, 0.02f, 100 + k);
+    estimation.addFrame(scene.rig);
+    one += apart(estimate(scene, poses(cameras)).T_world_camera[2], cameras[2].T_world_camera) / 8;
+  }
+  eight = apart(estimation.estimate().T_world_camera[2], cameras[2].T_world_camera);
+  EXPECT_LT(eight, 0.6 * one);
+}
+
+TEST(ExtrinsicEstimation, CloudsInTheCamerasFramesAreTheSameAsDepthImages) {
+  const std::vector<Camera> cameras = cornerCameras(2);
+  const Scene scene = makeScene(cameras, cornerAndBall());
+  std::vector<Camera> wrong = cameras;
+  wrong[1].T_world_camera = moved(cameras[1].T_world_camera, {0.01, 0, 0.01});
+  std::vector<pcl::PointCloud<pcl::PointXYZ>::ConstPtr> clouds;
+  for (std::size_t i = 0; i < cameras.size(); ++i) {
+    const auto cloud = std::make_shared<pcl::PointCloud<pcl::PointXYZ>>(160, 120);
+    for (std::size_t k = 0; k < cloud->size(); ++k) (*cloud)[k] = {0, 0, scene.depth[i].data[k]};
+    clouds.push_back(cloud);
+  }
+  Estimation estimation;
+  estimation.addClouds(wrong, clouds);
+  EXPECT_EQ(estimation.estimate().T_world_camera[1].matrix(), estimate(scene, poses(wrong)).T_world_camera[1].matrix());
+}
+
+TEST(ExtrinsicEstimation, OneCameraAloneStays) {
+  const std::vector<Camera> cameras = cornerCameras(1);
+  const ExtrinsicResult result = estimate(makeScene(cameras, cornerAndBall()), poses(cameras));
+  EXPECT_EQ(result.T_world_camera[0].matrix(), cameras[0].T_world_camera.matrix());
+}
+
+TEST(ExtrinsicEstimation, WrongInputIsRefused) {
+  const std::vector<Camera> cameras = cornerCameras(2);
+  const Scene scene = makeScene(cameras, cornerAndBall());
+  Estimation estimation;
+  EXPECT_THROW(estimation.estimate(), pcl::PCLException) << "no frame";
+  estimation.addFrame(scene.rig);
+  EXPECT_THROW(estimation.estimate({Eigen::Isometry3d::Identity()}), pcl::BadArgumentException) << "one pose for two";
+  std::vector<Eigen::Isometry3d> stretched = poses(cameras);
+  stretched[1].linear() *= 1.1;
+  EXPECT_THROW(estimation.estimate(stretched), pcl::BadArgumentException);
+  EXPECT_THROW(estimation.addFrame(makeScene(cornerCameras(3), cornerAndBall()).rig), pcl::BadArgumentException);
+  EXPECT_THROW(estimation.addClouds(cameras, {}), pcl::BadArgumentException);
+  for (const auto set : std::vector<void (*)(ExtrinsicParameters&)>{
+           [](ExtrinsicParameters& p) { p.reduction = 0; }, [](ExtrinsicParameters& p) { p.samples = 10; },
+           [](ExtrinsicParameters& p) { p.max_neighbours = 0; }, [](ExtrinsicParameters& p) { p.max_distance = 0; },
+           [](ExtrinsicParameters& p) { p.min_distance = 1; }, [](ExtrinsicParameters& p) { p.max_normal_angle = 2; },
+           [](ExtrinsicParameters& p) { p.min_information = 0; }, [](ExtrinsicParameters& p) { p.max_iterations = 0; },
+           [](ExtrinsicParameters& p) { p.max_distance = std::nanf(""); }}) {
+    ExtrinsicParameters parameters;
+    set(parameters);
+    EXPECT_THROW(estimation.setParameters(parameters), pcl::BadArgumentException);
+  }
+}
+
+}  // namespace
