@@ -100,10 +100,10 @@ TEST_F(PcdGrabber, PlaysFilesThatAreStampedByTheirNames) {
   pcl::PointCloud<pcl::PointXYZRGB> cloud(3, 2);
   std::vector<std::string> files{path("000000000500.pcd"), path("000000001000.pcd")};
   for (const std::string& file : files) ASSERT_EQ(pcl::io::savePCDFileBinary(file, cloud), 0);
-  pcl::PCDGrabber<pcl::PointXYZRGB> grabber(files);  // without a rate start() triggers one
+  pcl::PCDGrabber<pcl::PointXYZRGB> grabber(files);  // without a rate: one at a time
   Received received;
   io::connectGrabber(grabber, received.receiver());
-  for (int k = 0; k < 3; ++k) grabber.start();  // the first reads ahead
+  for (int k = 0; k < 3; ++k) grabber.trigger();  // the first reads ahead
   EXPECT_EQ(received.stamps, (std::vector<std::uint64_t>{500, 1000}));
 }
 
