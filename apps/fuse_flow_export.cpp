@@ -38,7 +38,10 @@ int run(const Options& options) {
       std::error_code error;
       fs::create_directories(folder, error);
       if (error) throw io::OutputError(folder.string() + ": cannot be made: " + error.message());
-      io::toOrganizedCloud(loaded.rig.cameras[k], loaded.rig.views[k], cloud);
+      const Camera& camera = loaded.rig.cameras[k];
+      io::toOrganizedCloud(camera, loaded.rig.views[k], cloud);
+      cloud.sensor_origin_.head<3>() = camera.T_world_camera.translation().cast<float>();
+      cloud.sensor_orientation_ = Eigen::Quaterniond(camera.T_world_camera.linear()).cast<float>();
       io::writeCloud((folder / name).string(), cloud);
       ++files;
     }

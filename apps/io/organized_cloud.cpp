@@ -71,8 +71,6 @@ void toOrganizedCloud(const Camera& camera, const DepthView& view, OrganizedClou
   backprojection.setCamera(at_origin);
   backprojection.setView(view);
   backprojection.filter(cloud);
-  cloud.sensor_origin_.head<3>() = camera.T_world_camera.translation().cast<float>();
-  cloud.sensor_orientation_ = Eigen::Quaterniond(camera.T_world_camera.linear()).cast<float>();
 }
 
 Camera cameraOf(const std::string& path, const OrganizedCloud& cloud) {

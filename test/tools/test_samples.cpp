@@ -71,6 +71,18 @@ TEST_F(Samples, ThePipelineRunsEveryFilterAndLeavesAFusedWall) {
   }
 }
 
+TEST_F(Samples, ThePipelineTakesDepthAlongTheAxisOfACameraThatLooksAnywhere) {
+  nlohmann::json rig = wall_.rig();
+  for (int k = 0; k < 2; ++k)  // its z along the world's x, its x along −y
+    rig["cameras"][k]["T_world_camera"] = {0, 0, 1, 0, -1, 0, 0, -0.1 * k, 0, -1, 0, 0, 0, 0, 0, 1};
+  writeText(recording_ / "rig.json", rig.dump());
+  const ToolResult result = runProgram(FUSE_FLOW_SAMPLE_PCL_PIPELINE, {recording(), out("fused.pcd")});
+  ASSERT_TRUE(succeeded(result));
+  const std::string step = "ConfidenceEstimation: ";
+  EXPECT_GT(std::stoi(result.out.substr(result.out.find(step) + step.size())), 600) << result.out;
+  for (const FilePoint& p : readCloudFile(out("fused.pcd"))) ASSERT_NEAR(p.x, WallRecording::wallDistance(0), 1e-3);
+}
+
 TEST_F(Samples, TheVisualizerShowsTheFusedCloudInItsColours) {
   const ToolResult result = runWithDisplay({FUSE_FLOW_SAMPLE_VISUALIZE, recording(), out("picture.png")});
   ASSERT_EQ(result.exit_code, 0) << result.err;
