@@ -1,5 +1,5 @@
 // Several grabbers, of any kind, synchronised by time stamp and fused as their clouds arrive.
-//   sample_live FOLDER FOLDER …              organised PCD files, a folder a camera, their poses in VIEWPOINT
+//   sample_live FOLDER FOLDER …              organised PCD files, a folder a camera; its pose is its first file's VIEWPOINT
 //   sample_live rig.json '#1' '#2' …         OpenNI2 devices, where PCL has them; a calibration goes before sources without poses
 #include "io/grabber.h"
 #include "io/rig_json.h"
