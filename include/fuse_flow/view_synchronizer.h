@@ -1,6 +1,7 @@
 #pragma once
 
 #include <fuse_flow/impl/live/clock_offset.hpp>
+#include <fuse_flow/impl/live/frame_period.hpp>
 
 #include <chrono>
 #include <condition_variable>
@@ -90,8 +91,8 @@ struct SynchronizedSet {
  *  \endcode
  *
  *  A set goes out as soon as every camera that is waited for has a view in it; if several could, the latest, so that a slow
- *  consumer skips frames instead of falling behind. Of cameras with different rates the slowest sets the pace. A view that has
- *  waited for max_wait goes out with what there is, and a camera that has delivered nothing by then has stalled: no set waits
+ *  consumer skips frames instead of falling behind. Of cameras with different rates the slowest sets the pace; a frame that a
+ *  camera has lost, by the rate at which it delivers, holds up no one. A view that has waited for max_wait goes out with what there is, and a camera that has delivered nothing by then has stalled: no set waits
  *  for it until it delivers again. No more than capacity views of a camera are kept, the oldest give way. push() never waits
  *  for a consumer: both hold the lock for bookkeeping only, and drop views outside of it.
  *
@@ -124,14 +125,15 @@ class ViewSynchronizer {
 
  private:
   struct Waiting {
-    std::int64_t stamp;    // µs, the camera's clock
-    std::int64_t arrival;  // µs, the host's
-    PayloadT payload;
+    std::int64_t stamp;               // µs, the camera's clock
+    std::int64_t arrival;             // µs, the host's
+    std::optional<PayloadT> payload;  // none: the place of a frame that the camera lost
   };
   struct Stream {
     explicit Stream(std::chrono::microseconds window) : offset(window.count()) {}
     std::deque<Waiting> views;  // oldest first
     detail::ClockOffset offset;
+    detail::FramePeriod period;
     std::optional<std::int64_t> newest;  // stamp
     SynchronizerStatistics::Camera counts;
   };
@@ -139,7 +141,7 @@ class ViewSynchronizer {
   static inline std::chrono::microseconds steadyTime();
   inline std::int64_t timeOf(const Stream& stream, std::int64_t stamp) const;
   inline bool accept(Stream& stream, std::int64_t stamp, std::int64_t arrival, std::deque<Waiting>& dropped);
-  inline void dropOldest(Stream& stream, std::deque<Waiting>& dropped) const;
+  inline void dropOldest(Stream& stream, std::uint64_t& count, std::deque<Waiting>& dropped) const;
   inline void dropPast(std::deque<Waiting>& dropped);
   inline std::optional<std::int64_t> oldestArrival() const;
   inline std::optional<Set> select(std::deque<Waiting>& dropped);

@@ -44,15 +44,12 @@ void ViewSynchronizer<PayloadT>::push(std::size_t camera, std::uint64_t stamp, P
     Stream& stream = streams_[camera];
     if (!accept(stream, time, arrival, dropped)) return;
     stream.views.push_back({time, arrival, std::move(payload)});
-    if (stream.views.size() > parameters_.capacity) {
-      ++stream.counts.overrun;
-      dropOldest(stream, dropped);
-    }
+    while (stream.views.size() > parameters_.capacity) dropOldest(stream, stream.counts.overrun, dropped);
   }
   pushed_.notify_one();
 }
 
-/** \brief Keeps the camera's books; false if the view is of no use. */
+/** \brief Keeps the camera's books, and the places of frames that it lost; false if the view is of no use. */
 template <typename PayloadT>
 bool ViewSynchronizer<PayloadT>::accept(Stream& stream, std::int64_t stamp, std::int64_t arrival,
                                         std::deque<Waiting>& dropped) {
@@ -68,17 +65,22 @@ bool ViewSynchronizer<PayloadT>::accept(Stream& stream, std::int64_t stamp, std:
       return false;
     }
     ++stream.counts.restarts;
-    stream.counts.unmatched += stream.views.size();
-    while (!stream.views.empty()) dropOldest(stream, dropped);
+    while (!stream.views.empty()) dropOldest(stream, stream.counts.unmatched, dropped);
     stream.offset.forget();
+    stream.newest.reset();
     if (parameters_.clocks == ClockModel::Shared) past_.reset();  // as when a recording begins again
   }
+  const std::int64_t gap = stream.newest ? stamp - *stream.newest : 0;
+  const std::int64_t lost = stream.newest ? stream.period.lostIn(gap) : 0;
   stream.newest = stamp;
   stream.offset.add(arrival, stamp);
   if (past_ && timeOf(stream, stamp) <= *past_) {
     ++stream.counts.late;
     return false;
   }
+  if (gap <= parameters_.max_wait.count())  // else the others have long gone out without it
+    for (std::int64_t k = 1; k <= lost; ++k)
+      stream.views.push_back({stamp - gap + k * gap / (lost + 1), arrival, std::nullopt});
   return true;
 }
 
@@ -119,7 +121,8 @@ SynchronizerStatistics ViewSynchronizer<PayloadT>::getStatistics() const {
   SynchronizerStatistics statistics = sets_;
   for (const Stream& stream : streams_) {
     statistics.cameras.push_back(stream.counts);
-    statistics.cameras.back().waiting = stream.views.size();
+    statistics.cameras.back().waiting = static_cast<std::uint64_t>(std::count_if(
+        stream.views.begin(), stream.views.end(), [](const Waiting& view) { return view.payload.has_value(); }));
     statistics.cameras.back().offset = std::chrono::microseconds(timeOf(stream, 0));
   }
   return statistics;
@@ -131,7 +134,8 @@ std::int64_t ViewSynchronizer<PayloadT>::timeOf(const Stream& stream, std::int64
 }
 
 template <typename PayloadT>
-void ViewSynchronizer<PayloadT>::dropOldest(Stream& stream, std::deque<Waiting>& dropped) const {
+void ViewSynchronizer<PayloadT>::dropOldest(Stream& stream, std::uint64_t& count, std::deque<Waiting>& dropped) const {
+  if (stream.views.front().payload) ++count;
   dropped.push_back(std::move(stream.views.front()));
   stream.views.pop_front();
 }
@@ -141,10 +145,8 @@ template <typename PayloadT>
 void ViewSynchronizer<PayloadT>::dropPast(std::deque<Waiting>& dropped) {
   if (!past_) return;
   for (Stream& stream : streams_)
-    while (!stream.views.empty() && timeOf(stream, stream.views.front().stamp) <= *past_) {
-      ++stream.counts.unmatched;
-      dropOldest(stream, dropped);
-    }
+    while (!stream.views.empty() && timeOf(stream, stream.views.front().stamp) <= *past_)
+      dropOldest(stream, stream.counts.unmatched, dropped);
 }
 
 template <typename PayloadT>
@@ -172,9 +174,9 @@ std::optional<SynchronizedSet<PayloadT>> ViewSynchronizer<PayloadT>::select(std:
   for (std::size_t c = 0; c < streams_.size(); ++c)
     for (const Waiting& view : streams_[c].views) times[c].push_back(timeOf(streams_[c], view.stamp));
   const std::vector<std::size_t> chosen = detail::fullestSet(times, 2 * parameters_.tolerance.count());
-  const auto in_set = static_cast<std::size_t>(
+  const auto places = static_cast<std::size_t>(
       std::count_if(chosen.begin(), chosen.end(), [](std::size_t position) { return position != detail::kNoView; }));
-  if (in_set < with_views && !overdue) return std::nullopt;
+  if (places < with_views && !overdue) return std::nullopt;
 
   const detail::TimeRange range(times, chosen);
   Set set = assemble(chosen, dropped);
@@ -182,6 +184,9 @@ std::optional<SynchronizedSet<PayloadT>> ViewSynchronizer<PayloadT>::select(std:
   set.spread = std::chrono::microseconds(range.spread());
   past_ = range.middle();
   dropPast(dropped);
+  const auto in_set = static_cast<std::size_t>(
+      std::count_if(set.views.begin(), set.views.end(), [](const auto& view) { return view.has_value(); }));
+  if (in_set == 0) return select(dropped);  // an instant that all of its cameras lost
   if (overdue)
     for (std::size_t c = 0; c < streams_.size(); ++c)
       if (!set.views[c] && streams_[c].views.empty()) streams_[c].counts.waited_for = false;
@@ -203,12 +208,13 @@ SynchronizedSet<PayloadT> ViewSynchronizer<PayloadT>::assemble(const std::vector
   for (std::size_t c = 0; c < streams_.size(); ++c) {
     if (chosen[c] == detail::kNoView) continue;
     Stream& stream = streams_[c];
-    stream.counts.unmatched += chosen[c];
-    for (std::size_t k = 0; k < chosen[c]; ++k) dropOldest(stream, dropped);
+    for (std::size_t k = 0; k < chosen[c]; ++k) dropOldest(stream, stream.counts.unmatched, dropped);
     Waiting& view = stream.views.front();
-    set.views[c] = SynchronizedView<PayloadT>{static_cast<std::uint64_t>(view.stamp), std::move(view.payload)};
+    if (view.payload) {
+      set.views[c] = SynchronizedView<PayloadT>{static_cast<std::uint64_t>(view.stamp), std::move(*view.payload)};
+      ++stream.counts.used;
+    }
     stream.views.pop_front();
-    ++stream.counts.used;
   }
   return set;
 }
