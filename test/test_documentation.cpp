@@ -79,4 +79,13 @@ TEST(Documentation, ShowsOnlyCMakeThatTheExamplesAreBuiltWith) {
   EXPECT_TRUE(quotes(cmake[0], root / "doc/examples/CMakeLists.txt")) << joined(cmake[0]);
 }
 
+TEST(Documentation, TheSamplesAreAsShortAsTheReadmeSays) {
+  for (const char* sample : {"sample_pcl_pipeline.cpp", "sample_visualize.cpp", "sample_live.cpp"}) {
+    std::ifstream stream(root / "apps" / sample);
+    int lines = 0;
+    for (std::string line; std::getline(stream, line);) ++lines;
+    EXPECT_TRUE(lines > 10 && lines < 100) << sample << " has " << lines << " lines";
+  }
+}
+
 }  // namespace

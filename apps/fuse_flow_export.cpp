@@ -1,0 +1,71 @@
+// Writes a recording as organised PCD files, a folder a camera: what pcl::PCDGrabber plays and pcl_viewer shows.
+
+#include "io/cloud_io.h"
+#include "io/organized_cloud.h"
+#include "io/recording.h"
+#include "io/tool.h"
+
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+
+namespace {
+
+namespace fs = std::filesystem;
+using namespace fuse_flow;
+
+struct Options {
+  std::vector<std::string> inputs;
+  io::RecordingOptions recording;
+  double frames_per_second{30};
+  std::string output;
+};
+
+int run(const Options& options) {
+  const std::unique_ptr<io::Recording> recording = io::openRecording(options.inputs, options.recording);
+  io::LoadedFrame loaded;
+  io::OrganizedCloud cloud;
+  std::size_t files = 0;
+  for (std::size_t frame = 0; frame < recording->frameCount() && !io::interrupt_requested; ++frame) {
+    recording->read(frame, loaded);
+    const auto stamp = loaded.rig.stamp ? static_cast<long long>(loaded.rig.stamp)
+                                        : std::llround(1e6 * static_cast<double>(frame) / options.frames_per_second);
+    char name[32];
+    std::snprintf(name, sizeof(name), "%012lld.pcd", stamp);
+    for (std::size_t k = 0; k < loaded.rig.views.size(); ++k) {
+      if (loaded.rig.views[k].missing()) continue;
+      const fs::path folder = fs::path(options.output) / recording->viewName(k);
+      std::error_code error;
+      fs::create_directories(folder, error);
+      if (error) throw io::OutputError(folder.string() + ": cannot be made: " + error.message());
+      const Camera& camera = loaded.rig.cameras[k];
+      io::toOrganizedCloud(camera, loaded.rig.views[k], cloud);
+      cloud.sensor_origin_.head<3>() = camera.T_world_camera.translation().cast<float>();
+      cloud.sensor_orientation_ = Eigen::Quaterniond(camera.T_world_camera.linear()).cast<float>();
+      io::writeCloud((folder / name).string(), cloud);
+      ++files;
+    }
+  }
+  std::cout << options.output << ": " << files << " clouds of " << recording->cameras().size() << " cameras"
+            << std::endl;
+  return io::interrupt_requested ? io::kInterrupted : io::kSuccess;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  Options options;
+  CLI::App app("Writes a recording as organised PCD files, a folder a camera, named by time in microseconds.",
+               "fuse_flow_export");
+  app.add_option("input", options.inputs, "a rig recording, or a 7-Scenes, TUM RGB-D or Redwood folder")->required();
+  app.add_option("-o,--output", options.output, "folder of the folders")->required();
+  app.add_option("--fps", options.frames_per_second, "frames per second, where the recording has no times")
+      ->check(CLI::Range(1e-3, 1e6))
+      ->capture_default_str();
+  app.add_option("--views", options.recording.views, "cameras, or frames that act as such: 0,60,120 or A:B:STEP")
+      ->multi_option_policy(CLI::MultiOptionPolicy::Join);
+  app.add_option("--slide", options.recording.slide, "move those frames on by this many, again and again")
+      ->check(CLI::Range(0, 1000000));
+  io::catchInterrupts();
+  return io::runTool(app, argc, argv, [&] { return run(options); });
+}
