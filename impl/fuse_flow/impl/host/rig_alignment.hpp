@@ -56,8 +56,10 @@ class RigAlignment {
     fixGauge();
     describe(graph);
     measure(&CameraOverlap::residual, result_.residual);
-    for (const Eigen::Isometry3d& T : poses_)
-      result_.T_world_camera.push_back(Eigen::Translation3d(result_.scene_center) * T);
+    for (std::size_t i = 0; i < poses_.size(); ++i)  // what did not move is the same to the last digit
+      result_.T_world_camera.push_back(result_.corrections[i].T_correction.isApprox(Eigen::Isometry3d::Identity(), 0)
+                                           ? initial_[i]
+                                           : Eigen::Isometry3d(Eigen::Translation3d(result_.scene_center) * poses_[i]));
     return std::move(result_);
   }
 
@@ -156,7 +158,8 @@ class RigAlignment {
     for (std::size_t i = 0; i < poses_.size(); ++i) {
       CameraCorrection c;
       const Eigen::Translation3d center(result_.scene_center);
-      c.T_correction = center * correction(i) * center.inverse();
+      if (poses_[i].matrix() != (center.inverse() * initial_[i]).matrix())
+        c.T_correction = center * correction(i) * center.inverse();
       const Eigen::Vector3d place = poses_[i].translation();
       c.translation = (place - (initial_[i].translation() - result_.scene_center)).norm();
       c.rotation = Eigen::AngleAxisd(correction(i).linear()).angle();
