@@ -1,0 +1,300 @@
+// The tables of doc/calibration.md: how near the truth extrinsic estimation comes, beside PCL's registration, and what it costs
+// beside the fusion. fuse_flow_calibration_bench [accuracy | peers | real | beside | knock]…
+
+#include "registration_peers.h"
+#include "rig_error.h"
+
+#include "io/recording.h"
+#include "simulation/simulator.h"
+
+#include <fuse_flow/extrinsic_tracking.h>
+#include <fuse_flow/fuse_flow.h>
+#include <fuse_flow/impl/host/parallel.hpp>
+#include <fuse_flow/multi_camera_consistency.h>
+#include <fuse_flow/point_types.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <filesystem>
+#include <random>
+#include <string>
+
+namespace {
+
+using namespace fuse_flow;
+using Clock = std::chrono::steady_clock;
+using Poses = std::vector<Eigen::Isometry3d>;
+using Estimation = ExtrinsicEstimation<PointFused>;
+using Tracking = ExtrinsicTracking<PointFused>;
+
+double since(Clock::time_point start) {
+  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+}
+
+simulation::SimulationOptions rigOf(const std::string& scene, const std::string& rig, const std::string& sensor,
+                                    double fps) {
+  simulation::SimulationOptions options;
+  options.scene = scene;
+  options.rig = rig;
+  options.sensor = sensor;
+  options.frames_per_second = fps;
+  options.threads = host::resolveThreads(0);
+  return options;
+}
+
+Poses truePoses(const simulation::Simulator& simulator) {
+  Poses poses;
+  for (const Camera& camera : simulator.trueCameras()) poses.push_back(camera.T_world_camera);
+  return poses;
+}
+
+/** \brief Every camera 20 mm off in a random direction, and turned by a degree about a random axis. */
+Poses disturbed(Poses poses, unsigned int trial) {
+  std::mt19937 random(trial + 1);
+  std::normal_distribution<double> normal;
+  const auto direction = [&] { return Eigen::Vector3d(normal(random), normal(random), normal(random)).normalized(); };
+  for (Eigen::Isometry3d& T : poses) {
+    T.pretranslate(0.02 * direction());
+    T.rotate(Eigen::AngleAxisd(0.017453292519943295, direction()));
+  }
+  return poses;
+}
+
+/** \brief Errors of all cameras of all trials. */
+struct Errors {
+  std::vector<double> mm, degrees;
+  double worst_change{-1e9};  ///< of a trial's mean error, mm
+
+  void add(const Poses& before, const Poses& after, const Poses& truth) {
+    double change = 0;
+    const auto was = bench::rigError(before, truth), is = bench::rigError(after, truth);
+    for (std::size_t i = 0; i < is.size(); ++i) {
+      mm.push_back(is[i].mm);
+      degrees.push_back(is[i].degrees);
+      change += (is[i].mm - was[i].mm) / static_cast<double>(is.size());
+    }
+    worst_change = std::max(worst_change, change);
+  }
+  double largest() const { return *std::max_element(mm.begin(), mm.end()); }
+};
+
+const std::vector<std::string> kSensors{"ideal", "structured_light", "time_of_flight", "time_of_flight_multipath",
+                                        "active_stereo"};
+
+void accuracy() {
+  constexpr unsigned int trials = 3;
+  std::printf(
+      "| scene | rig | sensor | 1 frame: median mm, deg | largest mm | worst change mm | 5 frames: median mm, deg | "
+      "largest mm | worst change mm |\n|---|---|---|---|---|---|---|---|---|\n");
+  for (const char* scene : {"thin", "person"})
+    for (const char* rig : {"ring-4", "ring-8", "walls-16"})
+      for (const std::string& sensor : kSensors) {
+        simulation::Simulator simulator(rigOf(scene, rig, sensor, 3));
+        const Poses truth = truePoses(simulator);
+        std::printf("| %s | %s | %s", scene, rig, sensor.c_str());
+        Estimation estimation;
+        std::size_t frame = 0;
+        for (const std::size_t frames : {std::size_t{1}, std::size_t{5}}) {
+          io::LoadedFrame loaded;
+          for (; frame < frames; ++frame) {
+            simulator.measure(frame, loaded);
+            estimation.addFrame(loaded.rig);
+          }
+          Errors errors;
+          for (unsigned int trial = 0; trial < trials; ++trial) {
+            const Poses start = disturbed(truth, trial);
+            errors.add(start, estimation.estimate(start).T_world_camera, truth);
+          }
+          std::printf(" | %.2f, %.3f | %.1f | %.1f", bench::median(errors.mm), bench::median(errors.degrees),
+                      errors.largest(), errors.worst_change);
+        }
+        std::printf(" |\n");
+        std::fflush(stdout);
+      }
+}
+
+std::vector<std::pair<std::size_t, std::size_t>> byOverlap(const ExtrinsicResult& result) {
+  std::vector<CameraOverlap> overlaps = result.overlaps;
+  std::sort(overlaps.begin(), overlaps.end(), [](const auto& a, const auto& b) { return a.matches > b.matches; });
+  std::vector<std::pair<std::size_t, std::size_t>> pairs;
+  for (const CameraOverlap& o : overlaps) pairs.emplace_back(o.first, o.second);
+  return pairs;
+}
+
+void peers() {
+  std::printf(
+      "| scene | rig | sensor | ours: median mm, deg, ms | GICP along the tree | LUM | time of GICP, LUM over ours "
+      "|\n|---|---|---|---|---|---|---|\n");
+  for (const char* scene : {"thin", "person"})
+    for (const char* rig : {"ring-4", "ring-8"})
+      for (const std::string& sensor : {kSensors[1], kSensors[2], kSensors[4]}) {
+        simulation::Simulator simulator(rigOf(scene, rig, sensor, 3));
+        const Poses truth = truePoses(simulator);
+        io::LoadedFrame loaded;
+        simulator.measure(0, loaded);
+        Errors ours, gicp, lum;
+        std::vector<double> ms, gicp_ms, lum_ms;
+        for (unsigned int trial = 0; trial < 3; ++trial) {
+          const Poses start = disturbed(truth, trial);
+          const auto begin = Clock::now();
+          Estimation estimation;
+          estimation.addFrame(loaded.rig);
+          const ExtrinsicResult result = estimation.estimate(start);
+          ms.push_back(since(begin));
+          ours.add(start, result.T_world_camera, truth);
+          const auto overlaps = byOverlap(result);
+          const bench::PeerResult a = bench::gicpAlongTree(loaded.rig, start, overlaps, 0.03f, 0.1f);
+          gicp.add(start, a.T_world_camera, truth);
+          gicp_ms.push_back(a.milliseconds);
+          const bench::PeerResult b = bench::lum(loaded.rig, start, overlaps, 0.03f, 0.25f, 8);
+          lum.add(start, b.T_world_camera, truth);
+          lum_ms.push_back(b.milliseconds);
+        }
+        const auto show = [](const Errors& e, const std::vector<double>& t) {
+          std::printf(" | %.2f, %.3f, %.0f", bench::median(e.mm), bench::median(e.degrees), bench::median(t));
+        };
+        std::printf("| %s | %s | %s", scene, rig, sensor.c_str());
+        show(ours, ms);
+        show(gicp, gicp_ms);
+        show(lum, lum_ms);
+        std::printf(" | %.1f, %.1f |\n", bench::median(gicp_ms) / bench::median(ms),
+                    bench::median(lum_ms) / bench::median(ms));
+        std::fflush(stdout);
+      }
+}
+
+void real() {
+  const std::string folder = std::string(FUSE_FLOW_SHARED_DATA) + "/seven_scenes";
+  if (!std::filesystem::exists(folder)) {
+    std::printf("no recording at %s\n", folder.c_str());
+    return;
+  }
+  std::printf(
+      "| views | poses | surfaces disagree, rms mm | E_MC (2+) mm | violations | coverage "
+      "|\n|---|---|---|---|---|---|\n");
+  for (const char* views : {"0,60,120,180", "0:160:20"}) {
+    io::RecordingOptions options;
+    options.views = views;
+    io::LoadedFrame loaded;
+    io::openRecording({folder}, options)->read(0, loaded);
+    Estimation estimation;
+    estimation.addFrame(loaded.rig);
+    const ExtrinsicResult result = estimation.estimate();
+    for (const bool refined : {false, true}) {
+      if (refined)
+        for (std::size_t i = 0; i < loaded.rig.cameras.size(); ++i)
+          loaded.rig.cameras[i].T_world_camera = result.T_world_camera[i];
+      FuseFlow<PointFused> fusion;
+      pcl::PointCloud<PointFused> cloud;
+      fusion.fuse(loaded.rig, cloud);
+      const Quality q = multiCameraConsistency(cloud, loaded.rig);
+      std::printf("| %s | %s | %.2f | %.2f | %.2f %% | %.2f %% |\n", views, refined ? "refined" : "as recorded",
+                  1000 * (refined ? result.residual : result.residual_before), 1000 * q.multi_view_error,
+                  100 * q.violationShare(), 100 * q.coverage());
+    }
+  }
+}
+
+/** \brief Frame time of the fusion alone and with an estimation running, frame by frame in turn, so that both meet the same
+ *  machine. */
+void beside() {
+  std::printf(
+      "| cameras | fusion alone, ms | with estimation, ms | rate kept | estimate, ms | estimate with two threads and "
+      "nothing beside it, ms |\n|---|---|---|---|---|---|\n");
+  for (const int cameras : {1, 2, 4, 6, 8}) {
+    simulation::Simulator simulator(rigOf("room", "ring-" + std::to_string(cameras), "structured_light", 30));
+    io::LoadedFrame loaded;
+    simulator.measure(0, loaded);
+    Tracking tracking(loaded.rig.cameras, 0.002);
+    FuseFlow<PointFused> fusion;
+    pcl::PointCloud<PointFused> cloud;
+    std::vector<double> alone, with, estimate, quiet;
+    for (int round = 0; round < 6; ++round) {
+      tracking.finish();
+      for (int k = 0; k < 12; ++k) {
+        const auto start = Clock::now();
+        fusion.fuse(loaded.rig, cloud);
+        alone.push_back(since(start));
+      }
+      for (int k = 0; k < 12; ++k) {
+        const auto start = Clock::now();
+        tracking.push(loaded.rig);
+        tracking.apply(loaded.rig);
+        fusion.fuse(loaded.rig, cloud);
+        with.push_back(since(start));
+        estimate.push_back(tracking.poses()->milliseconds);
+      }
+    }
+    tracking.setNumberOfThreads(2);
+    for (int k = 0; k < 8; ++k) {
+      tracking.push(loaded.rig);
+      tracking.finish();
+      quiet.push_back(tracking.poses()->milliseconds);
+    }
+    std::printf("| %d | %.1f | %.1f | %.0f %% | %.0f | %.0f |\n", cameras, bench::median(alone), bench::median(with),
+                100 * bench::median(alone) / bench::median(with), bench::median(estimate), bench::median(quiet));
+    std::fflush(stdout);
+  }
+}
+
+void knock() {
+  std::printf(
+      "| scene | rig | sensor | noticed after, frames | within 3 mm again after, frames | false alarms in 36 frames | "
+      "median error at the end, mm |\n|---|---|---|---|---|---|---|\n");
+  constexpr std::size_t at = 12, frames = 36;
+  for (const char* scene : {"room", "person"})
+    for (const char* rig : {"ring-4"})
+      for (const std::string& sensor : {kSensors[1], kSensors[2]}) {
+        simulation::SimulationOptions options = rigOf(scene, rig, sensor, 30);
+        options.faults.knock = 0.05;
+        options.faults.knock_rotation = 0.017453292519943295;
+        options.faults.knock_frame = at;
+        simulation::Simulator simulator(options);
+        Tracking tracking(simulator.cameras(), 0.002);
+        tracking.setNumberOfThreads(2);
+        io::LoadedFrame loaded;
+        std::size_t noticed = 0, right = 0, alarms = 0;
+        double final_error = 0;
+        const std::size_t last = simulator.cameras().size() - 1;
+        for (std::size_t frame = 0; frame < frames; ++frame) {
+          simulator.measure(frame, loaded);
+          tracking.push(loaded.rig);
+          tracking.finish();
+          for (const CameraMotion& m : tracking.poses()->moved) {
+            const bool it = m.camera == last && frame >= at && noticed == 0;
+            if (it) noticed = frame - at + 1;
+            alarms += it ? 0 : 1;
+          }
+          Poses truth;
+          for (std::size_t i = 0; i <= last; ++i) truth.push_back(simulator.truePose(frame, i));
+          const auto errors = bench::rigError(tracking.poses()->T_world_camera, truth);
+          if (frame >= at && right == 0 && errors[last].mm < 3) right = frame - at + 1;
+          std::vector<double> mm;
+          for (const auto& e : errors) mm.push_back(e.mm);
+          final_error = bench::median(mm);
+        }
+        std::printf("| %s | %s | %s | %zu | %zu | %zu | %.2f |\n", scene, rig, sensor.c_str(), noticed, right, alarms,
+                    final_error);
+        std::fflush(stdout);
+      }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const std::vector<std::pair<std::string, void (*)()>> tables{
+      {"accuracy", accuracy}, {"peers", peers}, {"real", real}, {"beside", beside}, {"knock", knock}};
+  std::vector<std::string> wanted(argv + 1, argv + argc);
+  for (const std::string& name : wanted)
+    if (std::none_of(tables.begin(), tables.end(), [&](const auto& t) { return t.first == name; })) {
+      std::fprintf(stderr, "fuse_flow_calibration_bench: '%s' is none of accuracy, peers, real, beside, knock\n",
+                   name.c_str());
+      return 2;
+    }
+  for (const auto& [name, table] : tables)
+    if (wanted.empty() || std::find(wanted.begin(), wanted.end(), name) != wanted.end()) {
+      std::printf("\n%s\n\n", name.c_str());
+      table();
+    }
+}
