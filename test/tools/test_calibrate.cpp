@@ -1,0 +1,119 @@
+#include "tool_fixture.h"
+
+#include <nlohmann/json.hpp>
+
+#include <array>
+#include <cmath>
+#include <fstream>
+
+namespace tool_test {
+namespace {
+
+/** \brief A simulated rig that does not stand where its rig.json says, and the tool that finds out. */
+class Calibrate : public ToolTest {
+ protected:
+  ToolResult calibrate(std::vector<std::string> more) const {
+    std::vector<std::string> arguments{recording(), "-o", out("refined.json")};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return runProgram(FUSE_FLOW_CALIBRATE_TOOL, arguments);
+  }
+  void simulate(const std::vector<std::string>& more) const {
+    std::vector<std::string> arguments{"--scene",  "room",  "--rig", "ring-3", "--scale", "0.3",
+                                       "--sensor", "ideal", "--fps", "3",      "-o",      recording()};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    ASSERT_TRUE(succeeded(runProgram(FUSE_FLOW_SIMULATE_TOOL, arguments)));
+  }
+  static nlohmann::json read(const std::string& path) {
+    std::ifstream file(path);
+    return nlohmann::json::parse(file);
+  }
+
+  using Pose = std::array<double, 16>;  // row-major
+  /** \brief Where the centre of a camera lies in the frame of camera 0. */
+  static std::array<double, 3> placeBesideFirst(const nlohmann::json& rig, std::size_t camera) {
+    const Pose first = rig["cameras"][0]["T_world_camera"], other = rig["cameras"][camera]["T_world_camera"];
+    std::array<double, 3> place{};
+    for (std::size_t row = 0; row < 3; ++row)
+      for (std::size_t k = 0; k < 3; ++k) place[row] += first[4 * k + row] * (other[4 * k + 3] - first[4 * k + 3]);
+    return place;
+  }
+  /** \brief How far a camera is from its true place, both seen from camera 0; metres. */
+  double error(const std::string& rig_json, std::size_t camera) const {
+    const auto found = placeBesideFirst(read(rig_json), camera);
+    const auto truth = placeBesideFirst(read((recording_ / "truth" / "rig.json").string()), camera);
+    return std::hypot(found[0] - truth[0], found[1] - truth[1], found[2] - truth[2]);
+  }
+};
+
+TEST_F(Calibrate, BringsCamerasBackToWhereTheyTrulyStand) {
+  simulate({"--frames", "2", "--position-error", "20", "--rotation-error", "0.5"});
+  const ToolResult result = calibrate({"--json", out("figures.json")});
+  ASSERT_TRUE(succeeded(result));
+  for (std::size_t camera : {1u, 2u}) {
+    EXPECT_GT(error((recording_ / "rig.json").string(), camera), 0.005);
+    EXPECT_LT(error(out("refined.json"), camera), 0.003);
+  }
+  EXPECT_NE(result.out.find("camera_02"), std::string::npos);
+  const nlohmann::json figures = read(out("figures.json"));
+  EXPECT_EQ(figures["cameras"].size(), 3u);
+  EXPECT_EQ(figures["cameras"][0]["moved_mm"], 0.0);
+  EXPECT_LT(figures["residual_mm"], 0.5 * figures["residual_before_mm"].get<double>());
+}
+
+TEST_F(Calibrate, TheNewPosesServeTheOtherTools) {
+  simulate({"--position-error", "20", "--rotation-error", "0.5"});
+  ASSERT_TRUE(succeeded(calibrate({})));
+  const auto disagreement = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> arguments{recording(), "-o", out("cloud.ply"), "--report", out("report.json")};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    EXPECT_TRUE(succeeded(fuse(arguments)));
+    return read(out("report.json"))["total"]["e_mc_multi_view_mm"].get<double>();
+  };
+  const double before = disagreement({});
+  EXPECT_LT(disagreement({"--poses", out("refined.json")}), 0.7 * before);
+  EXPECT_LT(disagreement({"--refine-extrinsics"}), 0.7 * before);
+  EXPECT_TRUE(succeeded(evaluate({recording(), out("cloud.ply"), "--poses", out("refined.json")})));
+}
+
+TEST_F(Calibrate, AKnockedCameraIsToldWhileFusing) {
+  simulate({"--frames", "7", "--fps", "30", "--knock", "60", "--knock-rotation", "1", "--knock-frame", "2"});
+  const ToolResult result = fuse({recording(), "-o", out(), "--refine-extrinsics", "--no-quality"});
+  EXPECT_EQ(result.exit_code, 0);
+  EXPECT_NE(result.err.find("camera 'camera_02' has moved by"), std::string::npos) << result.err;
+}
+
+TEST_F(Calibrate, FusingWithRefinementGivesTheSameBytesAgain) {
+  simulate({"--frames", "3", "--position-error", "10"});
+  std::string first;
+  for (int k = 0; k < 2; ++k) {
+    ASSERT_TRUE(succeeded(fuse({recording(), "-o", out(), "--refine-extrinsics"})));
+    std::ifstream file(out_ / "000002.ply", std::ios::binary);
+    const std::string bytes{std::istreambuf_iterator<char>(file), {}};
+    if (k == 0) first = bytes;
+    EXPECT_EQ(bytes, first);
+  }
+}
+
+TEST_F(Calibrate, AWallAloneIsSaidToLeaveTheCamerasOpen) {
+  WallRecording().write(recording_);
+  const ToolResult result = calibrate({});
+  ASSERT_TRUE(succeeded(result));
+  EXPECT_NE(result.out.find("left open: slides along"), std::string::npos) << result.out;
+}
+
+TEST_F(Calibrate, MistakesAreOneLine) {
+  EXPECT_TRUE(isOneLineError(calibrate({}), 1, {"recording", "not found"}));
+  WallRecording().write(recording_);
+  EXPECT_TRUE(isOneLineError(calibrate({"--max-distance", "-1"}), 2, {"--max-distance"}));
+  EXPECT_TRUE(isOneLineError(calibrate({"--samples", "3"}), 1, {"samples is 3"}));
+  EXPECT_TRUE(isOneLineError(runProgram(FUSE_FLOW_CALIBRATE_TOOL, {recording(), "-o", "/nowhere/rig.json"}), 1,
+                             {"/nowhere/rig.json"}));
+  std::ofstream(out("other.json"))
+      << R"({"cameras": [{"name": "else", "width": 8, "height": 8, "fx": 8, "fy": 8, "cx": 4, "cy": 4,
+      "depth_scale": 0.001, "T_world_camera": [1,0,0,0, 0,1,0,0, 0,0,1,0, 0,0,0,1]}]})";
+  EXPECT_TRUE(isOneLineError(calibrate({"--poses", out("other.json")}), 1, {"other.json", "camera_0"}));
+  EXPECT_TRUE(isOneLineError(fuse({recording(), "-o", out(), "--refine-extrinsics", "--slide", "2"}), 2, {"--slide"}));
+}
+
+}  // namespace
+}  // namespace tool_test
