@@ -1,0 +1,103 @@
+#include "viewer/parameter_sliders.h"
+
+#include <vtkProperty2D.h>
+#include <vtkTextProperty.h>
+
+#include <algorithm>
+
+namespace fuse_flow::viewing {
+namespace {
+
+constexpr double kLength = 220, kDistance = 70, kMargin = 30;  // pixels
+
+vtkSmartPointer<vtkSliderRepresentation2D> makeRepresentation(const SliderParameter& parameter) {
+  const auto slider = vtkSmartPointer<vtkSliderRepresentation2D>::New();
+  slider->SetMinimumValue(parameter.low);
+  slider->SetMaximumValue(parameter.high);
+  slider->SetTitleText(parameter.title.c_str());
+  slider->SetLabelFormat("%.3g");
+  slider->GetPoint1Coordinate()->SetCoordinateSystemToDisplay();
+  slider->GetPoint2Coordinate()->SetCoordinateSystemToDisplay();
+  slider->SetSliderLength(0.03);
+  slider->SetSliderWidth(0.06);
+  slider->SetTubeWidth(0.012);
+  slider->SetEndCapLength(0.005);
+  slider->SetEndCapWidth(0.03);
+  slider->SetTitleHeight(0.07);
+  slider->SetLabelHeight(0.07);
+  slider->GetSliderProperty()->SetColor(1, 0.75, 0.2);
+  slider->GetSelectedProperty()->SetColor(1, 0.9, 0.6);
+  slider->GetTubeProperty()->SetColor(0.5, 0.5, 0.5);
+  for (vtkTextProperty* text : {slider->GetTitleProperty(), slider->GetLabelProperty()}) {
+    text->BoldOff();
+    text->ShadowOff();
+    text->SetColor(1, 1, 1);
+    text->SetBackgroundColor(0, 0, 0);
+    text->SetBackgroundOpacity(0.55);
+  }
+  return slider;
+}
+
+}  // namespace
+
+const std::vector<SliderParameter>& sliderParameters() {
+  static const std::vector<SliderParameter> parameters{
+      {"tau", 0, 1, 1, [](FuseFlowParameters& p) -> float& { return p.confidence.threshold; }},
+      {"sigma, mm", 1, 100, 0.001, [](FuseFlowParameters& p) -> float& { return p.consistency.sigma; }},
+      {"cell size, mm", 8, 256, 0.001, [](FuseFlowParameters& p) -> float& { return p.aggregation.cell_size; }},
+      {"smallest cell, mm", 2, 64, 0.001, [](FuseFlowParameters& p) -> float& { return p.aggregation.min_cell_size; }},
+      {"smallest weight", 0, 0.5, 1, [](FuseFlowParameters& p) -> float& { return p.aggregation.min_weight; }}};
+  return parameters;
+}
+
+ParameterSliders::ParameterSliders(Window& window, OnChange on_change)
+    : window_(window), on_change_(std::move(on_change)) {
+  for (const SliderParameter& parameter : sliderParameters()) {
+    representations_.push_back(makeRepresentation(parameter));
+    widgets_.push_back(vtkSmartPointer<vtkSliderWidget>::New());
+    widgets_.back()->SetInteractor(window.interactor());
+    widgets_.back()->SetCurrentRenderer(window.overlay());
+    widgets_.back()->SetRepresentation(representations_.back());
+    widgets_.back()->SetAnimationModeToJump();
+    widgets_.back()->KeyPressActivationOff();  // i is ours
+    widgets_.back()->AddObserver(vtkCommand::InteractionEvent, this, &ParameterSliders::moved);
+  }
+  arrange();
+}
+
+ParameterSliders::~ParameterSliders() { setVisible(false); }
+
+void ParameterSliders::moved(vtkObject* widget, unsigned long, void*) {
+  const auto at = std::find(widgets_.begin(), widgets_.end(), widget);
+  const auto k = static_cast<std::size_t>(at - widgets_.begin());
+  const SliderParameter& parameter = sliderParameters()[k];
+  on_change_(parameter, static_cast<float>(parameter.scale * representations_[k]->GetValue()));
+}
+
+void ParameterSliders::setVisible(bool visible) {
+  visible_ = visible;
+  for (const auto& widget : widgets_) {
+    if (visible) widget->SetCurrentRenderer(window_.overlay());  // else it takes the one under the cursor
+    widget->SetEnabled(visible);
+  }
+}
+
+void ParameterSliders::setValues(const FuseFlowParameters& parameters) {
+  FuseFlowParameters copy = parameters;
+  for (std::size_t k = 0; k < representations_.size(); ++k) {
+    const SliderParameter& parameter = sliderParameters()[k];
+    representations_[k]->SetValue(static_cast<double>(parameter.member(copy)) / parameter.scale);
+  }
+}
+
+void ParameterSliders::arrange() {
+  const double right = window_.width() - kMargin;
+  const double left = std::max(kMargin, right - kLength);
+  for (std::size_t k = 0; k < representations_.size(); ++k) {
+    const double y = window_.height() - kDistance * (static_cast<double>(k) + 1);
+    representations_[k]->GetPoint1Coordinate()->SetValue(left, y);
+    representations_[k]->GetPoint2Coordinate()->SetValue(right, y);
+  }
+}
+
+}  // namespace fuse_flow::viewing
