@@ -57,7 +57,7 @@ std::vector<KeyBinding> makeBindings() {
       {"View", "", {"minus", "KP_Subtract"}, "", [](Viewer& v) { v.changePointSize(-1); }},
       pclKey("Alt+, Alt-", {"alt+plus", "alt+minus"}, "zoom in, out"),
       pclKey("o", {"o"}, "perspective, parallel projection"),
-      pclKey("g", {"g"}, "scale grid"),
+      {"View", "g", {"g"}, "grid, metres", [](Viewer& v) { v.toggleGrid(); }},
       pclKey("c", {"c"}, "print the camera"),
       pclKey("Ctrl s, Ctrl r", {"ctrl+s", "ctrl+r"}, "save, restore the camera"),
       {"View", "a", {"a"}, "axes of the world", [](Viewer& v) { v.toggleAxes(); }},
@@ -77,7 +77,7 @@ std::vector<KeyBinding> makeBindings() {
 
 void addLine(std::vector<std::string>& lines, const std::string& label, const std::string& help) {
   std::ostringstream line;
-  line << "  " << std::left << std::setw(15) << label << help;
+  line << "  " << std::left << std::setw(16) << label << help;
   lines.push_back(line.str());
 }
 
@@ -122,11 +122,13 @@ const std::vector<std::pair<std::string, std::string>>& mouseBindings() {
 
 std::string helpText() {
   const std::vector<std::string> lines = helpLines();
-  const std::size_t rows = (lines.size() + 1) / 2;
+  // The second column begins with the first group in the second half.
+  std::size_t rows = (lines.size() + 1) / 2;
+  while (rows < lines.size() && lines[rows].front() == ' ') ++rows;
   std::ostringstream text;
   for (std::size_t row = 0; row < rows; ++row) {
     const std::string right = row + rows < lines.size() ? lines[row + rows] : "";
-    text << std::left << std::setw(56) << lines[row] << right << (row + 1 < rows ? "\n" : "");
+    text << " " << std::left << std::setw(56) << lines[row] << std::setw(56) << right << (row + 1 < rows ? "\n" : "");
   }
   return text.str();
 }

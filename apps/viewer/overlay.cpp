@@ -11,9 +11,11 @@
 namespace fuse_flow::viewing {
 namespace {
 
-constexpr int kMargin = 10;          // pixels, from the window's border
-constexpr int kTextSize = 14;        // pixels
-constexpr double kStripShare = 0.2;  // of the window's height, at most
+constexpr int kMargin = 10;                          // pixels, from the window's border
+constexpr int kTextSize = 14;                        // pixels
+constexpr int kScaleWidth = 130, kNamesWidth = 200;  // pixels
+constexpr double kLegendShare = 0.35;                // of the window's height
+constexpr double kStripShare = 0.2;                  // of the window's height, at most
 
 vtkSmartPointer<vtkImageData> toImageData(const io::ColorImage& image) {
   const auto data = vtkSmartPointer<vtkImageData>::New();
@@ -116,9 +118,12 @@ void Overlay::setLegend(const Legend& legend) {
   for (std::size_t k = 0; k < legend.labels.size(); ++k)
     table->SetAnnotation(vtkVariant(static_cast<double>(k)), legend.labels[k]);
   table->SetIndexedLookup(!legend.labels.empty());
+  legend_width_ = legend.labels.empty() ? kScaleWidth : kNamesWidth;
   legend_->SetLookupTable(table);
   legend_->SetTitle(legend.title.c_str());
   legend_->SetDrawTickLabels(legend.labels.empty());
+  // VTK writes the names of categories on the side that numbers are not on.
+  legend.labels.empty() ? legend_->SetTextPositionToSucceedScalarBar() : legend_->SetTextPositionToPrecedeScalarBar();
 }
 
 void Overlay::setImages(const std::vector<io::ColorImage>& thumbnails, const std::vector<std::string>& names) {
@@ -155,12 +160,6 @@ void Overlay::arrangeImages() {
     image_names_[k]->SetPosition(kMargin + strip.begin[k] + 6, kMargin + 6);
 }
 
-void Overlay::setTextColor(double grey) {
-  for (vtkTextProperty* text :
-       {legend_->GetLabelTextProperty(), legend_->GetTitleTextProperty(), legend_->GetAnnotationTextProperty()})
-    text->SetColor(grey, grey, grey);
-}
-
 void Overlay::arrange(const Panes& panes) {
   const int width = window_.width(), height = window_.height();
   arrangeImages();
@@ -175,12 +174,12 @@ void Overlay::arrange(const Panes& panes) {
     titles_[k]->SetVisibility(panes.comparing() && *titles_[k]->GetInput() != '\0');
   }
   legend_->SetVisibility(legend_visible_ && !legend_empty_);
-  const double bar_height = 0.4 * height;
   legend_->GetPositionCoordinate()->SetCoordinateSystemToDisplay();
   legend_->GetPosition2Coordinate()->SetCoordinateSystemToDisplay();
   legend_->GetPosition2Coordinate()->SetReferenceCoordinate(nullptr);
-  legend_->GetPositionCoordinate()->SetValue(width - 130, above_strip + kMargin);
-  legend_->GetPosition2Coordinate()->SetValue(width - kMargin, above_strip + kMargin + bar_height);
+  const int low = above_strip + 4 * kTextSize;
+  legend_->GetPositionCoordinate()->SetValue(kMargin, low);
+  legend_->GetPosition2Coordinate()->SetValue(kMargin + legend_width_, low + kLegendShare * height);
 }
 
 }  // namespace fuse_flow::viewing

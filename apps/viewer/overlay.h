@@ -37,8 +37,6 @@ class Overlay {
   void showStatus(bool visible) { status_->SetVisibility(visible); }
   void showLegend(bool visible) { legend_visible_ = visible; }
   void showImages(bool visible);
-  /** \brief Texts that can be read on a dark or on a bright background. */
-  void setTextColor(double grey);
 
   /** \brief Puts everything where it belongs in the window as it now is. */
   void arrange(const Panes& panes);
@@ -60,6 +58,7 @@ class Overlay {
   bool legend_visible_{true};
   bool legend_empty_{true};
   int strip_height_{0};
+  int legend_width_{0};
 };
 
 }  // namespace fuse_flow::viewing

@@ -8,7 +8,7 @@
 namespace fuse_flow::viewing {
 namespace {
 
-constexpr double kLength = 220, kDistance = 70, kMargin = 30;  // pixels
+constexpr double kLength = 200, kDistance = 62, kMargin = 30, kText = 15;  // pixels
 
 vtkSmartPointer<vtkSliderRepresentation2D> makeRepresentation(const SliderParameter& parameter) {
   const auto slider = vtkSmartPointer<vtkSliderRepresentation2D>::New();
@@ -18,13 +18,11 @@ vtkSmartPointer<vtkSliderRepresentation2D> makeRepresentation(const SliderParame
   slider->SetLabelFormat("%.3g");
   slider->GetPoint1Coordinate()->SetCoordinateSystemToDisplay();
   slider->GetPoint2Coordinate()->SetCoordinateSystemToDisplay();
-  slider->SetSliderLength(0.03);
-  slider->SetSliderWidth(0.06);
-  slider->SetTubeWidth(0.012);
+  slider->SetSliderLength(0.012);
+  slider->SetSliderWidth(0.025);
+  slider->SetTubeWidth(0.006);
   slider->SetEndCapLength(0.005);
-  slider->SetEndCapWidth(0.03);
-  slider->SetTitleHeight(0.07);
-  slider->SetLabelHeight(0.07);
+  slider->SetEndCapWidth(0.012);
   slider->GetSliderProperty()->SetColor(1, 0.75, 0.2);
   slider->GetSelectedProperty()->SetColor(1, 0.9, 0.6);
   slider->GetTubeProperty()->SetColor(0.5, 0.5, 0.5);
@@ -94,7 +92,9 @@ void ParameterSliders::arrange() {
   const double right = window_.width() - kMargin;
   const double left = std::max(kMargin, right - kLength);
   for (std::size_t k = 0; k < representations_.size(); ++k) {
-    const double y = window_.height() - kDistance * (static_cast<double>(k) + 1);
+    const double y = window_.height() - kDistance * (static_cast<double>(k) + 0.8);
+    representations_[k]->SetTitleHeight(kText / window_.height());
+    representations_[k]->SetLabelHeight(kText / window_.height());
     representations_[k]->GetPoint1Coordinate()->SetValue(left, y);
     representations_[k]->GetPoint2Coordinate()->SetValue(right, y);
   }

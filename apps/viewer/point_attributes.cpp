@@ -45,7 +45,7 @@ pcl::PointCloud<pcl::Normal> imageNormals(const host::FrameViews& views, std::si
     }
   pcl::IntegralImageNormalEstimation<pcl::PointXYZ, pcl::Normal> estimation;
   estimation.setNormalEstimationMethod(estimation.AVERAGE_3D_GRADIENT);
-  estimation.setMaxDepthChangeFactor(0.02f);
+  estimation.setMaxDepthChangeFactor(0.03f);
   estimation.setNormalSmoothingSize(10.0f);
   estimation.setInputCloud(surface);
   pcl::PointCloud<pcl::Normal> normals;

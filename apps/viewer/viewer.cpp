@@ -5,16 +5,17 @@
 
 #include <algorithm>
 #include <cmath>
+#include <thread>
 
 namespace fuse_flow::viewing {
 namespace {
 
-constexpr int kTick = 15;                  // milliseconds
-constexpr double kRest = 0.08;             // seconds: a cursor that rests so long asks what is under it
-constexpr double kRefine = 0.25;           // seconds: all points again, so long after the view moved
-constexpr double kMoving = 0.03;           // seconds that a picture of a moving view may take
-constexpr double kSettling = 0.1;          // weight of the newest in a running mean
-constexpr std::size_t kFewPoints = 20000;  // too few to tell how fast points are drawn
+constexpr std::chrono::milliseconds kTick{5};  // between two looks for events
+constexpr double kRest = 0.08;                 // seconds: a cursor that rests so long asks what is under it
+constexpr double kRefine = 0.25;               // seconds: all points again, so long after the view moved
+constexpr double kMoving = 0.02;               // seconds that a picture of a moving view may take
+constexpr double kSettling = 0.1;              // weight of the newest in a running mean
+constexpr std::size_t kFewPoints = 20000;      // too few to tell how fast points are drawn
 
 /** \brief A running mean, which begins with its first value. */
 void average(double& mean, double value) { mean = mean > 0 ? mean + kSettling * (value - mean) : value; }
@@ -32,6 +33,7 @@ Viewer::Viewer(std::unique_ptr<FrameSource> source, const ViewerOptions& options
       panes_(window_),
       overlay_(window_),
       frusta_(panes_),
+      axes_(panes_),
       probe_(panes_),
       sliders_(window_,
                [this](const SliderParameter& parameter, float value) {
@@ -72,27 +74,29 @@ void Viewer::connectEvents() {
   style->AddObserver(vtkCommand::EndInteractionEvent, this, &Viewer::onInteractionEnd);
   window_.renderWindow()->AddObserver(vtkCommand::StartEvent, this, &Viewer::onRenderStart);
   window_.renderWindow()->AddObserver(vtkCommand::EndEvent, this, &Viewer::onRenderEnd);
-  window_.interactor()->AddObserver(vtkCommand::TimerEvent, this, &Viewer::onTimer);
+  window_.interactor()->AddObserver(vtkCommand::ExitEvent, this, &Viewer::onExit);
 }
 
+/** \brief An event loop of our own: VTK's, once told to end, still asks a display that it has closed. */
 void Viewer::run() {
   last_tick_ = Clock::now();
-  window_.interactor()->CreateRepeatingTimer(kTick);
-  window_.interactor()->Start();
+  while (!quitting_ && !io::interrupt_requested) {
+    window_.interactor()->ProcessEvents();
+    const Clock::time_point now = Clock::now();
+    try {
+      tick(seconds(now - last_tick_));
+    } catch (const std::exception& error) {
+      say(error.what());
+    }
+    last_tick_ = now;
+    std::this_thread::sleep_for(kTick);
+  }
 }
 
-void Viewer::onTimer(vtkObject*, unsigned long, void*) {
-  const Clock::time_point now = Clock::now();
-  try {
-    tick(seconds(now - last_tick_));
-  } catch (const std::exception& error) {  // VTK would not let it through
-    say(error.what());
-  }
-  last_tick_ = now;
-  if (io::interrupt_requested) quit();
-}
+void Viewer::onExit(vtkObject*, unsigned long, void*) { quit(); }
 
 void Viewer::tick(double elapsed) {
+  if (quitting_) return;
   if (!orbit_) playback_.advance(elapsed);
   postWhatIsWanted();
   if (const auto answer = worker_.take()) show(**answer);
@@ -166,6 +170,7 @@ void Viewer::show(const FusedFrame& frame) {
   if (show_images_) overlay_.setImages(frame.thumbnails, names);
   if (color_by_ == ColorBy::Camera) updateLegend();
   cursor_probed_ = false;
+  if (frame.clouds[0]) axes_.setExtent(*frame.clouds[0]->cloud);
   if (first) resetView();
   updateStatus();
   if (first) arrange();
@@ -191,7 +196,7 @@ void Viewer::onRenderEnd(vtkObject*, unsigned long, void*) {
   const double budget = static_cast<double>(drawn) * kMoving / taken;
   const double change = budget / static_cast<double>(coarse_points_);
   const auto most = static_cast<double>(drawn);
-  if (change > 2 || change < 0.5)
+  if (change > 1.5 || change < 0.7)
     coarse_points_ = static_cast<std::size_t>(std::clamp(budget, static_cast<double>(kFewPoints), 2 * most));
 }
 

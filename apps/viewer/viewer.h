@@ -13,6 +13,7 @@
 #include "viewer/status_text.h"
 #include "viewer/viewpoint.h"
 #include "viewer/window.h"
+#include "viewer/world_axes.h"
 
 #include <chrono>
 #include <memory>
@@ -96,6 +97,7 @@ class Viewer {
   void flyToCursor();
   void changePointSize(double pixels);
   void toggleAxes();
+  void toggleGrid();
   void toggleBackground();
   void toggleFrusta();
   void toggleImages();
@@ -125,7 +127,7 @@ class Viewer {
   bool onPress();
   bool onMove();
   bool onRelease();
-  void onTimer(vtkObject*, unsigned long, void*);
+  void onExit(vtkObject*, unsigned long, void*);
   void onInteractionStart(vtkObject*, unsigned long, void*);
   void onInteractionEnd(vtkObject*, unsigned long, void*);
   void onRenderStart(vtkObject*, unsigned long, void*);
@@ -150,6 +152,7 @@ class Viewer {
   Panes panes_;
   Overlay overlay_;
   Frusta frusta_;
+  WorldAxes axes_;
   Probe probe_;
   ParameterSliders sliders_;
   CropBox crop_box_;
@@ -157,7 +160,8 @@ class Viewer {
 
   ColorBy color_by_;
   double point_size_;
-  bool show_axes_{false}, show_frusta_{true}, show_images_{true}, show_text_{true}, show_legend_{true};
+  bool show_axes_{false}, show_grid_{false}, show_frusta_{true}, show_images_{true}, show_text_{true},
+      show_legend_{true};
   bool show_help_{false}, day_{false};
   std::unique_ptr<Orbit> orbit_;
 

@@ -127,16 +127,18 @@ void Viewer::changePointSize(double pixels) {
 
 void Viewer::toggleAxes() {
   show_axes_ = !show_axes_;
-  if (show_axes_)
-    window_.visualizer().addCoordinateSystem(0.5, "axes");  // half a metre
-  else
-    window_.visualizer().removeCoordinateSystem("axes");
+  axes_.showAxes(show_axes_);
+}
+
+void Viewer::toggleGrid() {
+  show_grid_ = !show_grid_;
+  axes_.showGrid(show_grid_);
 }
 
 void Viewer::toggleBackground() {
   day_ = !day_;
   day_ ? panes_.setBackground(0.93, 0.93, 0.93) : panes_.setBackground(0.08, 0.09, 0.11);
-  overlay_.setTextColor(day_ ? 0.0 : 1.0);
+  axes_.setColor(day_ ? 0.0 : 1.0);
 }
 
 void Viewer::toggleFrusta() {
@@ -242,9 +244,6 @@ void Viewer::stepOrbit() {
   say("the film is done");
 }
 
-void Viewer::quit() {
-  quitting_ = true;
-  window_.interactor()->TerminateApp();
-}
+void Viewer::quit() { quitting_ = true; }
 
 }  // namespace fuse_flow::viewing
