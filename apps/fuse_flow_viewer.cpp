@@ -76,8 +76,10 @@ int run(const Options& options) {
   checkFirstFrame(options, *source);
   drawing::requireDisplay("fuse_flow_viewer");
   viewing::Viewer viewer(std::move(source), options.viewer);
-  if (!options.keys.empty()) viewer.settle();
-  for (const std::string& key : options.keys) viewer.window().pressKey(key);
+  for (const std::string& key : options.keys) {
+    viewer.settle();
+    viewer.window().pressKey(key);
+  }
   if (exports)
     exportAll(options, viewer);
   else

@@ -22,7 +22,7 @@ FusionWorker::FusionWorker(std::unique_ptr<FrameSource> source)
     yieldToTheWindow();
     while (const std::optional<FusionRequest> request = state->requests.waitAndTake())
       if (Answer answer = state->fuser.fuse(*request, state->stop)) state->answers.put(std::move(answer));
-    state->ended.set_value_at_thread_exit();
+    state->ended.set_value();
   });
 }
 

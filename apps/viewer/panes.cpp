@@ -1,8 +1,10 @@
 #include "viewer/panes.h"
 
 #include <vtkActor2D.h>
+#include <vtkBoundingBox.h>
 #include <vtkCoordinate.h>
 #include <vtkLineSource.h>
+#include <vtkMath.h>
 #include <vtkNew.h>
 #include <vtkPolyDataMapper2D.h>
 #include <vtkProperty.h>
@@ -125,6 +127,19 @@ void Panes::aimCamera(std::size_t pane) {
     shift = (begin + end - 1) / (end - begin);
   }
   camera()->SetWindowCenter(shift, 0);
+}
+
+void Panes::fitClippingRange() {
+  vtkBoundingBox both;
+  for (const auto& renderer : renderers_) {
+    double bounds[6];
+    renderer->ComputeVisiblePropBounds(bounds);
+    if (vtkMath::AreBoundsInitialized(bounds)) both.AddBounds(bounds);
+  }
+  if (!both.IsValid()) return;
+  double bounds[6];
+  both.GetBounds(bounds);
+  renderers_[0]->ResetCameraClippingRange(bounds);
 }
 
 void Panes::aimAt(vtkObject* renderer, unsigned long, void*) { aimCamera(renderer == renderers_[0] ? 0 : 1); }

@@ -52,6 +52,8 @@ class Panes {
   std::array<double, 2> extent(std::size_t pane) const;
   /** \brief Makes the camera project as it does when this pane is drawn: for picking. */
   void aimCamera(std::size_t pane);
+  /** \brief Near and far plane around what both panes show: the camera is one, and VTK looks at one renderer. */
+  void fitClippingRange();
 
  private:
   /** \brief A renderer is about to draw. */

@@ -18,11 +18,6 @@ vtkSmartPointer<vtkSliderRepresentation2D> makeRepresentation(const SliderParame
   slider->SetLabelFormat("%.3g");
   slider->GetPoint1Coordinate()->SetCoordinateSystemToDisplay();
   slider->GetPoint2Coordinate()->SetCoordinateSystemToDisplay();
-  slider->SetSliderLength(0.012);
-  slider->SetSliderWidth(0.025);
-  slider->SetTubeWidth(0.006);
-  slider->SetEndCapLength(0.005);
-  slider->SetEndCapWidth(0.012);
   slider->GetSliderProperty()->SetColor(1, 0.75, 0.2);
   slider->GetSelectedProperty()->SetColor(1, 0.9, 0.6);
   slider->GetTubeProperty()->SetColor(0.5, 0.5, 0.5);
@@ -89,14 +84,21 @@ void ParameterSliders::setValues(const FuseFlowParameters& parameters) {
 }
 
 void ParameterSliders::arrange() {
-  const double right = window_.width() - kMargin;
+  const double width = window_.width(), height = window_.height();
+  const double right = width - kMargin;
   const double left = std::max(kMargin, right - kLength);
   for (std::size_t k = 0; k < representations_.size(); ++k) {
-    const double y = window_.height() - kDistance * (static_cast<double>(k) + 0.8);
-    representations_[k]->SetTitleHeight(kText / window_.height());
-    representations_[k]->SetLabelHeight(kText / window_.height());
-    representations_[k]->GetPoint1Coordinate()->SetValue(left, y);
-    representations_[k]->GetPoint2Coordinate()->SetValue(right, y);
+    const double y = height - kDistance * (static_cast<double>(k) + 0.8);
+    vtkSliderRepresentation2D* slider = representations_[k];
+    slider->SetSliderLength(16 / width);  // VTK takes shares of the window
+    slider->SetSliderWidth(20 / height);
+    slider->SetTubeWidth(5 / height);
+    slider->SetEndCapLength(6 / width);
+    slider->SetEndCapWidth(10 / height);
+    slider->SetTitleHeight(kText / height);
+    slider->SetLabelHeight(kText / height);
+    slider->GetPoint1Coordinate()->SetValue(left, y);
+    slider->GetPoint2Coordinate()->SetValue(right, y);
   }
 }
 

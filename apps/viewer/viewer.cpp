@@ -171,7 +171,7 @@ void Viewer::show(const FusedFrame& frame) {
   if (color_by_ == ColorBy::Camera) updateLegend();
   cursor_probed_ = false;
   if (frame.clouds[0]) axes_.setExtent(*frame.clouds[0]->cloud);
-  if (first) resetView();
+  first ? resetView() : panes_.fitClippingRange();
   updateStatus();
   if (first) arrange();
   dirty_ = true;

@@ -75,6 +75,8 @@ class Viewer {
   ParameterSliders& sliders() { return sliders_; }
   ColorBy coloredBy() const { return color_by_; }
   double pointSize() const { return point_size_; }
+  /** \brief Between the two marked points, metres. */
+  std::optional<double> markedDistance() const { return probe_.distance(); }
   bool filming() const { return orbit_ != nullptr; }
   bool quitting() const { return quitting_; }
   /** \brief What the overlay said last. */

@@ -106,7 +106,7 @@ void Viewer::resetView() {
   camera->SetFocalPoint(view.at.data());
   camera->SetViewUp(view.up.data());
   camera->SetViewAngle(30 / options_.zoom);
-  for (std::size_t k = 0; k < kPanes; ++k) panes_.renderer(k)->ResetCameraClippingRange();
+  panes_.fitClippingRange();
   dirty_ = true;
 }
 
@@ -187,7 +187,7 @@ std::string Viewer::unusedPath(const std::string& stem, const std::string& exten
 }
 
 void Viewer::exportClouds() {
-  if (!shown_) return;
+  if (!shown_) return say("there is no cloud yet");
   std::string written;
   for (const auto& cloud : shown_->clouds) {
     if (!cloud) continue;
@@ -236,7 +236,7 @@ void Viewer::stepOrbit() {
     orbit_.reset();
     throw;
   }
-  for (std::size_t k = 0; k < kPanes; ++k) panes_.renderer(k)->ResetCameraClippingRange();
+  panes_.fitClippingRange();
   playback_.advance(1.0 / kVideoRate);
   dirty_ = true;
   if (!orbit_->done()) return;
