@@ -10,6 +10,8 @@
 
 #include <fuse_flow/impl/host/parallel.hpp>
 
+#include <array>
+#include <cstdio>
 #include <cstdlib>
 
 namespace {
@@ -52,6 +54,15 @@ void checkFirstFrame(const Options& options, viewing::FrameSource& source) {
   }
 }
 
+/** \brief "640:400" among the keys is a place that the cursor goes to. */
+std::optional<std::array<int, 2>> cursorOf(const std::string& key) {
+  std::array<int, 2> place{};
+  int length = 0;
+  if (std::sscanf(key.c_str(), "%d:%d%n", &place[0], &place[1], &length) != 2) return std::nullopt;
+  if (key.size() != static_cast<std::size_t>(length)) return std::nullopt;
+  return place;
+}
+
 void exportAll(const Options& options, viewing::Viewer& viewer) {
   viewer.settle();
   if (!viewer.error().empty()) throw io::InputError(viewer.error());
@@ -71,14 +82,20 @@ int run(const Options& options) {
   if (!options.cloud.empty() && !viewing::isCloudFile(options.cloud))
     throw io::OptionError("--save-cloud is " + options.cloud + ", must end with .ply, .pcd or .vtk");
   for (const std::string& key : options.keys)
-    if (!viewing::findBinding(key)) throw io::OptionError("--press is " + key + ", which is no key of the viewer");
+    if (!viewing::findBinding(key) && !cursorOf(key))
+      throw io::OptionError("--press is " + key + ", which is no key of the viewer");
   std::unique_ptr<viewing::FrameSource> source = makeSource(options);
   checkFirstFrame(options, *source);
+  if (options.viewer.color_by == viewing::ColorBy::TruthDistance && !source->knowsTruth())
+    throw io::OptionError("--color-by truth: the truth of this recording is not known");
   drawing::requireDisplay("fuse_flow_viewer");
   viewing::Viewer viewer(std::move(source), options.viewer);
   for (const std::string& key : options.keys) {
     viewer.settle();
-    viewer.window().pressKey(key);
+    if (const auto cursor = cursorOf(key))
+      viewer.window().moveCursor((*cursor)[0], (*cursor)[1]);
+    else
+      viewer.window().pressKey(key);
   }
   if (exports)
     exportAll(options, viewer);
@@ -122,7 +139,10 @@ void addViewOptions(CLI::App& app, Options& options) {
   app.add_option("--zoom", v.zoom, "narrows the view")->check(io::positiveNumber())->capture_default_str();
   app.add_option("--width", v.width, "of the window, pixels")->check(io::wholeNumber(16, 16384))->capture_default_str();
   app.add_option("--height", v.height, "pixels")->check(io::wholeNumber(16, 16384))->capture_default_str();
-  app.add_option("--press", options.keys, "keys pressed at the start: h,space,alt+plus")->delimiter(',');
+  app.add_option("--press", options.keys,
+                 "keys pressed at the start, and places X:Y, pixels from the lower left, that the cursor goes to: "
+                 "h,alt+plus,640:400,m")
+      ->delimiter(',');
 }
 
 void addExportOptions(CLI::App& app, Options& options) {
@@ -132,7 +152,7 @@ void addExportOptions(CLI::App& app, Options& options) {
       ->check(CLI::IsMember({"ply", "pcd", "vtk"}))
       ->capture_default_str();
   app.add_flag("--offscreen", v.offscreen, "no window: write what follows, and end");
-  app.add_option("--screenshot", options.screenshot, "PNG file");
+  app.add_option("--screenshot", options.screenshot, ".png or .jpg file");
   app.add_option("--save-cloud", options.cloud, ".ply, .pcd or .vtk file");
   app.add_option("--orbit", options.orbit, "once around the cloud: a .ogv video, or a folder of numbered PNGs");
   app.add_option("--orbit-pictures", v.orbit_pictures, "of a film")

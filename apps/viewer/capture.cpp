@@ -7,6 +7,7 @@
 
 #include <pcl/io/vtk_io.h>
 
+#include <vtkJPEGWriter.h>
 #include <vtkNew.h>
 #include <vtkOggTheoraWriter.h>
 #include <vtkWindowToImageFilter.h>
@@ -17,6 +18,8 @@ namespace fuse_flow::viewing {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr int kJpegQuality = 88;  // of 100
 
 void makeFolder(const fs::path& folder) {
   if (folder.empty()) return;
@@ -73,7 +76,16 @@ class Video : public PictureSequence {
 
 void writeScreenshot(const std::string& path, vtkRenderWindow* window) {
   makeFolder(fs::path(path).parent_path());
-  io::writeColorPng(path, drawing::imageOf(window));
+  if (fs::path(path).extension() != ".jpg") return io::writeColorPng(path, drawing::imageOf(window));
+  vtkNew<vtkWindowToImageFilter> grab;
+  grab->SetInput(window);
+  grab->ReadFrontBufferOff();
+  vtkNew<vtkJPEGWriter> writer;
+  writer->SetInputConnection(grab->GetOutputPort());
+  writer->SetQuality(kJpegQuality);
+  writer->SetFileName(path.c_str());
+  writer->Write();
+  if (writer->GetErrorCode() != 0) throw io::OutputError(path + ": cannot be written");
 }
 
 bool isCloudFile(const std::string& path) {

@@ -11,7 +11,7 @@
 
 namespace fuse_flow::viewing {
 
-/** \brief Writes what the window shows as a PNG. Throws io::OutputError. */
+/** \brief Writes what the window shows: a JPEG if the extension is .jpg, else a PNG. Throws io::OutputError. */
 void writeScreenshot(const std::string& path, vtkRenderWindow* window);
 
 /** \brief Whether writeShownCloud() knows the extension: .ply, .pcd, .vtk. */

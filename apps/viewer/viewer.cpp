@@ -1,10 +1,7 @@
 #include "viewer/viewer.h"
 
 #include "io/tool.h"
-#include "viewer/key_bindings.h"
 
-#include <algorithm>
-#include <cmath>
 #include <thread>
 
 namespace fuse_flow::viewing {
@@ -12,15 +9,6 @@ namespace {
 
 constexpr std::chrono::milliseconds kTick{5};  // between two looks for events
 constexpr double kRest = 0.08;                 // seconds: a cursor that rests so long asks what is under it
-constexpr double kRefine = 0.25;               // seconds: all points again, so long after the view moved
-constexpr double kMoving = 0.02;               // seconds that a picture of a moving view may take
-constexpr double kSettling = 0.1;              // weight of the newest in a running mean
-constexpr std::size_t kFewPoints = 20000;      // too few to tell how fast points are drawn
-
-/** \brief A running mean, which begins with its first value. */
-void average(double& mean, double value) { mean = mean > 0 ? mean + kSettling * (value - mean) : value; }
-
-double seconds(std::chrono::steady_clock::duration d) { return std::chrono::duration<double>(d).count(); }
 
 }  // namespace
 
@@ -64,19 +52,6 @@ Viewer::Viewer(std::unique_ptr<FrameSource> source, const ViewerOptions& options
   connectEvents();
 }
 
-void Viewer::connectEvents() {
-  ViewerStyle* style = window_.style();
-  style->on_key = [this] { onKey(); };
-  style->on_press = [this] { return onPress(); };
-  style->on_move = [this] { return onMove(); };
-  style->on_release = [this] { return onRelease(); };
-  style->AddObserver(vtkCommand::StartInteractionEvent, this, &Viewer::onInteractionStart);
-  style->AddObserver(vtkCommand::EndInteractionEvent, this, &Viewer::onInteractionEnd);
-  window_.renderWindow()->AddObserver(vtkCommand::StartEvent, this, &Viewer::onRenderStart);
-  window_.renderWindow()->AddObserver(vtkCommand::EndEvent, this, &Viewer::onRenderEnd);
-  window_.interactor()->AddObserver(vtkCommand::ExitEvent, this, &Viewer::onExit);
-}
-
 /** \brief An event loop of our own: VTK's, once told to end, still asks a display that it has closed. */
 void Viewer::run() {
   last_tick_ = Clock::now();
@@ -84,7 +59,7 @@ void Viewer::run() {
     window_.interactor()->ProcessEvents();
     const Clock::time_point now = Clock::now();
     try {
-      tick(seconds(now - last_tick_));
+      tick(std::chrono::duration<double>(now - last_tick_).count());
     } catch (const std::exception& error) {
       say(error.what());
     }
@@ -92,8 +67,6 @@ void Viewer::run() {
     std::this_thread::sleep_for(kTick);
   }
 }
-
-void Viewer::onExit(vtkObject*, unsigned long, void*) { quit(); }
 
 void Viewer::tick(double elapsed) {
   if (quitting_) return;
@@ -139,6 +112,7 @@ void Viewer::settle() {
     if (const auto answer = worker_.wait()) show(**answer);
   panes_.setCoarse(false);
   refine_in_ = -1;
+  if (!cursor_probed_) probeCursor();
   arrange();
   render();
 }
@@ -158,7 +132,7 @@ void Viewer::show(const FusedFrame& frame) {
   const bool first = !shown_;
   shown_ = std::make_shared<const FusedFrame>(frame);
   const Clock::time_point now = Clock::now();
-  average(rates_.clouds, 1 / std::max(1e-3, seconds(now - last_cloud_)));
+  cloud_rate_.add(now - last_cloud_);
   last_cloud_ = now;
   for (std::size_t k = 0; k < kPanes; ++k) {
     panes_.setCloud(k, frame.clouds[k]);
@@ -167,7 +141,7 @@ void Viewer::show(const FusedFrame& frame) {
   frusta_.setCameras(frame.cameras);
   std::vector<std::string> names;
   for (const Camera& camera : frame.cameras) names.push_back(camera.name);
-  if (show_images_) overlay_.setImages(frame.thumbnails, names);
+  overlay_.setImages(frame.thumbnails, names);
   if (color_by_ == ColorBy::Camera) updateLegend();
   cursor_probed_ = false;
   if (frame.clouds[0]) axes_.setExtent(*frame.clouds[0]->cloud);
@@ -182,73 +156,6 @@ void Viewer::render() {
   window_.renderWindow()->Render();
 }
 
-void Viewer::onRenderStart(vtkObject*, unsigned long, void*) { render_start_ = Clock::now(); }
-
-/** \brief Learns how many points can be drawn while the view moves. */
-void Viewer::onRenderEnd(vtkObject*, unsigned long, void*) {
-  window_.renderWindow()->WaitForCompletion();
-  const double taken = std::max(1e-4, seconds(Clock::now() - render_start_));
-  average(rates_.pictures, 1 / taken);
-  std::size_t drawn = 0;
-  for (std::size_t k = 0; k < kPanes; ++k)
-    if (panes_.cloud(k)) drawn += panes_.cloud(k)->points->GetNumberOfPoints();
-  if (drawn < kFewPoints || refine_in_ >= 0 || interacting_) return;
-  const double budget = static_cast<double>(drawn) * kMoving / taken;
-  const double change = budget / static_cast<double>(coarse_points_);
-  const auto most = static_cast<double>(drawn);
-  if (change > 1.5 || change < 0.7)
-    coarse_points_ = static_cast<std::size_t>(std::clamp(budget, static_cast<double>(kFewPoints), 2 * most));
-}
-
-void Viewer::onInteractionStart(vtkObject*, unsigned long, void*) {
-  interacting_ = true;
-  panes_.setCoarse(true);
-}
-
-void Viewer::onInteractionEnd(vtkObject*, unsigned long, void*) {
-  interacting_ = false;
-  refine_in_ = kRefine;
-  cursor_probed_ = false;
-}
-
-void Viewer::onKey() {
-  vtkRenderWindowInteractor* interactor = window_.interactor();
-  std::string key = interactor->GetKeySym() ? interactor->GetKeySym() : "";
-  if (key.size() == 1) key[0] = static_cast<char>(std::tolower(static_cast<unsigned char>(key[0])));
-  if (interactor->GetControlKey()) key = "ctrl+" + key;
-  if (interactor->GetAltKey()) key = "alt+" + key;
-  const KeyBinding* binding = findBinding(key);
-  if (!binding) return;
-  try {
-    binding->action(*this);
-  } catch (const std::exception& error) {
-    say(error.what());
-  }
-  updateStatus();
-  dirty_ = true;
-}
-
-bool Viewer::onPress() {
-  const int x = window_.interactor()->GetEventPosition()[0];
-  if (window_.interactor()->GetShiftKey()) {
-    markCursor();
-    return true;
-  }
-  dragging_split_ = panes_.nearSplit(x);
-  return dragging_split_;
-}
-
-bool Viewer::onMove() {
-  rest_seconds_ = 0;
-  cursor_probed_ = false;
-  if (!dragging_split_) return false;
-  panes_.setSplit(static_cast<double>(window_.interactor()->GetEventPosition()[0]) / window_.width());
-  arrange();
-  return true;
-}
-
-bool Viewer::onRelease() { return std::exchange(dragging_split_, false); }
-
 void Viewer::arrange() {
   arranged_size_ = {window_.width(), window_.height()};
   overlay_.arrange(panes_);
@@ -256,22 +163,9 @@ void Viewer::arrange() {
   dirty_ = true;
 }
 
-void Viewer::probeCursor() {
-  cursor_probed_ = true;
-  const int* at = window_.interactor()->GetEventPosition();
-  const std::optional<PickedPoint> point = probe_.pick(at[0], at[1]);
-  std::string text = point ? probe_.describe(*point) : "";
-  if (const std::optional<double> distance = probe_.distance()) {
-    char marked[64];
-    std::snprintf(marked, sizeof(marked), "marked: %.1f mm apart", 1000 * *distance);
-    text += (text.empty() ? "" : "\n") + std::string(marked);
-  }
-  overlay_.setReadout(text);
-  dirty_ = true;
-}
-
 void Viewer::updateStatus() {
-  if (shown_ && show_text_) overlay_.setStatus(statusText(playback_, rates_, controls_, *shown_));
+  if (shown_ && show_text_)
+    overlay_.setStatus(statusText(playback_, {cloud_rate_.perSecond(), picture_rate_.perSecond()}, controls_, *shown_));
 }
 
 void Viewer::updateLegend() {

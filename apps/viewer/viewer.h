@@ -10,6 +10,7 @@
 #include "viewer/parameter_sliders.h"
 #include "viewer/playback.h"
 #include "viewer/probe.h"
+#include "viewer/running_rate.h"
 #include "viewer/status_text.h"
 #include "viewer/viewpoint.h"
 #include "viewer/window.h"
@@ -137,6 +138,8 @@ class Viewer {
 
   FusionRequest wanted() const;
   void postWhatIsWanted();
+  /** \brief Fewer points until it has stood for a while. */
+  void viewMoves();
   void show(const FusedFrame& frame);
   void probeCursor();
   void arrange();
@@ -175,10 +178,11 @@ class Viewer {
   double message_seconds_{0};  ///< for which the message is still shown
 
   std::size_t coarse_points_{100000};
-  Rates rates_;
+  RunningRate cloud_rate_, picture_rate_;
   Clock::time_point render_start_, last_tick_, last_cloud_;
   double rest_seconds_{0};    ///< since the cursor moved
   bool cursor_probed_{true};  ///< since then
+  bool cursor_seen_{false};   ///< it was over the window
   double refine_in_{-1};      ///< seconds until all points are drawn again; negative: they are
   bool dragging_split_{false};
   bool interacting_{false};

@@ -29,6 +29,7 @@ void Viewer::changeSpeed(double factor) { playback_.setSpeed(factor * playback_.
 
 void Viewer::changeParameters(const std::function<void(FuseFlowParameters&)>& apply) {
   controls_.change(apply);
+  viewMoves();  // a slider is dragged, and each move is drawn
   updateStatus();
   dirty_ = true;
 }
@@ -114,10 +115,9 @@ void Viewer::flyToCursor() {
   const int* at = window_.interactor()->GetEventPosition();
   const std::optional<PickedPoint> point = probe_.pick(at[0], at[1]);
   if (!point) return say("there is no point under the cursor");
-  panes_.setCoarse(true);
+  viewMoves();
   window_.interactor()->FlyTo(panes_.renderer(point->pane), static_cast<double>(point->position.x()),
                               static_cast<double>(point->position.y()), static_cast<double>(point->position.z()));
-  refine_in_ = 0;
 }
 
 void Viewer::changePointSize(double pixels) {

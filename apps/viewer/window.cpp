@@ -39,4 +39,9 @@ void Window::pressKey(const std::string& key) {
   interactor_->SetAltKey(0);
 }
 
+void Window::moveCursor(int x, int y) {
+  interactor_->SetEventInformation(x, y, 0, 0);
+  interactor_->InvokeEvent(vtkCommand::MouseMoveEvent);
+}
+
 }  // namespace fuse_flow::viewing

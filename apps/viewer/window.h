@@ -31,6 +31,8 @@ class Window {
 
   /** \brief Acts as if a key were pressed: a VTK name as "a", "space" or "Right", perhaps with "ctrl+" or "alt+" before it. */
   void pressKey(const std::string& key);
+  /** \brief Acts as if the cursor went there; pixels from the lower left. */
+  void moveCursor(int x, int y);
 
  private:
   vtkSmartPointer<ViewerStyle> style_;

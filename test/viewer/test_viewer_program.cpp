@@ -132,6 +132,8 @@ TEST_F(ViewerProgram, AWrongInputIsNamedBeforeAWindowOpens) {
 TEST_F(ViewerProgram, AnOptionThatCannotBeUsedIsNamed) {
   expectError(view({"--start", "4"}), 2, {"--start", "4"});
   expectError(view({"--press", "space,F12"}), 2, {"--press", "F12"});
+  expectError(view({"--color-by", "truth"}), 2, {"--color-by truth", "not known"});
+  expectError(view({"--press", "3:x"}), 2, {"--press", "3:x"});
   expectError(view({"--screenshot", path("shot.png")}), 2, {"--offscreen"});
   expectError(view({"--offscreen"}), 2, {"--screenshot"});
   expectError(view({"--offscreen", "--save-cloud", path("cloud.obj")}), 2, {"cloud.obj", ".ply"});

@@ -213,6 +213,9 @@ TEST_F(ViewerWindow, AScreenshotIsWhatTheWindowShowsAndOverwritesNothing) {
   io::ColorImage written;
   io::readColor((folder_ / "screenshot_000.png").string(), written);
   EXPECT_EQ(difference(written, shown), 0);
+  writeScreenshot((folder_ / "shot.jpg").string(), viewer_->window().renderWindow());
+  io::readColor((folder_ / "shot.jpg").string(), written);
+  EXPECT_EQ(written.width, kWidth);
 }
 
 TEST_F(ViewerWindow, AnExportThatCannotBeWrittenIsSaidInTheWindow) {
