@@ -109,25 +109,25 @@ screenshots() {
   local recording=build/demo/recording
   mkdir -p build/demo
   step "$recording" build/bin/fuse_flow_simulate -- simulate_demo "$recording"
-  shot() {  # shot NAME OPTION…
-    with_display build/bin/fuse_flow_viewer "$recording" --device cpu --paused --start 1 --width 1200 --height 700 \
-      --point-size 3 --from 2.6 -1.7 2.0 --at -0.2 0.1 0.9 --up 0 0 1 --zoom 0.75 --press i "${@:2}" \
+  shot() {  # shot NAME ZOOM OPTION…
+    with_display build/bin/fuse_flow_viewer "$recording" --device cpu --paused --start 3 --width 1000 --height 600 \
+      --point-size 3 --from -2.3 -1.9 1.9 --at 0 0 0.9 --up 0 0 1 --zoom "$2" --press i "${@:3}" \
       --offscreen --screenshot "doc/images/viewer_$1.jpg"
     echo "doc/images/viewer_$1.jpg"
   }
-  shot split --compare concatenate --layout split --split 0.52 --press y,t
-  shot playing --press i
-  shot side_by_side --compare voxel_grid
-  shot published --compare published --color-by truth
-  shot confidence --color-by confidence --press y
-  shot views --color-by views --press y
-  shot camera --color-by camera
-  shot truth --compare concatenate --layout split --color-by truth --press y
-  shot normal --color-by normal --press y,n
-  shot components --press 1,2,k,y
-  shot crop_box --press b,y,a,g
-  shot measure --press y,560:180,m,640:620,m
-  shot help --press h
+  shot split 0.85 --compare concatenate --layout split --press y,t
+  shot playing 0.7 --press i
+  shot side_by_side 0.85 --compare voxel_grid --press y
+  shot published 0.85 --compare published --color-by truth --press y
+  shot confidence 0.85 --color-by confidence --press y
+  shot views 0.85 --color-by views --press y
+  shot camera 0.85 --color-by camera --press y
+  shot truth 0.85 --compare concatenate --layout split --color-by truth --press y
+  shot normal 0.85 --color-by normal --press y,n
+  shot components 0.85 --press 1,2,k,y
+  shot crop_box 0.6 --crop-box -1.6 -1.2 0.02 1.6 1.2 1.9 --press b,y,a,g
+  shot measure 0.85 --press y,t,505:540,m,475:85,m
+  shot help 0.85 --press h
 }
 
 run_tests() {

@@ -16,7 +16,7 @@ namespace {
 using namespace fuse_flow;
 
 struct Options {
-  std::string rig{"ring-8"};
+  std::string rig{"ring-9"};
   int pictures{60};
 };
 
@@ -49,6 +49,11 @@ int run(const Options& options) {
   std::vector<double> all, coarse;
   for (int k = 0; k < options.pictures / 6 + 1; ++k) all.push_back(turnOnce(viewer));
   report("all points, fusion idle", cloud.cloud->size(), all);
+  viewing::Probe probe(viewer.panes());
+  const auto start = std::chrono::steady_clock::now();
+  probe.pick(how.width / 2, how.height / 2);
+  const std::chrono::duration<double, std::milli> pick = std::chrono::steady_clock::now() - start;
+  std::cout << "point under the cursor: " << pick.count() << " ms" << std::endl;
   viewer.window().style()->InvokeEvent(vtkCommand::StartInteractionEvent);
   while (static_cast<int>(coarse.size()) < options.pictures || viewer.shown()->frame == first) {
     viewer.tick(1.0 / 30);  // plays: asks for frames, and shows what comes

@@ -122,13 +122,18 @@ const std::vector<std::pair<std::string, std::string>>& mouseBindings() {
 
 std::string helpText() {
   const std::vector<std::string> lines = helpLines();
-  // The second column begins with the first group in the second half.
-  std::size_t rows = (lines.size() + 1) / 2;
-  while (rows < lines.size() && lines[rows].front() == ' ') ++rows;
+  // The second column begins with the group that begins nearest to the middle.
+  const std::size_t middle = lines.size() / 2;
+  std::size_t left = 0;
+  for (std::size_t k = 0; k < lines.size(); ++k) {
+    const auto away = [middle](std::size_t line) { return line > middle ? line - middle : middle - line; };
+    if (lines[k].front() != ' ' && away(k) < away(left)) left = k;
+  }
   std::ostringstream text;
-  for (std::size_t row = 0; row < rows; ++row) {
-    const std::string right = row + rows < lines.size() ? lines[row + rows] : "";
-    text << " " << std::left << std::setw(56) << lines[row] << std::setw(56) << right << (row + 1 < rows ? "\n" : "");
+  for (std::size_t row = 0; row < left || left + row < lines.size(); ++row) {
+    const std::string second = left + row < lines.size() ? lines[left + row] : "";
+    text << (row > 0 ? "\n " : " ") << std::left << std::setw(56) << (row < left ? lines[row] : "") << std::setw(56)
+         << second;
   }
   return text.str();
 }

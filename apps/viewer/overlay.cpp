@@ -11,11 +11,11 @@
 namespace fuse_flow::viewing {
 namespace {
 
-constexpr int kMargin = 10;                          // pixels, from the window's border
-constexpr int kTextSize = 14;                        // pixels
-constexpr int kScaleWidth = 130, kNamesWidth = 200;  // pixels
-constexpr double kLegendShare = 0.35;                // of the window's height
-constexpr double kStripShare = 0.2;                  // of the window's height, at most
+constexpr int kMargin = 10;            // pixels, from the window's border
+constexpr int kTextSize = 14;          // pixels
+constexpr int kLegendWidth = 130;      // pixels
+constexpr double kLegendShare = 0.35;  // of the window's height
+constexpr double kStripShare = 0.2;    // of the window's height, at most
 
 vtkSmartPointer<vtkImageData> toImageData(const io::ColorImage& image) {
   const auto data = vtkSmartPointer<vtkImageData>::New();
@@ -65,6 +65,8 @@ Overlay::Overlay(Window& window) : window_(window), legend_(vtkSmartPointer<vtkS
     text->ShadowOff();
     text->BoldOff();
   }
+  legend_->GetAnnotationTextProperty()->SetBackgroundColor(0, 0, 0);
+  legend_->GetAnnotationTextProperty()->SetBackgroundOpacity(0.55);
   window.overlay()->AddActor2D(legend_);
   legend_->VisibilityOff();
   help_ = addText();
@@ -118,7 +120,6 @@ void Overlay::setLegend(const Legend& legend) {
   for (std::size_t k = 0; k < legend.labels.size(); ++k)
     table->SetAnnotation(vtkVariant(static_cast<double>(k)), legend.labels[k]);
   table->SetIndexedLookup(!legend.labels.empty());
-  legend_width_ = legend.labels.empty() ? kScaleWidth : kNamesWidth;
   legend_->SetLookupTable(table);
   legend_->SetTitle(legend.title.c_str());
   legend_->SetDrawTickLabels(legend.labels.empty());
@@ -179,7 +180,7 @@ void Overlay::arrange(const Panes& panes) {
   legend_->GetPosition2Coordinate()->SetReferenceCoordinate(nullptr);
   const int low = above_strip + 4 * kTextSize;
   legend_->GetPositionCoordinate()->SetValue(kMargin, low);
-  legend_->GetPosition2Coordinate()->SetValue(kMargin + legend_width_, low + kLegendShare * height);
+  legend_->GetPosition2Coordinate()->SetValue(kMargin + kLegendWidth, low + kLegendShare * height);
 }
 
 }  // namespace fuse_flow::viewing

@@ -58,7 +58,6 @@ class Overlay {
   bool legend_visible_{true};
   bool legend_empty_{true};
   int strip_height_{0};
-  int legend_width_{0};
 };
 
 }  // namespace fuse_flow::viewing

@@ -8,7 +8,7 @@
 namespace fuse_flow::viewing {
 namespace {
 
-constexpr double kLength = 200, kDistance = 62, kMargin = 30, kText = 15;  // pixels
+constexpr double kLength = 200, kDistance = 76, kMargin = 30, kText = 15;  // pixels
 
 vtkSmartPointer<vtkSliderRepresentation2D> makeRepresentation(const SliderParameter& parameter) {
   const auto slider = vtkSmartPointer<vtkSliderRepresentation2D>::New();
@@ -87,8 +87,10 @@ void ParameterSliders::arrange() {
   const double width = window_.width(), height = window_.height();
   const double right = width - kMargin;
   const double left = std::max(kMargin, right - kLength);
+  const double count = static_cast<double>(representations_.size());
+  const double distance = std::min(kDistance, (height - kMargin) / count);
   for (std::size_t k = 0; k < representations_.size(); ++k) {
-    const double y = height - kDistance * (static_cast<double>(k) + 0.8);
+    const double y = height - distance * (static_cast<double>(k) + 0.6);
     vtkSliderRepresentation2D* slider = representations_[k];
     slider->SetSliderLength(16 / width);  // VTK takes shares of the window
     slider->SetSliderWidth(20 / height);

@@ -1,6 +1,9 @@
 #include "viewer/probe.h"
 
+#include "viewer/drawn_point.h"
+
 #include <vtkCellArray.h>
+#include <vtkMatrix4x4.h>
 #include <vtkNew.h>
 #include <vtkPoints.h>
 #include <vtkProperty.h>
@@ -11,17 +14,12 @@
 namespace fuse_flow::viewing {
 namespace {
 
-constexpr double kTolerance = 0.004;  // of the window's diagonal: some pixels
+constexpr double kTolerance = 4;  // pixels
 
 }  // namespace
 
 Probe::Probe(Panes& panes)
-    : panes_(panes),
-      picker_(vtkSmartPointer<vtkPointPicker>::New()),
-      drawn_(vtkSmartPointer<vtkPolyData>::New()),
-      actor_(vtkSmartPointer<vtkActor>::New()) {
-  picker_->SetTolerance(kTolerance);
-  picker_->PickFromListOn();
+    : panes_(panes), drawn_(vtkSmartPointer<vtkPolyData>::New()), actor_(vtkSmartPointer<vtkActor>::New()) {
   vtkNew<vtkPolyDataMapper> mapper;
   mapper->SetInputData(drawn_);
   mapper->SetResolveCoincidentTopologyToPolygonOffset();
@@ -39,13 +37,19 @@ std::optional<PickedPoint> Probe::pick(int x, int y) {
   const std::size_t pane = panes_.paneAt(x);
   const std::shared_ptr<const FusedCloud>& shown = panes_.cloud(pane);
   if (!shown || shown->cloud->empty()) return std::nullopt;
-  panes_.setCoarse(false);  // what the picker numbers are all points
   panes_.aimCamera(pane);
-  picker_->InitializePickList();
-  picker_->AddPickList(panes_.actor(pane));
-  if (!picker_->Pick(x, y, 0, panes_.renderer(pane)) || picker_->GetPointId() < 0) return std::nullopt;
-  const auto index = static_cast<std::size_t>(picker_->GetPointId());
-  return PickedPoint{pane, index, (*shown->cloud)[index].getVector3fMap()};
+  vtkRenderer* renderer = panes_.renderer(pane);
+  const int* origin = renderer->GetOrigin();
+  const int* size = renderer->GetSize();
+  // VTK's matrices are row by row.
+  const Eigen::Matrix4d projection = Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(
+      panes_.camera()->GetCompositeProjectionTransformMatrix(renderer->GetTiledAspectRatio(), -1, 1)->GetData());
+  const Eigen::Array2d pixel(2.0 / size[0], 2.0 / size[1]);
+  const Eigen::Array2d at = pixel * (Eigen::Array2d(x - origin[0], y - origin[1]) + 0.5) - 1.0;
+  const std::optional<std::size_t> index = pointDrawnAt(
+      *shown->cloud, projection.cast<float>(), at.matrix().cast<float>(), (kTolerance * pixel).matrix().cast<float>());
+  if (!index) return std::nullopt;
+  return PickedPoint{pane, *index, (*shown->cloud)[*index].getVector3fMap()};
 }
 
 std::string Probe::describe(const PickedPoint& point) const {

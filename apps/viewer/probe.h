@@ -2,7 +2,6 @@
 
 #include "viewer/panes.h"
 
-#include <vtkPointPicker.h>
 #include <vtkSmartPointer.h>
 
 #include <optional>
@@ -38,7 +37,6 @@ class Probe {
   void draw();
 
   Panes& panes_;
-  vtkSmartPointer<vtkPointPicker> picker_;
   std::vector<Eigen::Vector3f> marks_;
   vtkSmartPointer<vtkPolyData> drawn_;
   vtkSmartPointer<vtkActor> actor_;

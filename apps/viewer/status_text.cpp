@@ -44,7 +44,8 @@ std::string statusText(const Playback& playback, const Rates& rates, const Fusio
   text << (playback.playing() ? ", playing" : ", paused") << " at " << std::setprecision(playback.speed() < 1 ? 3 : 1)
        << playback.speed() << "x" << (playback.loop() ? ", looping" : "") << std::setprecision(1);
   text << "\n";
-  if (rates.pictures > 0) text << rates.clouds << " clouds/s, " << rates.pictures << " pictures/s, ";
+  if (playback.playing() && rates.pictures > 0)
+    text << rates.clouds << " clouds/s, " << rates.pictures << " pictures/s, ";
   text << "reading " << shown.read_ms << " ms\n";
   const auto state = [&](Component component) { return controls.uses(component) ? "on" : "OFF"; };
   text << "1 MF " << state(Component::MeasurementConfidence) << "  2 DC " << state(Component::DistanceConsistency)

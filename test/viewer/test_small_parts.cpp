@@ -1,3 +1,4 @@
+#include "viewer/drawn_point.h"
 #include "viewer/frusta.h"
 #include "viewer/status_text.h"
 #include "viewer/thumbnail.h"
@@ -72,6 +73,7 @@ TEST(Viewpoint, ExistsForAnEmptyCloudAndNoCamera) { EXPECT_TRUE(startViewpoint(C
 TEST(StatusText, SaysWhatIsShown) {
   Playback playback(12, 30);
   playback.setSpeed(0.5);
+  playback.play();
   FusionControls controls("fuse_flow", io::MethodOptions());
   controls.toggle(Component::DistanceConsistency);
   FusedFrame frame;
@@ -89,10 +91,45 @@ TEST(StatusText, SaysWhatIsShown) {
   cloud->quality->covered_pixels = 3;
   frame.clouds[0] = cloud;
   const std::string text = statusText(playback, {2.5, 40}, controls, frame);
-  for (const char* words : {"frame 7 of 12, paused at 0.500x, looping",
+  for (const char* words : {"frame 7 of 12, playing at 0.500x, looping",
                             "2.5 clouds/s, 40.0 pictures/s, reading 12.3 ms", "1 MF on  2 DC OFF  3 SA on",
                             "FUSE-Flow: 85 points, E_MC 4.1 mm (2+ views -), covers 75.0 %", "40.0 ms = ", "fuse 30.0"})
     EXPECT_NE(text.find(words), std::string::npos) << "'" << words << "' is not in\n" << text;
+  playback.pause();
+  EXPECT_EQ(statusText(playback, {2.5, 40}, controls, frame).find("clouds/s"), std::string::npos)
+      << "what stands has no rate";
+}
+
+/** \brief An orthographic view along −z: x and y as they are. */
+TEST(DrawnPoint, IsTheOneInFrontOfThoseWithinTheRadius) {
+  Eigen::Matrix4f projection = Eigen::Matrix4f::Identity();
+  projection(2, 2) = -1;
+  Cloud cloud;
+  const auto add = [&](float x, float y, float z) {
+    cloud.push_back(PointFused());
+    cloud[cloud.size() - 1].getVector3fMap() = Eigen::Vector3f(x, y, z);
+  };
+  add(0.1f, 0, 0.2f);
+  add(0.12f, 0, 0.5f);  // nearer to the viewer
+  add(0.2f, 0, 0.9f);   // nearer still, but outside of the radius
+  add(0.1f, 0, 1.5f);   // in front of the near plane
+  add(0, 0.9f, 0);
+  const Eigen::Vector2f radius(0.05f, 0.05f);
+  EXPECT_EQ(pointDrawnAt(cloud, projection, {0.1f, 0}, radius), 1u);
+  EXPECT_EQ(pointDrawnAt(cloud, projection, {0.06f, 0}, radius), 0u);
+  EXPECT_EQ(pointDrawnAt(cloud, projection, {-0.5f, 0}, radius), std::nullopt);
+  EXPECT_EQ(pointDrawnAt(cloud, projection, {0, 0.7f}, {0.05f, 0.25f}), 4u) << "the radius is an ellipse's";
+}
+
+/** \brief With a perspective, what is behind the viewer would be drawn upside down. */
+TEST(DrawnPoint, IsNeverBehindTheViewer) {
+  Eigen::Matrix4f projection = Eigen::Matrix4f::Identity();
+  projection.row(3) << 0, 0, -1, 0;
+  Cloud cloud(1, 1);
+  cloud[0].getVector3fMap() = Eigen::Vector3f(0, 0, 2);
+  EXPECT_EQ(pointDrawnAt(cloud, projection, {0, 0}, {1, 1}), std::nullopt);
+  cloud[0].z = -2;
+  EXPECT_EQ(pointDrawnAt(cloud, projection, {0, 0}, {1, 1}), 0u);
 }
 
 }  // namespace
