@@ -55,6 +55,7 @@ Viewer::Viewer(std::unique_ptr<FrameSource> source, const ViewerOptions& options
 /** \brief An event loop of our own: VTK's, once told to end, still asks a display that it has closed. */
 void Viewer::run() {
   last_tick_ = Clock::now();
+  if (!shown_) overlay_.setStatus("the first frame is being read and fused ...");
   while (!quitting_ && !io::interrupt_requested) {
     window_.interactor()->ProcessEvents();
     const Clock::time_point now = Clock::now();

@@ -3,6 +3,8 @@
 #include "io/image_io.h"
 #include "viewer_fixture.h"
 
+#include <X11/Xlib.h>
+
 #include <csignal>
 #include <thread>
 
@@ -88,6 +90,33 @@ TEST_F(ViewerProgram, TakesRealKeysAndEndsWithQ) {
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_TRUE(fs::exists(path("screenshot_000.png")));
   EXPECT_TRUE(fs::exists(path("frame_0_FUSE_Flow_000.ply")));
+}
+
+/** \brief As a window manager does when the cross in the corner is clicked. */
+void closeWindow(const std::string& number) {
+  Display* display = XOpenDisplay(nullptr);
+  ASSERT_NE(display, nullptr);
+  XEvent event{};
+  event.xclient.type = ClientMessage;
+  event.xclient.window = std::stoul(number);
+  event.xclient.message_type = XInternAtom(display, "WM_PROTOCOLS", False);
+  event.xclient.format = 32;
+  event.xclient.data.l[0] = static_cast<long>(XInternAtom(display, "WM_DELETE_WINDOW", False));
+  XSendEvent(display, event.xclient.window, False, NoEventMask, &event);
+  XCloseDisplay(display);
+}
+
+TEST_F(ViewerProgram, EndsWithItsWindowWhileItPlays) {
+  RunOptions options;
+  options.meanwhile = [&](pid_t) {
+    pressUntil("j", path("screenshot_000.png"));
+    const std::string find = "xdotool search --sync --onlyvisible --name FUSE-Flow > " + path("window");
+    EXPECT_EQ(std::system(find.c_str()), 0);
+    closeWindow(tool_test::readText(path("window")));
+  };
+  const ToolResult result = view({"--folder", folder_.string()}, options);
+  EXPECT_FALSE(result.timed_out);
+  EXPECT_EQ(result.exit_code, 0) << result.err;
 }
 
 TEST_F(ViewerProgram, AnInterruptEndsItAsItEndsTheOtherTools) {
