@@ -38,6 +38,7 @@ vtkSmartPointer<vtkPolyData> toPolyData(const Cloud& cloud, const std::vector<Rg
   data->SetPoints(points);
   data->SetVerts(vertices);
   data->GetPointData()->SetScalars(scalars);
+  data->ComputeBounds();  // here, not on the thread that draws
   return data;
 }
 

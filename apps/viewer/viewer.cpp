@@ -73,7 +73,7 @@ void Viewer::tick(double elapsed) {
   if (quitting_) return;
   if (!orbit_) playback_.advance(elapsed);
   postWhatIsWanted();
-  if (const auto answer = worker_.take()) show(**answer);
+  if (const auto answer = worker_.take()) show(*answer);
   if (arranged_size_ != std::array<int, 2>{window_.width(), window_.height()}) arrange();
   rest_seconds_ += elapsed;
   if (!cursor_probed_ && !interacting_ && rest_seconds_ > kRest) probeCursor();
@@ -110,7 +110,7 @@ void Viewer::postWhatIsWanted() {
 void Viewer::settle() {
   postWhatIsWanted();
   while (answered_ != posted_->number)
-    if (const auto answer = worker_.wait()) show(**answer);
+    if (const auto answer = worker_.wait()) show(*answer);
   panes_.setCoarse(false);
   refine_in_ = -1;
   if (!cursor_probed_) probeCursor();
@@ -118,7 +118,8 @@ void Viewer::settle() {
   render();
 }
 
-void Viewer::show(const FusedFrame& frame) {
+void Viewer::show(const std::shared_ptr<const FusedFrame>& answer) {
+  const FusedFrame& frame = *answer;
   answered_ = frame.number;
   error_ = frame.error;
   if (!frame.error.empty()) {
@@ -131,7 +132,7 @@ void Viewer::show(const FusedFrame& frame) {
   }
   if (message_seconds_ <= 0) say("");
   const bool first = !shown_;
-  shown_ = std::make_shared<const FusedFrame>(frame);
+  shown_ = answer;
   const Clock::time_point now = Clock::now();
   cloud_rate_.add(now - last_cloud_);
   last_cloud_ = now;
@@ -145,7 +146,7 @@ void Viewer::show(const FusedFrame& frame) {
   overlay_.setImages(frame.thumbnails, names);
   if (color_by_ == ColorBy::Camera) updateLegend();
   cursor_probed_ = false;
-  if (frame.clouds[0]) axes_.setExtent(*frame.clouds[0]->cloud);
+  if (frame.clouds[0] && !frame.clouds[0]->cloud->empty()) axes_.setExtent(frame.clouds[0]->points->GetBounds());
   first ? resetView() : panes_.fitClippingRange();
   updateStatus();
   if (first) arrange();

@@ -140,7 +140,7 @@ class Viewer {
   void postWhatIsWanted();
   /** \brief Fewer points until it has stood for a while. */
   void viewMoves();
-  void show(const FusedFrame& frame);
+  void show(const std::shared_ptr<const FusedFrame>& answer);
   void probeCursor();
   void arrange();
   void updateLegend();

@@ -5,8 +5,6 @@
 #include <vtkTextActor.h>
 #include <vtkTextProperty.h>
 
-#include <pcl/common/common.h>
-
 #include <cmath>
 
 namespace fuse_flow::viewing {
@@ -51,16 +49,10 @@ WorldAxes::WorldAxes(Panes& panes) : axes_(vtkSmartPointer<vtkAxesActor>::New())
 }
 
 /** \brief Whole metres: the grid stands still while the cloud's border flickers. */
-void WorldAxes::setExtent(const Cloud& cloud) {
-  if (cloud.empty()) return;
-  PointFused low, high;
-  pcl::getMinMax3D(cloud, low, high);
-  double bounds[6];
-  for (int axis = 0; axis < 3; ++axis) {
-    bounds[2 * axis] = std::floor(static_cast<double>(low.data[axis]));
-    bounds[2 * axis + 1] = std::ceil(static_cast<double>(high.data[axis]));
-  }
-  for (const auto& grid : grids_) grid->SetBounds(bounds);
+void WorldAxes::setExtent(const double bounds[6]) {
+  double whole[6];
+  for (int k = 0; k < 6; ++k) whole[k] = k % 2 == 0 ? std::floor(bounds[k]) : std::ceil(bounds[k]);
+  for (const auto& grid : grids_) grid->SetBounds(whole);
 }
 
 void WorldAxes::showGrid(bool visible) {

@@ -14,8 +14,8 @@ namespace fuse_flow::viewing {
 class WorldAxes {
  public:
   explicit WorldAxes(Panes& panes);
-  /** \brief The grid goes around this cloud; nothing else moves it. */
-  void setExtent(const Cloud& cloud);
+  /** \brief The grid goes around these bounds, metres: low and high of x, y, z. */
+  void setExtent(const double bounds[6]);
   void showAxes(bool visible) { axes_->SetVisibility(visible); }
   void showGrid(bool visible);
   /** \param grey of the grid, 0 … 1 */
