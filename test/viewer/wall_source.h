@@ -11,7 +11,8 @@ namespace viewer_test {
 using namespace fuse_flow;
 
 /** \brief Two cameras 0.2 m apart that look along +z, with y down, at a wall at z = 2 m, grey on the left of x = 0 and red on
- *  its right. The image of 160 × 120 pixels, 10 mm each, covers the wall from −0.8 to 0.8 m and −0.6 to 0.6 m around each camera's axis. */
+ *  its right. The image of 160 × 120 pixels, 10 mm each, covers the wall from −0.8 to 0.8 m and −0.6 to 0.6 m around each
+ *  camera's axis. */
 class WallSource : public viewing::FrameSource {
  public:
   static constexpr float kDistance = 2.0f;
