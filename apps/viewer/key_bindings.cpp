@@ -110,7 +110,7 @@ const KeyBinding* findBinding(const std::string& key) {
 
 const std::vector<std::pair<std::string, std::string>>& mouseBindings() {
   static const std::vector<std::pair<std::string, std::string>> bindings{
-      {"left", "turn; on the line: drag it"},
+      {"left", "turn; on line, slider, handle: drag"},
       {"Ctrl left", "roll"},
       {"middle", "move"},
       {"right, wheel", "zoom"},

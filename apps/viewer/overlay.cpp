@@ -161,12 +161,14 @@ void Overlay::arrangeImages() {
     image_names_[k]->SetPosition(kMargin + strip.begin[k] + 6, kMargin + 6);
 }
 
+int Overlay::aboveImages() const { return kMargin + strip_height_ + (strip_height_ > 0 ? kMargin : 0); }
+
 void Overlay::arrange(const Panes& panes) {
   const int width = window_.width(), height = window_.height();
   arrangeImages();
   arrangeHelp();
   status_->SetPosition(kMargin, height - kMargin);
-  const int above_strip = kMargin + strip_height_ + (strip_height_ > 0 ? kMargin : 0);
+  const int above_strip = aboveImages();
   readout_->SetPosition(kMargin, above_strip);
   message_->SetPosition(width / 2.0, above_strip + 6 * kTextSize);
   for (std::size_t k = 0; k < kPanes; ++k) {

@@ -38,6 +38,8 @@ class Overlay {
   void showLegend(bool visible) { legend_visible_ = visible; }
   void showImages(bool visible);
 
+  /** \brief Where the images end, pixels from the window's lower border. */
+  int aboveImages() const;
   /** \brief Puts everything where it belongs in the window as it now is. */
   void arrange(const Panes& panes);
 

@@ -1,35 +1,13 @@
 #include "viewer/parameter_sliders.h"
 
-#include <vtkProperty2D.h>
-#include <vtkTextProperty.h>
+#include "viewer/slider_look.h"
 
 #include <algorithm>
 
 namespace fuse_flow::viewing {
 namespace {
 
-constexpr double kLength = 200, kDistance = 76, kMargin = 30, kText = 15;  // pixels
-
-vtkSmartPointer<vtkSliderRepresentation2D> makeRepresentation(const SliderParameter& parameter) {
-  const auto slider = vtkSmartPointer<vtkSliderRepresentation2D>::New();
-  slider->SetMinimumValue(parameter.low);
-  slider->SetMaximumValue(parameter.high);
-  slider->SetTitleText(parameter.title.c_str());
-  slider->SetLabelFormat("%.3g");
-  slider->GetPoint1Coordinate()->SetCoordinateSystemToDisplay();
-  slider->GetPoint2Coordinate()->SetCoordinateSystemToDisplay();
-  slider->GetSliderProperty()->SetColor(1, 0.75, 0.2);
-  slider->GetSelectedProperty()->SetColor(1, 0.9, 0.6);
-  slider->GetTubeProperty()->SetColor(0.5, 0.5, 0.5);
-  for (vtkTextProperty* text : {slider->GetTitleProperty(), slider->GetLabelProperty()}) {
-    text->BoldOff();
-    text->ShadowOff();
-    text->SetColor(1, 1, 1);
-    text->SetBackgroundColor(0, 0, 0);
-    text->SetBackgroundOpacity(0.55);
-  }
-  return slider;
-}
+constexpr double kLength = 200, kDistance = 76, kMargin = 30;  // pixels
 
 }  // namespace
 
@@ -46,7 +24,7 @@ const std::vector<SliderParameter>& sliderParameters() {
 ParameterSliders::ParameterSliders(Window& window, OnChange on_change)
     : window_(window), on_change_(std::move(on_change)) {
   for (const SliderParameter& parameter : sliderParameters()) {
-    representations_.push_back(makeRepresentation(parameter));
+    representations_.push_back(makeSlider(parameter.title, parameter.low, parameter.high));
     widgets_.push_back(vtkSmartPointer<vtkSliderWidget>::New());
     widgets_.back()->SetInteractor(window.interactor());
     widgets_.back()->SetCurrentRenderer(window.overlay());
@@ -84,23 +62,13 @@ void ParameterSliders::setValues(const FuseFlowParameters& parameters) {
 }
 
 void ParameterSliders::arrange() {
-  const double width = window_.width(), height = window_.height();
-  const double right = width - kMargin;
+  const double height = window_.height(), right = window_.width() - kMargin;
   const double left = std::max(kMargin, right - kLength);
   const double count = static_cast<double>(representations_.size());
   const double distance = std::min(kDistance, (height - kMargin) / count);
   for (std::size_t k = 0; k < representations_.size(); ++k) {
     const double y = height - distance * (static_cast<double>(k) + 0.6);
-    vtkSliderRepresentation2D* slider = representations_[k];
-    slider->SetSliderLength(16 / width);  // VTK takes shares of the window
-    slider->SetSliderWidth(20 / height);
-    slider->SetTubeWidth(5 / height);
-    slider->SetEndCapLength(6 / width);
-    slider->SetEndCapWidth(10 / height);
-    slider->SetTitleHeight(kText / height);
-    slider->SetLabelHeight(kText / height);
-    slider->GetPoint1Coordinate()->SetValue(left, y);
-    slider->GetPoint2Coordinate()->SetValue(right, y);
+    placeSlider(representations_[k], window_, left, right, y);
   }
 }
 

@@ -31,6 +31,7 @@ Viewer::Viewer(std::unique_ptr<FrameSource> source, const ViewerOptions& options
                 [this](const Eigen::AlignedBox3f& box) {
                   changeParameters([&](FuseFlowParameters& p) { p.crop_box = box; });
                 }),
+      timeline_(window_, [this](std::size_t frame) { playback_.seek(frame); }),
       worker_(std::move(source)),
       color_by_(options.color_by),
       point_size_(options.point_size),
@@ -148,6 +149,7 @@ void Viewer::show(const std::shared_ptr<const FusedFrame>& answer) {
   cursor_probed_ = false;
   if (frame.clouds[0] && !frame.clouds[0]->cloud->empty()) axes_.setExtent(frame.clouds[0]->points->GetBounds());
   first ? resetView() : panes_.fitClippingRange();
+  timeline_.setFrame(frame.frame, playback_.frames());
   updateStatus();
   if (first) arrange();
   dirty_ = true;
@@ -162,6 +164,7 @@ void Viewer::arrange() {
   arranged_size_ = {window_.width(), window_.height()};
   overlay_.arrange(panes_);
   sliders_.arrange();
+  timeline_.arrange(overlay_.aboveImages() + 45);
   dirty_ = true;
 }
 

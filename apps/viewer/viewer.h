@@ -12,6 +12,7 @@
 #include "viewer/probe.h"
 #include "viewer/running_rate.h"
 #include "viewer/status_text.h"
+#include "viewer/timeline.h"
 #include "viewer/viewpoint.h"
 #include "viewer/window.h"
 #include "viewer/world_axes.h"
@@ -74,6 +75,7 @@ class Viewer {
   Panes& panes() { return panes_; }
   Overlay& overlay() { return overlay_; }
   ParameterSliders& sliders() { return sliders_; }
+  Timeline& timeline() { return timeline_; }
   ColorBy coloredBy() const { return color_by_; }
   double pointSize() const { return point_size_; }
   /** \brief Between the two marked points, metres. */
@@ -161,6 +163,7 @@ class Viewer {
   Probe probe_;
   ParameterSliders sliders_;
   CropBox crop_box_;
+  Timeline timeline_;
   FusionWorker worker_;
 
   ColorBy color_by_;

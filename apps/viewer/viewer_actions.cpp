@@ -155,6 +155,7 @@ void Viewer::toggleImages() {
 void Viewer::toggleText() {
   show_text_ = !show_text_;
   overlay_.showStatus(show_text_);
+  timeline_.setVisible(show_text_);
 }
 
 void Viewer::toggleHelp() {

@@ -113,6 +113,22 @@ TEST_F(ViewerWindow, EachSliderMovesItsParameterOfTheNextFrame) {
   EXPECT_FLOAT_EQ(viewer_->panes().cloud(0)->setting->options.parameters.consistency.sigma, 0.02f);
 }
 
+TEST_F(ViewerWindow, TheTimelineSeeks) {
+  openWall(21);
+  vtkSliderRepresentation2D* slider = viewer_->timeline().representation();
+  vtkRenderer* overlay = viewer_->window().overlay();
+  const double* left = slider->GetPoint1Coordinate()->GetComputedDoubleDisplayValue(overlay);
+  const int begin = static_cast<int>(left[0]), y = static_cast<int>(left[1]);
+  const int end = static_cast<int>(slider->GetPoint2Coordinate()->GetComputedDoubleDisplayValue(overlay)[0]);
+  moveTo((begin + end) / 2, y);
+  pressButton();
+  releaseButton();
+  viewer_->settle();
+  EXPECT_NEAR(static_cast<double>(viewer_->shown()->frame), 10, 1);
+  press("Home");
+  EXPECT_EQ(slider->GetValue(), 0) << "it shows what is played";
+}
+
 TEST_F(ViewerWindow, DraggingAHandleOfTheCropBoxCropsTheCloud) {
   options_.zoom = 0.35;  // all of the box is in view
   openTable();
