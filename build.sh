@@ -1,12 +1,12 @@
 #!/usr/bin/env bash
-# ./build.sh demo | test | bench | tables | format   — see the README. Installs missing distribution packages, builds, runs.
+# ./build.sh demo | test | bench | tables | screenshots | format   — see the README. Installs missing distribution packages, builds, runs.
 set -euo pipefail
 cd "$(dirname "$0")"
 
 packages=(build-essential cmake ninja-build ccache clang-format
           libpcl-dev libeigen3-dev libflann-dev libvtk9-dev libpng-dev libopenmpi-dev libtbb-dev libembree-dev
           libcli11-dev nlohmann-json3-dev libgtest-dev libbenchmark-dev
-          xvfb xauth libgl1-mesa-dri)
+          xvfb xauth xdotool libgl1-mesa-dri libx11-dev libgl-dev)
 optional=(libthrust-dev)  # for the GPU classes; installed where the distribution has it
 
 fail() { echo "build.sh: $*" >&2; exit 1; }
@@ -77,7 +77,7 @@ fuse_demo() {  # fuse_demo RECORDING OUT METHOD
 
 demo() {
   install_missing
-  build fuse_flow_fuse fuse_flow_evaluate fuse_flow_simulate fuse_flow_picture
+  build fuse_flow_fuse fuse_flow_evaluate fuse_flow_simulate fuse_flow_picture fuse_flow_viewer
   local out=build/demo bin=build/bin method
   local recording=$out/recording
   local clouds=("$out"/{concatenate,voxel_grid,fuse_flow}) logs=("$out"/{concatenate,voxel_grid,fuse_flow}.log)
@@ -98,6 +98,36 @@ demo() {
   echo "Pictures:       $PWD/$out/fused_beside_concatenated.png (left: concatenated, right: fused)"
   echo "                $PWD/$out/errors.png (concatenated, VoxelGrid, fused: blue on the true surface, red 20 mm off)"
   echo "Report:         $PWD/$out/fuse_flow.json"
+  echo
+  echo "See it move:    build/bin/fuse_flow_viewer $recording --fps 3"
+}
+
+# The pictures of doc/viewer.md, of the demo's recording.
+screenshots() {
+  install_missing
+  build fuse_flow_simulate fuse_flow_viewer
+  local recording=build/demo/recording
+  mkdir -p build/demo
+  step "$recording" build/bin/fuse_flow_simulate -- simulate_demo "$recording"
+  shot() {  # shot NAME ZOOM OPTION…
+    with_display build/bin/fuse_flow_viewer "$recording" --device cpu --paused --start 3 --width 1000 --height 600 \
+      --point-size 3 --from -2.3 -1.9 1.9 --at 0 0 0.9 --up 0 0 1 --zoom "$2" --press i "${@:3}" \
+      --offscreen --screenshot "doc/images/viewer_$1.jpg"
+    echo "doc/images/viewer_$1.jpg"
+  }
+  shot split 0.85 --compare concatenate --layout split --press y,t
+  shot playing 0.7 --press i
+  shot side_by_side 0.85 --compare voxel_grid --press y
+  shot published 0.85 --compare published --color-by truth --press y
+  shot confidence 0.85 --color-by confidence --press y
+  shot views 0.85 --color-by views --press y
+  shot camera 0.85 --color-by camera --press y
+  shot truth 0.85 --compare concatenate --layout split --color-by truth --press y
+  shot normal 0.85 --color-by normal --press y,n
+  shot components 0.85 --press 1,2,k,y
+  shot crop_box 0.6 --crop-box -1.6 -1.2 0.02 1.6 1.2 1.9 --press b,y,a,g
+  shot measure 0.85 --press y,t,505:540,m,475:85,m
+  shot help 0.85 --press h
 }
 
 run_tests() {
@@ -131,7 +161,8 @@ demo) demo ;;
 test) run_tests ;;
 bench) shift; bench "$@" ;;
 tables) shift; tables "$@" ;;
+screenshots) screenshots ;;
 check-format) format --dry-run -Werror ;;
 format) format -i ;;
-*) echo "usage: ./build.sh demo | test | bench | tables | check-format | format" >&2; exit 2 ;;
+*) echo "usage: ./build.sh demo | test | bench | tables | screenshots | check-format | format" >&2; exit 2 ;;
 esac

@@ -1,11 +1,13 @@
 // Refines the poses of a rig from what its depth cameras see.
 
 #include "drawing/clouds.h"
+#include "drawing/display.h"
 #include "io/file_io.h"
 #include "io/method.h"
 #include "io/option_checks.h"
 #include "io/range.h"
 #include "io/recording.h"
+#include "io/recording_arguments.h"
 #include "io/rig_json.h"
 #include "io/tool.h"
 
@@ -180,10 +182,9 @@ int main(int argc, char** argv) {
   Options options;
   ExtrinsicParameters& p = options.parameters;
   CLI::App app("Refines the poses of a rig from what its depth cameras see.", "fuse_flow_calibrate");
-  app.add_option(
-         "input", options.inputs,
-         "a rig recording (folder with rig.json), a 7-Scenes, TUM RGB-D or Redwood folder, or organised PCD files")
-      ->required();
+  io::RecordingArguments recording(app);
+  recording.input()->required();
+  app.remove_option(app.get_option("--slide"));  // one rig, calibrated once
   app.add_option("-o,--output", options.output, "rig.json with the new poses, for --poses of the other tools")
       ->required();
   app.add_option("--json", options.json, "write what is printed to this JSON file");
@@ -191,13 +192,6 @@ int main(int argc, char** argv) {
                  "PNG of all measurements, a colour a camera, before and after; needs a display");
   app.add_option("--frames", options.frames, "A:B:STEP, B not included; default: ten, evenly spread")
       ->multi_option_policy(CLI::MultiOptionPolicy::Join);
-  app.add_option("--views", options.recording.views,
-                 "frames that act as the cameras of one instant: 0,60,120 or A:B:STEP")
-      ->multi_option_policy(CLI::MultiOptionPolicy::Join);
-  app.add_option("--depth-scale", options.recording.depth_scale,
-                 "metres per unit of depth, instead of the recording's own")
-      ->check(io::positiveNumber());
-  app.add_option("--poses", options.recording.poses, "rig.json with the poses to start from");
   app.add_option("--hold", options.hold, "what stays: the first camera, or the mean of all")
       ->check(CLI::IsMember({"first", "mean"}))
       ->capture_default_str();
@@ -219,5 +213,9 @@ int main(int argc, char** argv) {
       ->check(io::positiveNumber())
       ->capture_default_str();
   app.add_option("--threads", options.threads, "0: one per core")->check(io::threadCount())->capture_default_str();
-  return io::runTool(app, argc, argv, [&] { return run(options); });
+  return io::runTool(app, argc, argv, [&] {
+    options.inputs = recording.inputs();
+    options.recording = recording.options();
+    return run(options);
+  });
 }

@@ -2,6 +2,7 @@
 // the recording is a simulated one.
 
 #include "drawing/clouds.h"
+#include "drawing/display.h"
 #include "io/cloud_io.h"
 #include "io/file_io.h"
 #include "io/option_checks.h"

@@ -2,10 +2,9 @@
 
 #include "io/cloud_io.h"
 #include "io/file_io.h"
-#include "io/method.h"
-#include "io/parameter_options.h"
+#include "io/method_arguments.h"
 #include "io/range.h"
-#include "io/recording.h"
+#include "io/recording_arguments.h"
 #include "io/report.h"
 #include "io/tool.h"
 
@@ -17,7 +16,6 @@
 #include <cctype>
 #include <chrono>
 #include <filesystem>
-#include <limits>
 #include <optional>
 
 namespace {
@@ -29,7 +27,7 @@ struct Options {
   std::vector<std::string> inputs;
   std::string output;
   std::string report;
-  std::string method{"fuse_flow"};
+  std::string method;
   std::string frames;
   std::string format{"ply"};
   bool evaluate{true};
@@ -177,52 +175,26 @@ int run(const Options& options) {
 int main(int argc, char** argv) {
   Options options;
   CLI::App app("Fuses a recording of several depth cameras into one clean cloud a frame.", "fuse_flow_fuse");
-  app.add_option(
-         "input", options.inputs,
-         "a rig recording (folder with rig.json), a 7-Scenes, TUM RGB-D or Redwood folder, or organised PCD files")
-      ->required();
+  io::RecordingArguments recording(app);
+  recording.input()->required();
   app.add_option("-o,--output", options.output, "a .ply or .pcd file for one frame, else a folder")->required();
   app.add_option("--report", options.report, "write figures per frame and in total to this JSON file");
-  app.add_option("--method", options.method, "what makes the cloud")
-      ->check(CLI::IsMember({"fuse_flow", "concatenate", "voxel_grid", "approximate_voxel_grid", "outlier_removal"}))
-      ->capture_default_str();
-  app.add_option("--leaf-size", options.method_options.leaf_size, "of the voxel grids, m")
-      ->check(io::positiveNumber())
-      ->capture_default_str();
   app.add_option("--frames", options.frames, "A:B:STEP, B not included")
       ->multi_option_policy(CLI::MultiOptionPolicy::Join);
-  app.add_option("--views", options.recording.views,
-                 "frames that act as the cameras of one instant: 0,60,120 or A:B:STEP")
-      ->multi_option_policy(CLI::MultiOptionPolicy::Join);
-  app.add_option("--slide", options.recording.slide, "move those views on by this many frames, again and again")
-      ->check(io::wholeNumber(0, std::numeric_limits<int>::max()));
-  app.add_option("--depth-scale", options.recording.depth_scale,
-                 "metres per unit of depth, instead of the recording's own")
-      ->check(io::positiveNumber());
-  CLI::Option* slide = app.get_option("--slide");
-  app.add_option("--poses", options.recording.poses,
-                 "rig.json whose poses replace the recording's, as fuse_flow_calibrate writes it");
   app.add_flag("--refine-extrinsics", options.refine_extrinsics,
                "estimate the poses from what the cameras see, and follow them from frame to frame")
-      ->excludes(slide);
+      ->excludes(app.get_option("--slide"));
   app.add_option("--format", options.format, "of the files in the output folder")
       ->check(CLI::IsMember({"ply", "pcd"}))
       ->capture_default_str();
-  app.add_option("--device", options.method_options.device, "where fuse_flow runs; auto: on a GPU if there is one")
-      ->check(CLI::IsMember({"auto", "cpu", "gpu"}))
-      ->capture_default_str();
-  app.add_option("--threads", options.method_options.threads, "0: one per core")
-      ->check(io::threadCount())
-      ->capture_default_str();
   app.add_flag("!--no-quality", options.evaluate, "do not measure E_MC, violations and coverage");
-  app.set_config("--config", "", "read options from this file (name = value lines)");
-  app.allow_config_extras(CLI::config_extras_mode::error);
-  io::ParameterOptions parameters(app);
+  io::MethodArguments method(app);
   return io::runTool(app, argc, argv, [&] {
-    for (std::string* list : {&options.frames, &options.recording.views})
-      std::replace(list->begin(), list->end(), '\n',
-                   ',');  // a config file's list is split at its commas, and joined so
-    options.method_options.parameters = parameters.parameters();
+    options.frames = io::joinedList(options.frames);
+    options.inputs = recording.inputs();
+    options.recording = recording.options();
+    options.method = method.method();
+    options.method_options = method.options();
     return run(options);
   });
 }

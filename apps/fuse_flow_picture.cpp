@@ -1,6 +1,7 @@
 // Draws clouds side by side, from the same viewpoint, into a PNG.
 
 #include "drawing/clouds.h"
+#include "drawing/display.h"
 #include "io/cloud_io.h"
 #include "io/image_io.h"
 #include "io/option_checks.h"

@@ -3,6 +3,7 @@
 #include "io/rig_json.h"
 #include "io/tool.h"
 #include "io/view_files.h"
+#include "simulation/simulation_arguments.h"
 #include "simulation/truth.h"
 
 #include <fuse_flow/impl/host/parallel.hpp>
@@ -16,14 +17,7 @@ using namespace fuse_flow;
 
 struct Options {
   simulation::SimulationOptions simulation;
-  double position_error_mm{0};
-  double rotation_error_deg{0};
-  double depth_bias_mm{0};
-  double knock_mm{0};
-  double knock_deg{0};
-  double out_of_sync_ms{0};
   std::size_t frames{1};
-  bool no_color{false};
   std::string output;
 };
 
@@ -43,15 +37,8 @@ void writeImages(const fs::path& folder, const io::LoadedFrame& measured, std::s
   }
 }
 
-int run(Options options) {
-  simulation::SimulationOptions& s = options.simulation;
-  s.color = !options.no_color;
-  s.faults.position_error = 0.001 * options.position_error_mm;
-  s.faults.rotation_error = options.rotation_error_deg * 3.14159265358979323846 / 180;
-  s.faults.depth_bias = 0.001 * options.depth_bias_mm;
-  s.faults.knock = 0.001 * options.knock_mm;
-  s.faults.knock_rotation = options.knock_deg * 3.14159265358979323846 / 180;
-  s.faults.out_of_sync = 0.001 * options.out_of_sync_ms;
+int run(const Options& options) {
+  const simulation::SimulationOptions& s = options.simulation;
   simulation::Simulator simulator(s);
   const fs::path folder(options.output);
   if (fs::exists(folder) && !(fs::is_directory(folder) && fs::is_empty(folder)))
@@ -76,42 +63,26 @@ int run(Options options) {
   return io::kSuccess;
 }
 
-std::string list(const std::vector<std::string>& names) {
-  std::string text;
-  for (const std::string& name : names) text += (text.empty() ? "" : ", ") + name;
-  return text;
-}
-
 }  // namespace
 
 int main(int argc, char** argv) {
   Options options;
-  simulation::SimulationOptions& s = options.simulation;
-  s.threads = host::resolveThreads(0);
+  simulation::SimulationOptions defaults;
   CLI::App app("Writes a recording of simulated depth cameras, with the exact surfaces in its folder truth.",
                "fuse_flow_simulate");
-  app.add_option("--scene", s.scene, list(simulation::sceneNames()))->capture_default_str();
-  app.add_option("--rig", s.rig, "ring-N or walls-N, N from 1 to 64, or with -narrow behind it")->capture_default_str();
-  app.add_option("--sensor", s.sensor, list(simulation::sensorNames()))->capture_default_str();
+  app.add_option("--scene", defaults.scene, simulation::listed(simulation::sceneNames()))->capture_default_str();
+  simulation::SimulationArguments rig(app);
   app.add_option("--frames", options.frames, "how many")->check(CLI::Range(1, 1000000))->capture_default_str();
   app.add_option("-o,--output", options.output, "folder of the recording; new or empty")->required();
-  app.add_option("--seed", s.seed, "the same seed gives the same bytes")->capture_default_str();
-  app.add_option("--scale", s.scale, "of the images' sides, (0, 2]")->capture_default_str();
-  app.add_option("--fps", s.frames_per_second, "frames per second of the scene's time")->capture_default_str();
-  app.add_flag("--no-color", options.no_color, "depth only");
-  app.add_option("--position-error", options.position_error_mm, "calibrated positions are off by this, mm");
-  app.add_option("--rotation-error", options.rotation_error_deg, "calibrated orientations are off by this, degrees");
-  app.add_option("--depth-bias", options.depth_bias_mm, "each camera's depth is off by a constant in +- this, mm");
-  app.add_option("--knock", options.knock_mm,
-                 "from --knock-frame on the last camera stands this far from where it stood, mm");
-  app.add_option("--knock-rotation", options.knock_deg, "and is turned by this, degrees");
-  app.add_option("--knock-frame", s.faults.knock_frame, "when");
-  app.add_option("--drop-rate", s.faults.drop_rate, "share of frames that a camera loses, [0, 1]");
-  app.add_option("--out-of-sync", options.out_of_sync_ms, "each camera's time is off by a constant in +- this, ms");
-  app.add_option("--threads", s.threads, "0: one per core")->check(CLI::Range(0, 1024));
+  app.add_option("--fps", defaults.frames_per_second, "frames per second of the scene's time")->capture_default_str();
+  app.add_option("--threads", defaults.threads, "0: one per core")->check(CLI::Range(0, 1024));
+  defaults.threads = 0;
   io::catchInterrupts();
   return io::runTool(app, argc, argv, [&] {
-    s.threads = host::resolveThreads(s.threads);
+    options.simulation = rig.options();
+    options.simulation.scene = defaults.scene;
+    options.simulation.frames_per_second = defaults.frames_per_second;
+    options.simulation.threads = host::resolveThreads(defaults.threads);
     return run(options);
   });
 }

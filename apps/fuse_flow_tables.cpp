@@ -3,6 +3,7 @@
 
 #include "drawing/charts.h"
 #include "drawing/clouds.h"
+#include "drawing/display.h"
 #include "io/file_io.h"
 #include "io/option_checks.h"
 #include "io/tool.h"

@@ -1,7 +1,6 @@
 #include "drawing/clouds.h"
 
 #include "drawing/image_of.h"
-#include "io/error.h"
 
 #include <vtkActor.h>
 #include <vtkCamera.h>
@@ -20,7 +19,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdlib>
 
 namespace fuse_flow::drawing {
 namespace {
@@ -61,12 +59,6 @@ void place(vtkCamera* camera, vtkRenderer* renderer, vtkPolyData* first, const V
 }
 
 }  // namespace
-
-void requireDisplay(const std::string& program) {
-  const char* display = std::getenv("DISPLAY");
-  if (!display || !*display)
-    throw io::InputError("DISPLAY is not set, must name a display: start it as 'xvfb-run -a " + program + " …'");
-}
 
 io::ColorImage drawClouds(const std::vector<ColoredPoints>& clouds, const Viewpoint& viewpoint) {
   vtkNew<vtkRenderWindow> window;

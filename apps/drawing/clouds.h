@@ -29,9 +29,6 @@ struct Viewpoint {
 /** \brief Clouds side by side from one viewpoint. Throws io::InputError without a display. */
 io::ColorImage drawClouds(const std::vector<ColoredPoints>& clouds, const Viewpoint& viewpoint);
 
-/** \brief Throws io::InputError where there is no display: VTK would abort. \param program who asks */
-void requireDisplay(const std::string& program);
-
 /** \brief The colour of a distance to the true surface: blue at 0, green, yellow, and red from the limit on. */
 Rgb8 errorColor(float distance, float limit);
 

@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include <algorithm>
 #include <cerrno>
 #include <cmath>
 #include <cstdlib>
@@ -63,5 +64,11 @@ inline CLI::Validator trueOrFalse() {
 
 /** \brief More than any machine has cores; far more than OpenMP can start threads would end the program. */
 inline CLI::Validator threadCount() { return wholeNumber(0, 1024); }
+
+/** \brief A list that CLI11 joined line by line, as a config file's is split at its commas: with commas again. */
+inline std::string joinedList(std::string list) {
+  std::replace(list.begin(), list.end(), '\n', ',');
+  return list;
+}
 
 }  // namespace fuse_flow::io

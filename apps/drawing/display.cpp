@@ -1,0 +1,25 @@
+#include "drawing/display.h"
+
+#include "io/error.h"
+
+#include <GL/glx.h>
+
+#include <cstdlib>
+#include <memory>
+
+namespace fuse_flow::drawing {
+
+void requireDisplay(const std::string& program) {
+  const std::string remedy = ": start it as 'xvfb-run -a " + program + " …'";
+  const char* name = std::getenv("DISPLAY");
+  if (!name || !*name) throw io::InputError("DISPLAY is not set, must name a display" + remedy);
+  const std::unique_ptr<Display, int (*)(Display*)> display(XOpenDisplay(name), XCloseDisplay);
+  if (!display) throw io::InputError(std::string("DISPLAY is ") + name + ", which cannot be opened" + remedy);
+  int depth_buffer[] = {GLX_RENDER_TYPE, GLX_RGBA_BIT, GLX_DOUBLEBUFFER, True, GLX_DEPTH_SIZE, 16, None};
+  int count = 0;
+  if (glXQueryExtension(display.get(), nullptr, nullptr))
+    XFree(glXChooseFBConfig(display.get(), DefaultScreen(display.get()), depth_buffer, &count));
+  if (count == 0) throw io::InputError(std::string("DISPLAY is ") + name + ", which has no OpenGL (GLX)" + remedy);
+}
+
+}  // namespace fuse_flow::drawing

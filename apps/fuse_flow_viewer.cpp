@@ -1,0 +1,187 @@
+// Plays a recording, or simulated cameras, as fused clouds in a window.
+
+#include "drawing/display.h"
+#include "io/method_arguments.h"
+#include "io/recording_arguments.h"
+#include "io/tool.h"
+#include "simulation/simulation_arguments.h"
+#include "viewer/key_bindings.h"
+#include "viewer/viewer.h"
+
+#include <fuse_flow/impl/host/parallel.hpp>
+
+#include <array>
+#include <cstdio>
+#include <cstdlib>
+
+namespace {
+
+using namespace fuse_flow;
+
+struct Options {
+  std::vector<std::string> inputs;
+  io::RecordingOptions recording;
+  std::string simulated_scene;
+  simulation::SimulationOptions simulation;
+  viewing::ViewerOptions viewer;
+  std::vector<std::string> keys;
+  std::string screenshot;
+  std::string cloud;
+  std::string orbit;
+};
+
+std::unique_ptr<viewing::FrameSource> makeSource(const Options& options) {
+  if (options.simulated_scene.empty() == options.inputs.empty())
+    throw io::OptionError("either a recording or --simulate must be given");
+  if (!options.inputs.empty()) return viewing::openSource(options.inputs, options.recording);
+  simulation::SimulationOptions simulation = options.simulation;
+  simulation.scene = options.simulated_scene;
+  simulation.frames_per_second = options.viewer.frames_per_second;
+  simulation.threads = host::resolveThreads(static_cast<int>(options.viewer.method_options.threads));
+  return viewing::makeSimulatedSource(simulation);
+}
+
+/** \brief Before there is a window that could only stay empty: the first frame must be readable. */
+void checkFirstFrame(const Options& options, viewing::FrameSource& source) {
+  const std::optional<std::size_t> count = source.frameCount();
+  const std::size_t first = options.viewer.first_frame;
+  if (count && first >= *count)
+    throw io::OptionError("--start is " + std::to_string(first) + ", must be under the " + std::to_string(*count) +
+                          " frames of the recording");
+  if (count) {
+    io::LoadedFrame frame;
+    source.read(first, frame);
+  }
+}
+
+/** \brief "640:400" among the keys is a place that the cursor goes to. */
+std::optional<std::array<int, 2>> cursorOf(const std::string& key) {
+  std::array<int, 2> place{};
+  int length = 0;
+  if (std::sscanf(key.c_str(), "%d:%d%n", &place[0], &place[1], &length) != 2) return std::nullopt;
+  if (key.size() != static_cast<std::size_t>(length)) return std::nullopt;
+  return place;
+}
+
+void exportAll(const Options& options, viewing::Viewer& viewer) {
+  viewer.settle();
+  if (!viewer.error().empty()) throw io::InputError(viewer.error());
+  if (!options.cloud.empty()) viewing::writeShownCloud(options.cloud, *viewer.shown()->clouds[0]->cloud);
+  if (!options.screenshot.empty()) viewing::writeScreenshot(options.screenshot, viewer.window().renderWindow());
+  if (!options.orbit.empty()) viewer.film(options.orbit);
+  if (!viewer.error().empty()) throw io::InputError(viewer.error());
+}
+
+int run(const Options& options) {
+  const bool exports = !options.screenshot.empty() || !options.cloud.empty() || !options.orbit.empty();
+  if (exports != options.viewer.offscreen)
+    throw io::OptionError(
+        exports
+            ? "--screenshot, --save-cloud and --orbit need --offscreen; in the window the keys j, w and p do the same"
+            : "--offscreen needs --screenshot, --save-cloud or --orbit");
+  if (!options.cloud.empty() && !viewing::isCloudFile(options.cloud))
+    throw io::OptionError("--save-cloud is " + options.cloud + ", must end with .ply, .pcd or .vtk");
+  for (const std::string& key : options.keys)
+    if (!viewing::findBinding(key) && !cursorOf(key))
+      throw io::OptionError("--press is " + key + ", which is no key of the viewer");
+  std::unique_ptr<viewing::FrameSource> source = makeSource(options);
+  checkFirstFrame(options, *source);
+  if (options.viewer.color_by == viewing::ColorBy::TruthDistance && !source->knowsTruth())
+    throw io::OptionError("--color-by truth: the truth of this recording is not known");
+  drawing::requireDisplay("fuse_flow_viewer");
+  viewing::Viewer viewer(std::move(source), options.viewer);
+  for (const std::string& key : options.keys) {
+    viewer.settle();
+    if (const auto cursor = cursorOf(key))
+      viewer.window().moveCursor((*cursor)[0], (*cursor)[1]);
+    else
+      viewer.window().pressKey(key);
+  }
+  if (exports)
+    exportAll(options, viewer);
+  else
+    viewer.run();
+  const int code = io::interrupt_requested ? io::kInterrupted : io::kSuccess;
+  // Nobody waits for a frame that nobody will see.
+  if (!viewer.stopWithin(std::chrono::milliseconds(700))) std::_Exit(code);
+  return code;
+}
+
+void addViewOptions(CLI::App& app, Options& options) {
+  viewing::ViewerOptions& v = options.viewer;
+  static const std::map<std::string, viewing::Layout> layouts{{"side", viewing::Layout::SideBySide},
+                                                              {"split", viewing::Layout::Split}};
+  std::map<std::string, viewing::ColorBy> colors;
+  for (std::size_t k = 0; k < viewing::colorByNames().size(); ++k)
+    colors[viewing::colorByNames()[k]] = static_cast<viewing::ColorBy>(k);
+  app.add_option("--fps", v.frames_per_second, "frames a second at which the recording was taken")
+      ->check(io::positiveNumber())
+      ->capture_default_str();
+  app.add_option("--speed", v.speed, "at which it is played; 1: as it was taken")
+      ->check(io::positiveNumber())
+      ->capture_default_str();
+  app.add_flag("!--paused", v.play, "start with the first frame standing");
+  app.add_flag("!--once", v.loop, "do not loop");
+  app.add_option("--start", v.first_frame, "first frame")->check(io::wholeNumber(0, 1000000))->capture_default_str();
+  app.add_option("--compare", v.compare, "what is shown beside the fused cloud")
+      ->check(CLI::IsMember(viewing::FusionControls::comparisonNames()))
+      ->capture_default_str();
+  app.add_option("--layout", v.layout, "side: side by side; split: one picture with a line to drag")
+      ->transform(CLI::CheckedTransformer(layouts));
+  app.add_option("--split", v.split, "where that line is, share of the width")
+      ->check(CLI::Range(0.02, 0.98))
+      ->capture_default_str();
+  app.add_option("--color-by", v.color_by, "colour of the points")->transform(CLI::CheckedTransformer(colors));
+  app.add_option("--point-size", v.point_size, "pixels")->check(io::positiveNumber())->capture_default_str();
+  app.add_option("--from", v.from, "where the viewer stands, m")->expected(3)->check(io::finiteNumber());
+  app.add_option("--at", v.at, "what the viewer looks at, m")->expected(3)->check(io::finiteNumber());
+  app.add_option("--up", v.up, "which way is up")->expected(3)->check(io::finiteNumber());
+  app.add_option("--zoom", v.zoom, "narrows the view")->check(io::positiveNumber())->capture_default_str();
+  app.add_option("--width", v.width, "of the window, pixels")->check(io::wholeNumber(16, 16384))->capture_default_str();
+  app.add_option("--height", v.height, "pixels")->check(io::wholeNumber(16, 16384))->capture_default_str();
+  app.add_option("--press", options.keys,
+                 "keys pressed at the start, and places X:Y, pixels from the lower left, that the cursor goes to: "
+                 "h,alt+plus,640:400,m")
+      ->delimiter(',');
+}
+
+void addExportOptions(CLI::App& app, Options& options) {
+  viewing::ViewerOptions& v = options.viewer;
+  app.add_option("--folder", v.folder, "where the keys w, j and p write")->capture_default_str();
+  app.add_option("--format", v.format, "of the clouds that the key w writes")
+      ->check(CLI::IsMember({"ply", "pcd", "vtk"}))
+      ->capture_default_str();
+  app.add_flag("--offscreen", v.offscreen, "no window: write what follows, and end");
+  app.add_option("--screenshot", options.screenshot, ".png or .jpg file");
+  app.add_option("--save-cloud", options.cloud, ".ply, .pcd or .vtk file");
+  app.add_option("--orbit", options.orbit, "once around the cloud: a .ogv video, or a folder of numbered PNGs");
+  app.add_option("--orbit-pictures", v.orbit_pictures, "of a film")
+      ->check(io::wholeNumber(1, 100000))
+      ->capture_default_str();
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  Options options;
+  CLI::App app("Plays a recording of several depth cameras as fused clouds. The key h lists what keys and mouse do.",
+               "fuse_flow_viewer");
+  io::RecordingArguments recording(app);
+  CLI::Option* simulate =
+      app.add_option("--simulate", options.simulated_scene,
+                     "simulated cameras instead of a recording: " + simulation::listed(simulation::sceneNames()));
+  simulation::SimulationArguments rig(app);
+  rig.need(simulate);
+  addViewOptions(app, options);
+  addExportOptions(app, options);
+  io::MethodArguments method(app);
+  io::catchInterrupts();
+  return io::runTool(app, argc, argv, [&] {
+    options.inputs = recording.inputs();
+    options.recording = recording.options();
+    options.simulation = rig.options();
+    options.viewer.method = method.method();
+    options.viewer.method_options = method.options();
+    return run(options);
+  });
+}

@@ -1,0 +1,49 @@
+#pragma once
+
+#include "viewer/fusion_job.h"
+
+#include <vtkCamera.h>
+#include <vtkRenderWindow.h>
+#include <vtkSmartPointer.h>
+
+#include <memory>
+#include <string>
+
+namespace fuse_flow::viewing {
+
+/** \brief Writes what the window shows: a JPEG if the extension is .jpg, else a PNG. Throws io::OutputError. */
+void writeScreenshot(const std::string& path, vtkRenderWindow* window);
+
+/** \brief Whether writeShownCloud() knows the extension: .ply, .pcd, .vtk. */
+bool isCloudFile(const std::string& path);
+/** \brief Writes a cloud, in the format that the extension says. Throws io::OutputError. */
+void writeShownCloud(const std::string& path, const Cloud& cloud);
+
+/** \brief Pictures one after another: numbered PNGs in a folder, or a video. */
+class PictureSequence {
+ public:
+  virtual ~PictureSequence() = default;
+  /** \brief What the window shows now. Throws io::OutputError. */
+  virtual void add(vtkRenderWindow* window) = 0;
+};
+
+constexpr int kVideoRate = 30;  ///< pictures a second
+
+/** \brief .ogv: a video in Ogg Theora; another name: a folder. Throws io::OutputError. */
+std::unique_ptr<PictureSequence> makePictureSequence(const std::string& path);
+
+/** \brief A camera path once around what the camera looks at, in a circle about its up axis. */
+class Orbit {
+ public:
+  Orbit(const std::string& path, int pictures) : sequence_(makePictureSequence(path)), pictures_(pictures) {}
+  bool done() const { return taken_ == pictures_; }
+  /** \brief Takes a picture of the window, which shows what it should, and moves the camera on. */
+  void step(vtkRenderWindow* window, vtkCamera* camera);
+
+ private:
+  std::unique_ptr<PictureSequence> sequence_;
+  int pictures_;
+  int taken_{0};
+};
+
+}  // namespace fuse_flow::viewing

@@ -1,0 +1,120 @@
+#include "viewer/frame_fuser.h"
+
+#include "io/tool.h"
+#include "viewer/point_data.h"
+#include "viewer/thumbnail.h"
+
+#include <fuse_flow/impl/host/parallel.hpp>
+
+#include <chrono>
+
+namespace fuse_flow::viewing {
+namespace {
+
+constexpr int kThumbnailHeight = 240;  // pixels: of the largest strip; drawn smaller where the window is small
+constexpr int kCoverageStep = 4;       // every fourth pixel each way tells coverage well enough to look at
+
+int threadsOf(const FusionSetting& setting) { return host::resolveThreads(static_cast<int>(setting.options.threads)); }
+
+}  // namespace
+
+void FrameFuser::readFrame(std::size_t frame) {
+  if (loaded_frame_ == frame) return;
+  loaded_frame_.reset();
+  const auto start = std::chrono::steady_clock::now();
+  source_->read(frame, loaded_);
+  read_ms_ = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+  thumbnails_.clear();
+  for (const DepthView& view : loaded_.rig.views) thumbnails_.push_back(thumbnailOf(view, kThumbnailHeight));
+  loaded_frame_ = frame;
+}
+
+void FrameFuser::fuseCloud(const FusionRequest& request, Pane& pane, const FusionSettingPtr& setting) {
+  if (pane.setting == setting && pane.frame == request.frame) return;
+  if (pane.setting != setting) {
+    pane.setting.reset();
+    pane.method = io::makeMethod(setting->method, setting->options);
+    pane.setting = setting;
+  }
+  pane.frame.reset();
+  const auto cloud = std::make_shared<Cloud>();
+  pane.method->fuse(loaded_.rig, *cloud);
+  pane.fused = {};
+  pane.fused.setting = setting;
+  pane.fused.cloud = cloud;
+  pane.fused.statistics = pane.method->statistics();
+  pane.colored_by.reset();
+  pane.frame = request.frame;
+}
+
+void FrameFuser::measure(const FusionRequest& request, Pane& pane) {
+  if (!request.measure_quality || pane.fused.quality) return;
+  const io::MethodOptions& options = pane.setting->options;
+  QualityParameters parameters;
+  parameters.min_range = options.parameters.preprocessing.min_range;
+  parameters.max_range = options.parameters.preprocessing.max_range;
+  parameters.coverage_step = kCoverageStep;
+  pane.fused.quality = multiCameraConsistency(*pane.fused.cloud, loaded_.rig, parameters, options.threads);
+  pane.published.reset();
+}
+
+void FrameFuser::color(const FusionRequest& request, Pane& pane) {
+  FusedCloud& fused = pane.fused;
+  if (pane.colored_by == request.color_by && pane.coarse_points == request.coarse_points) return;
+  const int threads = threadsOf(*pane.setting);
+  const bool by_normal = request.color_by == ColorBy::Normal;
+  if ((by_normal || request.color_by == ColorBy::Camera) && fused.attributes.origins.empty())
+    fused.attributes.origins = originsOf(*fused.cloud, loaded_.rig, threads);
+  if (by_normal && fused.attributes.normals.empty())
+    fused.attributes.normals = normalsOf(fused.attributes.origins, loaded_.rig, threads);
+  if (request.color_by == ColorBy::TruthDistance && fused.attributes.truth_distances.empty() && source_->knowsTruth())
+    fused.attributes.truth_distances = truthDistances(*fused.cloud, source_->truth(request.frame), threads);
+  const std::vector<Rgb8> colors = colorsOf(*fused.cloud, request.color_by, fused.attributes);
+  fused.points = toPolyData(*fused.cloud, colors);
+  const std::size_t stride = 1 + fused.cloud->size() / std::max<std::size_t>(1, request.coarse_points);
+  fused.coarse = stride == 1 ? fused.points : toPolyData(*fused.cloud, colors, stride);
+  pane.colored_by = request.color_by;
+  pane.coarse_points = request.coarse_points;
+  pane.published.reset();
+}
+
+std::shared_ptr<const FusedFrame> FrameFuser::fuse(const FusionRequest& request, const std::atomic<bool>& stop) {
+  const auto answer = std::make_shared<FusedFrame>();
+  answer->number = request.number;
+  answer->frame = request.frame;
+  const auto failed = [&](const std::string& message) {
+    answer->error = "frame " + std::to_string(request.frame) + ": " + message;
+    answer->clouds = {};
+    return answer;
+  };
+  try {
+    readFrame(request.frame);
+  } catch (const std::exception& error) {
+    answer->ended = true;
+    return failed(error.what());
+  }
+  answer->cameras = loaded_.rig.cameras;
+  answer->thumbnails = thumbnails_;
+  answer->read_ms = read_ms_;
+  try {
+    for (std::size_t k = 0; k < kPanes; ++k) {
+      Pane& pane = panes_[k];
+      if (!request.settings[k]) continue;
+      if (stop) return nullptr;
+      fuseCloud(request, pane, request.settings[k]);
+      if (stop) return nullptr;
+      measure(request, pane);
+      if (stop) return nullptr;
+      color(request, pane);
+      if (!pane.published) pane.published = std::make_shared<FusedCloud>(pane.fused);
+      answer->clouds[k] = pane.published;
+    }
+  } catch (const pcl::PCLException& error) {
+    return failed(io::messageOf(error));
+  } catch (const std::exception& error) {
+    return failed(error.what());
+  }
+  return answer;
+}
+
+}  // namespace fuse_flow::viewing

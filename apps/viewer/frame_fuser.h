@@ -1,0 +1,45 @@
+#pragma once
+
+#include "viewer/frame_source.h"
+#include "viewer/fusion_job.h"
+
+#include <atomic>
+#include <memory>
+#include <optional>
+
+namespace fuse_flow::viewing {
+
+/** \brief Does what a request asks, and keeps what the next one can use again: a frame that is read, a cloud that is fused
+ *  are not made again to be coloured differently. For one thread. */
+class FrameFuser {
+ public:
+  explicit FrameFuser(std::unique_ptr<FrameSource> source) : source_(std::move(source)) {}
+
+  /** \brief Null if stop came true on the way. Never throws: what went wrong is in the answer. */
+  std::shared_ptr<const FusedFrame> fuse(const FusionRequest& request, const std::atomic<bool>& stop);
+
+ private:
+  struct Pane {
+    FusionSettingPtr setting;  ///< of the method, and of the cloud
+    std::unique_ptr<io::Method> method;
+    std::optional<std::size_t> frame;  ///< that the cloud was made from
+    FusedCloud fused;
+    std::optional<ColorBy> colored_by;
+    std::size_t coarse_points{0};
+    std::shared_ptr<const FusedCloud> published;
+  };
+
+  void readFrame(std::size_t frame);
+  void fuseCloud(const FusionRequest& request, Pane& pane, const FusionSettingPtr& setting);
+  void measure(const FusionRequest& request, Pane& pane);
+  void color(const FusionRequest& request, Pane& pane);
+
+  std::unique_ptr<FrameSource> source_;
+  io::LoadedFrame loaded_;
+  std::optional<std::size_t> loaded_frame_;
+  double read_ms_{0};
+  std::vector<io::ColorImage> thumbnails_;
+  std::array<Pane, kPanes> panes_;
+};
+
+}  // namespace fuse_flow::viewing

@@ -1,0 +1,62 @@
+#include "viewer/frame_source.h"
+
+#include "simulation/truth.h"
+
+#include <filesystem>
+
+namespace fuse_flow::viewing {
+namespace {
+
+namespace fs = std::filesystem;
+
+class RecordedSource : public FrameSource {
+ public:
+  RecordedSource(const std::vector<std::string>& inputs, const io::RecordingOptions& options)
+      : recording_(io::openRecording(inputs, options)) {
+    const fs::path input(inputs.front());
+    const fs::path folder = fs::is_directory(input) ? input : input.parent_path();
+    name_ = fs::absolute(folder).lexically_normal().filename().string();
+    if (name_.empty()) name_ = folder.string();
+    if (fs::exists(folder / "truth" / "simulation.json")) truth_.emplace(folder.string());
+  }
+
+  std::string name() const override { return name_; }
+  std::optional<std::size_t> frameCount() const override { return recording_->frameCount(); }
+  void read(std::size_t frame, io::LoadedFrame& out) override { recording_->read(frame, out); }
+  bool knowsTruth() const override { return truth_.has_value(); }
+  const simulation::RayScene& truth(std::size_t frame) override { return truth_->frame(frame); }
+
+ private:
+  std::unique_ptr<io::Recording> recording_;
+  std::string name_;
+  std::optional<simulation::Truth> truth_;
+};
+
+class SimulatedSource : public FrameSource {
+ public:
+  explicit SimulatedSource(const simulation::SimulationOptions& options) : simulator_(options) {}
+
+  std::string name() const override {
+    const simulation::SimulationOptions& o = simulator_.options();
+    return "simulated " + o.scene + ", " + o.rig + ", " + o.sensor;
+  }
+  std::optional<std::size_t> frameCount() const override { return std::nullopt; }
+  void read(std::size_t frame, io::LoadedFrame& out) override { simulator_.measure(frame, out); }
+  bool knowsTruth() const override { return true; }
+  const simulation::RayScene& truth(std::size_t frame) override { return simulator_.truth(frame); }
+
+ private:
+  simulation::Simulator simulator_;
+};
+
+}  // namespace
+
+std::unique_ptr<FrameSource> openSource(const std::vector<std::string>& inputs, const io::RecordingOptions& options) {
+  return std::make_unique<RecordedSource>(inputs, options);
+}
+
+std::unique_ptr<FrameSource> makeSimulatedSource(const simulation::SimulationOptions& options) {
+  return std::make_unique<SimulatedSource>(options);
+}
+
+}  // namespace fuse_flow::viewing

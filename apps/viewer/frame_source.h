@@ -1,0 +1,36 @@
+#pragma once
+
+#include "io/recording.h"
+#include "simulation/simulator.h"
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace fuse_flow::viewing {
+
+/** \brief Where frames come from: a recording, or cameras that are simulated as it plays. */
+class FrameSource {
+ public:
+  virtual ~FrameSource() = default;
+
+  /** \brief For the window's title. */
+  virtual std::string name() const = 0;
+  /** \brief Absent: it never ends. */
+  virtual std::optional<std::size_t> frameCount() const = 0;
+  /** \brief Throws io::InputError if the frame cannot be read. */
+  virtual void read(std::size_t frame, io::LoadedFrame& out) = 0;
+  /** \brief Whether truth() can be asked. */
+  virtual bool knowsTruth() const = 0;
+  /** \brief The exact surfaces of a frame; valid until the next call of either. */
+  virtual const simulation::RayScene& truth(std::size_t frame) = 0;
+};
+
+/** \brief A recording of any kind; its truth is known if the folder holds one. Throws io::InputError. */
+std::unique_ptr<FrameSource> openSource(const std::vector<std::string>& inputs, const io::RecordingOptions& options);
+
+/** \brief Simulated cameras, without an end. Throws io::InputError. */
+std::unique_ptr<FrameSource> makeSimulatedSource(const simulation::SimulationOptions& options);
+
+}  // namespace fuse_flow::viewing

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace fuse_flow::viewing {
+
+class Viewer;
+
+/** \brief A key, what it does, and how that is said: the one table that the keyboard, the help overlay and the documentation
+ *  follow. */
+struct KeyBinding {
+  std::string group;              ///< under which the help lists it
+  std::string label;              ///< as the help writes it
+  std::vector<std::string> keys;  ///< as Window::pressKey() takes them
+  std::string help;
+  std::function<void(Viewer&)> action;
+};
+
+const std::vector<KeyBinding>& keyBindings();
+
+/** \brief Null: the key does nothing. */
+const KeyBinding* findBinding(const std::string& key);
+
+/** \brief What the mouse does: label and help. */
+const std::vector<std::pair<std::string, std::string>>& mouseBindings();
+
+/** \brief Keys and mouse, in two columns. */
+std::string helpText();
+
+}  // namespace fuse_flow::viewing

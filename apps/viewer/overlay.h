@@ -1,0 +1,65 @@
+#pragma once
+
+#include "viewer/coloring.h"
+#include "viewer/panes.h"
+#include "viewer/thumbnail.h"
+
+#include <vtkActor2D.h>
+#include <vtkImageMapper.h>
+#include <vtkScalarBarActor.h>
+#include <vtkSmartPointer.h>
+#include <vtkTextActor.h>
+
+#include <array>
+#include <string>
+#include <vector>
+
+namespace fuse_flow::viewing {
+
+/** \brief What lies over the world: texts, the cameras' images, and the legend of the colours. */
+class Overlay {
+ public:
+  explicit Overlay(Window& window);
+
+  /** \brief Top left. */
+  void setStatus(const std::string& text) { status_->SetInput(text.c_str()); }
+  /** \brief Below the middle: an error, or what was just done. */
+  void setMessage(const std::string& text) { message_->SetInput(text.c_str()); }
+  /** \brief Above the strip: the point under the cursor. */
+  void setReadout(const std::string& text) { readout_->SetInput(text.c_str()); }
+  /** \brief Heads a pane. */
+  void setTitle(std::size_t pane, const std::string& text) { titles_[pane]->SetInput(text.c_str()); }
+  /** \brief Over everything; empty: none. */
+  void setHelp(const std::string& text);
+  void setLegend(const Legend& legend);
+  void setImages(const std::vector<io::ColorImage>& thumbnails, const std::vector<std::string>& names);
+
+  void showStatus(bool visible) { status_->SetVisibility(visible); }
+  void showLegend(bool visible) { legend_visible_ = visible; }
+  void showImages(bool visible);
+
+  /** \brief Where the images end, pixels from the window's lower border. */
+  int aboveImages() const;
+  /** \brief Puts everything where it belongs in the window as it now is. */
+  void arrange(const Panes& panes);
+
+ private:
+  vtkSmartPointer<vtkTextActor> addText();
+  void arrangeImages();
+  void arrangeHelp();
+
+  Window& window_;
+  vtkSmartPointer<vtkTextActor> status_, message_, readout_, help_;
+  std::array<vtkSmartPointer<vtkTextActor>, kPanes> titles_;
+  vtkSmartPointer<vtkScalarBarActor> legend_;
+  vtkSmartPointer<vtkActor2D> images_;
+  vtkSmartPointer<vtkImageMapper> image_mapper_;
+  std::vector<vtkSmartPointer<vtkTextActor>> image_names_;
+  std::vector<io::ColorImage> thumbnails_;
+  bool images_visible_{true};
+  bool legend_visible_{true};
+  bool legend_empty_{true};
+  int strip_height_{0};
+};
+
+}  // namespace fuse_flow::viewing

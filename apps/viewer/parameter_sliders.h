@@ -1,0 +1,58 @@
+#pragma once
+
+#include "viewer/window.h"
+
+#include <fuse_flow/fuse_flow.h>
+
+#include <vtkSliderRepresentation2D.h>
+#include <vtkSliderWidget.h>
+#include <vtkSmartPointer.h>
+
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace fuse_flow::viewing {
+
+/** \brief A parameter that a slider moves. */
+struct SliderParameter {
+  std::string title;
+  double low;
+  double high;
+  double scale;  ///< of the slider to the parameter's unit: 0.001 for millimetres
+  std::function<float&(FuseFlowParameters&)> member;
+};
+
+/** \brief τ, σ, the cell sizes, and the smallest weight. */
+const std::vector<SliderParameter>& sliderParameters();
+
+/** \brief Sliders in the window, one a parameter. */
+class ParameterSliders {
+ public:
+  using OnChange = std::function<void(const SliderParameter& parameter, float value)>;
+
+  /** \param on_change called with each move; the value in the parameter's own unit */
+  ParameterSliders(Window& window, OnChange on_change);
+  ~ParameterSliders();
+  ParameterSliders(const ParameterSliders&) = delete;
+  ParameterSliders& operator=(const ParameterSliders&) = delete;
+
+  void setVisible(bool visible);
+  bool visible() const { return visible_; }
+  /** \brief Moves the sliders to what the parameters are, without telling of it. */
+  void setValues(const FuseFlowParameters& parameters);
+  /** \brief Right of the window, below one another. */
+  void arrange();
+  vtkSliderRepresentation2D* representation(std::size_t k) { return representations_[k]; }
+
+ private:
+  void moved(vtkObject* widget, unsigned long event, void* data);
+
+  Window& window_;
+  OnChange on_change_;
+  std::vector<vtkSmartPointer<vtkSliderRepresentation2D>> representations_;
+  std::vector<vtkSmartPointer<vtkSliderWidget>> widgets_;
+  bool visible_{false};
+};
+
+}  // namespace fuse_flow::viewing

@@ -1,0 +1,45 @@
+#include "viewer/point_data.h"
+
+#include <vtkCellArray.h>
+#include <vtkFloatArray.h>
+#include <vtkIdTypeArray.h>
+#include <vtkNew.h>
+#include <vtkPointData.h>
+#include <vtkPoints.h>
+#include <vtkUnsignedCharArray.h>
+
+#include <numeric>
+
+namespace fuse_flow::viewing {
+
+vtkSmartPointer<vtkPolyData> toPolyData(const Cloud& cloud, const std::vector<Rgb8>& colors, std::size_t stride) {
+  const auto count = static_cast<vtkIdType>((cloud.size() + stride - 1) / stride);
+  vtkNew<vtkFloatArray> coordinates;
+  coordinates->SetNumberOfComponents(3);
+  float* position = coordinates->WritePointer(0, 3 * count);
+  vtkNew<vtkUnsignedCharArray> scalars;
+  scalars->SetNumberOfComponents(3);
+  unsigned char* color = scalars->WritePointer(0, 3 * count);
+  for (std::size_t k = 0; k < cloud.size(); k += stride) {
+    for (const float x : {cloud[k].x, cloud[k].y, cloud[k].z}) *position++ = x;
+    for (const std::uint8_t c : {colors[k].r, colors[k].g, colors[k].b}) *color++ = c;
+  }
+  // One cell that holds all points: a cell a point would take as long to build as the rest.
+  vtkNew<vtkIdTypeArray> offsets, numbers;
+  offsets->InsertNextValue(0);
+  if (count > 0) offsets->InsertNextValue(count);
+  vtkIdType* number = numbers->WritePointer(0, count);
+  std::iota(number, number + count, vtkIdType{0});
+  vtkNew<vtkCellArray> vertices;
+  vertices->SetData(offsets, numbers);
+  vtkNew<vtkPoints> points;
+  points->SetData(coordinates);
+  const auto data = vtkSmartPointer<vtkPolyData>::New();
+  data->SetPoints(points);
+  data->SetVerts(vertices);
+  data->GetPointData()->SetScalars(scalars);
+  data->ComputeBounds();  // here, not on the thread that draws
+  return data;
+}
+
+}  // namespace fuse_flow::viewing

@@ -1,0 +1,18 @@
+#pragma once
+
+#include "viewer/window.h"
+
+#include <vtkSliderRepresentation2D.h>
+#include <vtkSmartPointer.h>
+
+#include <string>
+
+namespace fuse_flow::viewing {
+
+/** \brief A slider as all of ours look. */
+vtkSmartPointer<vtkSliderRepresentation2D> makeSlider(const std::string& title, double low, double high);
+
+/** \brief From left to right at a height, pixels from the lower left, and as thick as it should be in this window. */
+void placeSlider(vtkSliderRepresentation2D* slider, Window& window, double left, double right, double y);
+
+}  // namespace fuse_flow::viewing

@@ -1,0 +1,58 @@
+#include "viewer/status_text.h"
+
+#include <cmath>
+#include <iomanip>
+#include <sstream>
+
+namespace fuse_flow::viewing {
+namespace {
+
+std::ostringstream fixedPoint(int decimals) {
+  std::ostringstream text;
+  text << std::fixed << std::setprecision(decimals);
+  return text;
+}
+
+std::string millimetres(double metres) {
+  std::ostringstream text = fixedPoint(1);
+  if (std::isnan(metres)) return "-";
+  text << 1000 * metres << " mm";
+  return text.str();
+}
+
+}  // namespace
+
+std::string cloudText(const FusedCloud& cloud) {
+  std::ostringstream text = fixedPoint(1);
+  text << cloud.setting->title << ": " << cloud.cloud->size() << " points";
+  if (cloud.quality)
+    text << ", E_MC " << millimetres(cloud.quality->error) << " (2+ views "
+         << millimetres(cloud.quality->multi_view_error) << "), covers " << 100 * cloud.quality->coverage() << " %";
+  const FrameStatistics& s = cloud.statistics;
+  text << "\n  " << s.total_ms << " ms";
+  if (s.preprocess_ms + s.generate_ms + s.merge_ms + s.fuse_ms + s.output_ms > 0)
+    text << " = prepare " << s.preprocess_ms << ", generate " << s.generate_ms << ", merge " << s.merge_ms << ", fuse "
+         << s.fuse_ms << ", output " << s.output_ms;
+  return text.str();
+}
+
+std::string statusText(const Playback& playback, const Rates& rates, const FusionControls& controls,
+                       const FusedFrame& shown) {
+  std::ostringstream text = fixedPoint(1);
+  text << "frame " << shown.frame;
+  if (playback.frames()) text << " of " << *playback.frames();
+  text << (playback.playing() ? ", playing" : ", paused") << " at " << std::setprecision(playback.speed() < 1 ? 3 : 1)
+       << playback.speed() << "x" << (playback.loop() ? ", looping" : "") << std::setprecision(1);
+  text << "\n";
+  if (playback.playing() && rates.pictures > 0)
+    text << rates.clouds << " clouds/s, " << rates.pictures << " pictures/s, ";
+  text << "reading " << shown.read_ms << " ms\n";
+  const auto state = [&](Component component) { return controls.uses(component) ? "on" : "OFF"; };
+  text << "1 MF " << state(Component::MeasurementConfidence) << "  2 DC " << state(Component::DistanceConsistency)
+       << "  3 SA " << state(Component::SpatialHash);
+  for (const auto& cloud : shown.clouds)
+    if (cloud) text << "\n" << cloudText(*cloud);
+  return text.str();
+}
+
+}  // namespace fuse_flow::viewing

@@ -1,0 +1,74 @@
+#include "viewer/thumbnail.h"
+
+#include "viewer/coloring.h"
+
+#include <algorithm>
+
+namespace fuse_flow::viewing {
+namespace {
+
+constexpr int kBorder = 3;             // pixels
+constexpr float kDarkDistance = 6.0f;  // metres: depth from here on is black
+
+Rgb8 depthColor(float z) {
+  if (!(z > 0)) return {30, 30, 60};
+  const auto grey = static_cast<std::uint8_t>(255 * std::clamp(1 - z / kDarkDistance, 0.05f, 1.0f));
+  return {grey, grey, grey};
+}
+
+float depthAt(const DepthView& view, int u, int v) {
+  if (view.depth32) return view.depth32.row(v)[u];
+  const std::uint16_t raw = view.depth16.row(v)[u];
+  return raw == 65535 ? 0.0f : view.depth_scale * static_cast<float>(raw);
+}
+
+double aspectOf(const io::ColorImage& thumbnail) {
+  return thumbnail.empty() ? 1.0 : static_cast<double>(thumbnail.width) / thumbnail.height;
+}
+
+void draw(const io::ColorImage& picture, Rgb8 border, int begin, int width, io::ColorImage& strip) {
+  for (int v = 0; v < strip.height; ++v)
+    for (int u = 0; u < width; ++u) {
+      Rgb8& pixel = strip.at(begin + u, v);
+      if (std::min({u, v, width - 1 - u, strip.height - 1 - v}) < kBorder)
+        pixel = border;
+      else if (!picture.empty())
+        pixel = picture.at(u * picture.width / width, v * picture.height / strip.height);
+    }
+}
+
+}  // namespace
+
+io::ColorImage thumbnailOf(const DepthView& view, int height) {
+  io::ColorImage image;
+  if (view.missing()) return image;
+  const int from_width = view.color ? view.color.width : view.width();
+  const int from_height = view.color ? view.color.height : view.height();
+  image.resize(std::max(1, from_width * height / from_height), height);
+  for (int v = 0; v < image.height; ++v)
+    for (int u = 0; u < image.width; ++u) {
+      const int from_u = u * from_width / image.width, from_v = v * from_height / image.height;
+      image.at(u, v) = view.color ? view.color.row(from_v)[from_u] : depthColor(depthAt(view, from_u, from_v));
+    }
+  return image;
+}
+
+Strip stripOf(const std::vector<io::ColorImage>& thumbnails, int max_width, int max_height) {
+  double aspect = 0;
+  for (const io::ColorImage& thumbnail : thumbnails) aspect += aspectOf(thumbnail);
+  const int height = std::max(1, std::min(max_height, static_cast<int>(max_width / std::max(aspect, 1e-3))));
+  Strip strip;
+  std::vector<int> widths;
+  int end = 0;
+  for (const io::ColorImage& thumbnail : thumbnails) {
+    strip.begin.push_back(end);
+    widths.push_back(std::max(1, static_cast<int>(aspectOf(thumbnail) * height)));
+    end += widths.back();
+  }
+  strip.image.resize(end, height);
+  for (std::size_t k = 0; k < thumbnails.size(); ++k)
+    draw(thumbnails[k], cameraColor(k), strip.begin[k], widths[k], strip.image);
+  return strip;
+}
+
+}  // namespace fuse_flow::viewing

@@ -1,0 +1,190 @@
+#include "viewer/viewer.h"
+
+#include "io/tool.h"
+
+#include <thread>
+
+namespace fuse_flow::viewing {
+namespace {
+
+constexpr std::chrono::milliseconds kTick{5};  // between two looks for events
+constexpr double kRest = 0.08;                 // seconds: a cursor that rests so long asks what is under it
+
+}  // namespace
+
+Viewer::Viewer(std::unique_ptr<FrameSource> source, const ViewerOptions& options)
+    : options_(options),
+      knows_truth_(source->knowsTruth()),
+      playback_(source->frameCount(), options.frames_per_second),
+      controls_(options.method, options.method_options),
+      window_("FUSE-Flow: " + source->name(), options.width, options.height, options.offscreen),
+      panes_(window_),
+      overlay_(window_),
+      frusta_(panes_),
+      axes_(panes_),
+      probe_(panes_),
+      sliders_(window_,
+               [this](const SliderParameter& parameter, float value) {
+                 changeParameters([&](FuseFlowParameters& p) { parameter.member(p) = value; });
+               }),
+      crop_box_(window_, panes_,
+                [this](const Eigen::AlignedBox3f& box) {
+                  changeParameters([&](FuseFlowParameters& p) { p.crop_box = box; });
+                }),
+      timeline_(window_, [this](std::size_t frame) { playback_.seek(frame); }),
+      worker_(std::move(source)),
+      color_by_(options.color_by),
+      point_size_(options.point_size),
+      last_tick_(Clock::now()),
+      last_cloud_(Clock::now()) {
+  playback_.setSpeed(options.speed);
+  playback_.setLoop(options.loop);
+  playback_.seek(options.first_frame);
+  if (options.play) playback_.play();
+  controls_.compareWith(options.compare);
+  panes_.setLayout(options.layout);
+  panes_.setSplit(options.split);
+  panes_.setComparing(controls_.comparison() != nullptr);
+  panes_.setPointSize(point_size_);
+  day_ = true;
+  toggleBackground();
+  sliders_.setValues(controls_.parameters());
+  updateLegend();
+  connectEvents();
+}
+
+/** \brief An event loop of our own: VTK's, once told to end, still asks a display that it has closed. */
+void Viewer::run() {
+  last_tick_ = Clock::now();
+  if (!shown_) overlay_.setStatus("the first frame is being read and fused ...");
+  while (!quitting_ && !io::interrupt_requested) {
+    window_.interactor()->ProcessEvents();
+    const Clock::time_point now = Clock::now();
+    try {
+      tick(std::chrono::duration<double>(now - last_tick_).count());
+    } catch (const std::exception& error) {
+      say(error.what());
+    }
+    last_tick_ = now;
+    std::this_thread::sleep_for(kTick);
+  }
+}
+
+void Viewer::tick(double elapsed) {
+  if (quitting_) return;
+  if (!orbit_) playback_.advance(elapsed);
+  postWhatIsWanted();
+  if (const auto answer = worker_.take()) show(*answer);
+  if (arranged_size_ != std::array<int, 2>{window_.width(), window_.height()}) arrange();
+  rest_seconds_ += elapsed;
+  if (!cursor_probed_ && !interacting_ && rest_seconds_ > kRest) probeCursor();
+  if (message_seconds_ > 0 && (message_seconds_ -= elapsed) <= 0) say(error_);
+  if (refine_in_ >= 0 && !interacting_ && (refine_in_ -= elapsed) < 0) {
+    panes_.setCoarse(false);
+    dirty_ = true;
+  }
+  if (orbit_) stepOrbit();
+  if (dirty_) render();
+}
+
+FusionRequest Viewer::wanted() const {
+  FusionRequest request;
+  request.frame = playback_.frame();
+  request.settings = {controls_.fused(), controls_.comparison()};
+  request.color_by = color_by_;
+  request.measure_quality = show_text_;
+  request.coarse_points = coarse_points_;
+  return request;
+}
+
+void Viewer::postWhatIsWanted() {
+  FusionRequest request = wanted();
+  if (posted_ && request.frame == posted_->frame && request.settings == posted_->settings &&
+      request.color_by == posted_->color_by && request.measure_quality == posted_->measure_quality &&
+      request.coarse_points == posted_->coarse_points)
+    return;
+  request.number = posted_ ? posted_->number + 1 : 1;
+  posted_ = request;
+  worker_.post(std::move(request));
+}
+
+void Viewer::settle() {
+  postWhatIsWanted();
+  while (answered_ != posted_->number)
+    if (const auto answer = worker_.wait()) show(*answer);
+  panes_.setCoarse(false);
+  refine_in_ = -1;
+  if (!cursor_probed_) probeCursor();
+  arrange();
+  render();
+}
+
+void Viewer::show(const std::shared_ptr<const FusedFrame>& answer) {
+  const FusedFrame& frame = *answer;
+  answered_ = frame.number;
+  error_ = frame.error;
+  if (!frame.error.empty()) {
+    say(frame.error);
+    if (frame.ended && frame.frame > 0) {
+      playback_.endAt(frame.frame);
+      say(frame.error + "; the recording is played up to there");
+    }
+    return;
+  }
+  if (message_seconds_ <= 0) say("");
+  const bool first = !shown_;
+  shown_ = answer;
+  const Clock::time_point now = Clock::now();
+  cloud_rate_.add(now - last_cloud_);
+  last_cloud_ = now;
+  for (std::size_t k = 0; k < kPanes; ++k) {
+    panes_.setCloud(k, frame.clouds[k]);
+    overlay_.setTitle(k, frame.clouds[k] ? frame.clouds[k]->setting->title : "");
+  }
+  frusta_.setCameras(frame.cameras);
+  std::vector<std::string> names;
+  for (const Camera& camera : frame.cameras) names.push_back(camera.name);
+  overlay_.setImages(frame.thumbnails, names);
+  if (color_by_ == ColorBy::Camera) updateLegend();
+  cursor_probed_ = false;
+  if (frame.clouds[0] && !frame.clouds[0]->cloud->empty()) axes_.setExtent(frame.clouds[0]->points->GetBounds());
+  first ? resetView() : panes_.fitClippingRange();
+  timeline_.setFrame(frame.frame, playback_.frames());
+  updateStatus();
+  if (first) arrange();
+  dirty_ = true;
+}
+
+void Viewer::render() {
+  dirty_ = false;
+  window_.renderWindow()->Render();
+}
+
+void Viewer::arrange() {
+  arranged_size_ = {window_.width(), window_.height()};
+  overlay_.arrange(panes_);
+  sliders_.arrange();
+  timeline_.arrange(overlay_.aboveImages() + 45);
+  dirty_ = true;
+}
+
+void Viewer::updateStatus() {
+  if (shown_ && show_text_)
+    overlay_.setStatus(statusText(playback_, {cloud_rate_.perSecond(), picture_rate_.perSecond()}, controls_, *shown_));
+}
+
+void Viewer::updateLegend() {
+  std::vector<std::string> names;
+  if (shown_)
+    for (const Camera& camera : shown_->cameras) names.push_back(camera.name);
+  overlay_.setLegend(legendOf(color_by_, names));
+}
+
+void Viewer::say(const std::string& message) {
+  message_ = message;
+  message_seconds_ = message.empty() ? 0 : 6;
+  overlay_.setMessage(message);
+  dirty_ = true;
+}
+
+}  // namespace fuse_flow::viewing

@@ -1,0 +1,250 @@
+#include "viewer/key_bindings.h"
+#include "viewer/viewer.h"
+
+#include <algorithm>
+#include <filesystem>
+
+namespace fuse_flow::viewing {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string fileNameOf(std::string title) {
+  for (char& c : title)
+    if (!std::isalnum(static_cast<unsigned char>(c))) c = '_';
+  return title;
+}
+
+/** \brief The box around a cloud, a little larger, so that its handles lie outside. */
+Eigen::AlignedBox3f boxAround(const Cloud& cloud) {
+  Eigen::AlignedBox3f box;
+  for (const PointFused& p : cloud) box.extend(p.getVector3fMap());
+  const Eigen::Vector3f margin = 0.01f * box.sizes();
+  return Eigen::AlignedBox3f(box.min() - margin, box.max() + margin);
+}
+
+}  // namespace
+
+void Viewer::changeSpeed(double factor) { playback_.setSpeed(factor * playback_.speed()); }
+
+void Viewer::changeParameters(const std::function<void(FuseFlowParameters&)>& apply) {
+  controls_.change(apply);
+  viewMoves();  // a slider is dragged, and each move is drawn
+  updateStatus();
+  dirty_ = true;
+}
+
+void Viewer::toggle(Component component) { controls_.toggle(component); }
+
+void Viewer::resetParameters() {
+  controls_.reset();
+  sliders_.setValues(controls_.parameters());
+}
+
+void Viewer::toggleSliders() {
+  sliders_.setValues(controls_.parameters());
+  sliders_.setVisible(!sliders_.visible());
+}
+
+void Viewer::toggleCropBox() {
+  if (crop_box_.visible()) {
+    crop_box_.hide();
+    changeParameters([&](FuseFlowParameters& p) { p.crop_box = options_.method_options.parameters.crop_box; });
+  } else if (shown_ && shown_->clouds[0] && !shown_->clouds[0]->cloud->empty()) {
+    const std::optional<Eigen::AlignedBox3f>& box = controls_.parameters().crop_box;
+    crop_box_.show(box ? *box : boxAround(*shown_->clouds[0]->cloud));
+  }
+}
+
+void Viewer::compareWith(const std::string& name) {
+  controls_.compareWith(name);
+  panes_.setComparing(controls_.comparison() != nullptr);
+  if (!controls_.comparison()) panes_.setCloud(1, nullptr);
+  overlay_.setTitle(1, controls_.comparison() ? controls_.comparison()->title + " ..." : "");
+  say(controls_.comparison() ? "compared with: " + controls_.comparison()->title : "");
+  arrange();
+}
+
+void Viewer::compareWithNext() {
+  controls_.compareWithNext();
+  compareWith(controls_.comparedWith());
+}
+
+void Viewer::keepSetting() {
+  controls_.keep();
+  compareWith("kept");
+}
+
+void Viewer::toggleLayout() {
+  panes_.setLayout(panes_.layout() == Layout::Split ? Layout::SideBySide : Layout::Split);
+  arrange();
+}
+
+void Viewer::colorBy(ColorBy what) {
+  if (what == ColorBy::TruthDistance && !knows_truth_) return say("the truth of this recording is not known");
+  color_by_ = what;
+  updateLegend();
+  arrange();
+}
+
+void Viewer::toggleLegend() {
+  show_legend_ = !show_legend_;
+  overlay_.showLegend(show_legend_);
+  arrange();
+}
+
+void Viewer::resetView() {
+  if (!shown_ || !shown_->clouds[0]) return;
+  Viewpoint view = startViewpoint(*shown_->clouds[0]->cloud, shown_->cameras);
+  const auto given = [](const std::vector<double>& v, Eigen::Vector3d& place) {
+    if (v.size() == 3) place = Eigen::Vector3d(v[0], v[1], v[2]);
+  };
+  given(options_.from, view.from);
+  given(options_.at, view.at);
+  given(options_.up, view.up);
+  vtkCamera* camera = panes_.camera();
+  camera->SetPosition(view.from.data());
+  camera->SetFocalPoint(view.at.data());
+  camera->SetViewUp(view.up.data());
+  camera->SetViewAngle(30 / options_.zoom);
+  panes_.fitClippingRange();
+  dirty_ = true;
+}
+
+void Viewer::flyToCursor() {
+  const int* at = window_.interactor()->GetEventPosition();
+  const std::optional<PickedPoint> point = probe_.pick(at[0], at[1]);
+  if (!point) return say("there is no point under the cursor");
+  viewMoves();
+  window_.interactor()->FlyTo(panes_.renderer(point->pane), static_cast<double>(point->position.x()),
+                              static_cast<double>(point->position.y()), static_cast<double>(point->position.z()));
+}
+
+void Viewer::changePointSize(double pixels) {
+  point_size_ = std::clamp(point_size_ + pixels, 1.0, 20.0);
+  panes_.setPointSize(point_size_);
+}
+
+void Viewer::toggleAxes() {
+  show_axes_ = !show_axes_;
+  axes_.showAxes(show_axes_);
+}
+
+void Viewer::toggleGrid() {
+  show_grid_ = !show_grid_;
+  axes_.showGrid(show_grid_);
+}
+
+void Viewer::toggleBackground() {
+  day_ = !day_;
+  day_ ? panes_.setBackground(0.93, 0.93, 0.93) : panes_.setBackground(0.08, 0.09, 0.11);
+  axes_.setColor(day_ ? 0.0 : 1.0);
+}
+
+void Viewer::toggleFrusta() {
+  show_frusta_ = !show_frusta_;
+  frusta_.setVisible(show_frusta_);
+}
+
+void Viewer::toggleImages() {
+  show_images_ = !show_images_;
+  overlay_.showImages(show_images_);
+  arrange();
+}
+
+void Viewer::toggleText() {
+  show_text_ = !show_text_;
+  overlay_.showStatus(show_text_);
+  timeline_.setVisible(show_text_);
+}
+
+void Viewer::toggleHelp() {
+  show_help_ = !show_help_;
+  overlay_.setHelp(show_help_ ? helpText() : "");
+}
+
+void Viewer::passKeyToPcl() { window_.style()->passKeyToPcl(); }
+
+void Viewer::markCursor() {
+  const int* at = window_.interactor()->GetEventPosition();
+  const std::optional<PickedPoint> point = probe_.pick(at[0], at[1]);
+  if (!point) return say("there is no point under the cursor");
+  probe_.mark(*point);
+  probeCursor();
+}
+
+void Viewer::clearMarks() {
+  probe_.clear();
+  probeCursor();
+}
+
+std::string Viewer::unusedPath(const std::string& stem, const std::string& extension) const {
+  for (int number = 0;; ++number) {
+    char name[16];
+    std::snprintf(name, sizeof(name), "_%03d", number);
+    const fs::path path = fs::path(options_.folder) / (stem + name + extension);
+    if (!fs::exists(path)) return path.string();
+  }
+}
+
+void Viewer::exportClouds() {
+  if (!shown_) return say("there is no cloud yet");
+  std::string written;
+  for (const auto& cloud : shown_->clouds) {
+    if (!cloud) continue;
+    const std::string frame = std::to_string(shown_->frame);
+    const std::string path =
+        unusedPath("frame_" + frame + "_" + fileNameOf(cloud->setting->title), "." + options_.format);
+    writeShownCloud(path, *cloud->cloud);
+    written += (written.empty() ? "wrote " : " and ") + path;
+  }
+  say(written);
+}
+
+void Viewer::exportScreenshot() {
+  const std::string path = unusedPath("screenshot", ".png");
+  writeScreenshot(path, window_.renderWindow());
+  say("wrote " + path);
+}
+
+void Viewer::toggleOrbit() {
+  if (orbit_) {
+    orbit_.reset();
+    return say("the film ends here");
+  }
+  const std::string path = unusedPath("film", ".ogv");
+  orbit_ = std::make_unique<Orbit>(path, options_.orbit_pictures);
+  say("filming into " + path);
+}
+
+void Viewer::film(const std::string& path) {
+  orbit_ = std::make_unique<Orbit>(path, options_.orbit_pictures);
+  while (orbit_) {
+    settle();
+    stepOrbit();
+  }
+}
+
+/** \brief A film shows each frame as long as the recording does, however long it takes to fuse. */
+void Viewer::stepOrbit() {
+  if (answered_ != posted_->number) return;
+  panes_.setCoarse(false);
+  refine_in_ = -1;
+  render();
+  try {
+    orbit_->step(window_.renderWindow(), panes_.camera());
+  } catch (const std::exception&) {
+    orbit_.reset();
+    throw;
+  }
+  panes_.fitClippingRange();
+  playback_.advance(1.0 / kVideoRate);
+  dirty_ = true;
+  if (!orbit_->done()) return;
+  orbit_.reset();
+  say("the film is done");
+}
+
+void Viewer::quit() { quitting_ = true; }
+
+}  // namespace fuse_flow::viewing

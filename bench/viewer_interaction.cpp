@@ -1,0 +1,76 @@
+// How long a picture of a turning view takes while fusion runs beside it: with all points, and as the viewer draws it.
+
+#include "drawing/display.h"
+#include "io/option_checks.h"
+#include "io/tool.h"
+#include "viewer/viewer.h"
+
+#include <fuse_flow/impl/host/parallel.hpp>
+
+#include <algorithm>
+#include <chrono>
+#include <iomanip>
+
+namespace {
+
+using namespace fuse_flow;
+
+struct Options {
+  std::string rig{"ring-9"};
+  int pictures{60};
+};
+
+double turnOnce(viewing::Viewer& viewer) {
+  const auto start = std::chrono::steady_clock::now();
+  viewer.panes().camera()->Azimuth(1);
+  viewer.render();
+  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+}
+
+void report(const std::string& name, std::size_t points, std::vector<double> times) {
+  std::sort(times.begin(), times.end());
+  std::cout << std::fixed << std::setprecision(1) << name << ": " << points << " points a picture, median "
+            << times[times.size() / 2] << " ms, 95 % within " << times[times.size() * 95 / 100] << " ms" << std::endl;
+}
+
+int run(const Options& options) {
+  drawing::requireDisplay("fuse_flow_viewer_bench");
+  simulation::SimulationOptions simulation;
+  simulation.rig = options.rig;
+  simulation.threads = host::resolveThreads(0);
+  viewing::ViewerOptions how;
+  how.method = "concatenate";  // every measurement stays a point
+  how.offscreen = true;
+  viewing::Viewer viewer(viewing::makeSimulatedSource(simulation), how);
+  viewer.settle();
+  viewer.settle();  // with as many coarse points as the first picture allows
+  const viewing::FusedCloud& cloud = *viewer.panes().cloud(0);
+  const std::size_t first = viewer.shown()->frame;
+  std::vector<double> all, coarse;
+  for (int k = 0; k < options.pictures / 6 + 1; ++k) all.push_back(turnOnce(viewer));
+  report("all points, fusion idle", cloud.cloud->size(), all);
+  viewing::Probe probe(viewer.panes());
+  const auto start = std::chrono::steady_clock::now();
+  probe.pick(how.width / 2, how.height / 2);
+  const std::chrono::duration<double, std::milli> pick = std::chrono::steady_clock::now() - start;
+  std::cout << "point under the cursor: " << pick.count() << " ms" << std::endl;
+  viewer.window().style()->InvokeEvent(vtkCommand::StartInteractionEvent);
+  while (static_cast<int>(coarse.size()) < options.pictures || viewer.shown()->frame == first) {
+    viewer.tick(1.0 / 30);  // plays: asks for frames, and shows what comes
+    coarse.push_back(turnOnce(viewer));
+  }
+  report("turning, fusion running", static_cast<std::size_t>(viewer.panes().cloud(0)->coarse->GetNumberOfPoints()),
+         coarse);
+  if (!viewer.stopWithin(std::chrono::seconds(2))) std::_Exit(io::kSuccess);
+  return io::kSuccess;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  Options options;
+  CLI::App app("Times the viewer's pictures while its view turns and fusion runs.", "fuse_flow_viewer_bench");
+  app.add_option("--rig", options.rig, "simulated cameras")->capture_default_str();
+  app.add_option("--pictures", options.pictures, "of the turning view")->check(io::wholeNumber(1, 100000));
+  return io::runTool(app, argc, argv, [&] { return run(options); });
+}

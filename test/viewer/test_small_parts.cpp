@@ -1,0 +1,136 @@
+#include "viewer/drawn_point.h"
+#include "viewer/frusta.h"
+#include "viewer/status_text.h"
+#include "viewer/thumbnail.h"
+#include "viewer/viewpoint.h"
+#include "wall_source.h"
+
+#include <gtest/gtest.h>
+
+namespace viewer_test {
+namespace {
+
+using namespace viewing;
+
+TEST(Thumbnail, ShowsTheColorImageWhereThereIsOneElseTheDepthNearBright) {
+  io::LoadedFrame frame;
+  WallSource().read(0, frame);
+  const io::ColorImage color = thumbnailOf(frame.rig.views[0], 30);
+  EXPECT_EQ(color.width, 40);
+  EXPECT_EQ(color.height, 30);
+  EXPECT_EQ(color.at(0, 0).r, 200);
+  EXPECT_EQ(color.at(39, 0).g, 30);
+  frame.rig.views[0].color = {};
+  for (int v = 0; v < WallSource::kHeight; ++v) frame.images[0].depth32.at(0, v) = 1;
+  const io::ColorImage depth = thumbnailOf(frame.rig.views[0], 30);
+  EXPECT_GT(depth.at(0, 0).r, depth.at(39, 0).r);
+  EXPECT_TRUE(thumbnailOf(DepthView(), 30).empty()) << "a missing camera";
+}
+
+TEST(Thumbnail, TheStripFitsAndSaysWhereEachPictureBegins) {
+  io::ColorImage picture;
+  picture.resize(80, 60);
+  const Strip roomy = stripOf({picture, io::ColorImage(), picture}, 1000, 60);
+  EXPECT_EQ(roomy.image.height, 60);
+  EXPECT_EQ(roomy.image.width, 80 + 60 + 80) << "the missing one is square";
+  EXPECT_EQ(roomy.begin, (std::vector<int>{0, 80, 140}));
+  EXPECT_EQ(roomy.image.at(81, 1).r, cameraColor(1).r) << "a border of the camera's colour";
+  const Strip tight = stripOf({picture, io::ColorImage(), picture}, 110, 60);
+  EXPECT_EQ(tight.image.height, 30);
+  EXPECT_LE(tight.image.width, 110);
+}
+
+TEST(Frusta, AnglesAndPlaceAreTheCameras) {
+  const auto lines = frustumLines({WallSource::camera(0), WallSource::camera(1)}, 2);
+  ASSERT_EQ(lines->GetNumberOfPoints(), 10);
+  EXPECT_EQ(lines->GetNumberOfLines(), 16);
+  EXPECT_NEAR(lines->GetPoint(5)[0], 0.1, 1e-6) << "where the right camera stands";
+  // Its upper left corner: 79.5 and 59.5 pixels from the middle, 10 mm each at 2 m.
+  EXPECT_NEAR(lines->GetPoint(6)[0], 0.1 - 0.795, 1e-5);
+  EXPECT_NEAR(lines->GetPoint(6)[1], -0.595, 1e-5);
+  EXPECT_NEAR(lines->GetPoint(6)[2], 2, 1e-5);
+}
+
+TEST(Viewpoint, LooksAtTheCloudFromTheCamerasSideAndUprightAsTheyAre) {
+  Cloud cloud;
+  for (int k = 0; k < 1001; ++k) {
+    PointFused p;
+    p.x = 0.001f * static_cast<float>(k - 500);
+    p.z = 2;
+    cloud.push_back(p);
+  }
+  cloud[0].z = 1000;  // one stray point moves nothing
+  const Viewpoint view = startViewpoint(cloud, {WallSource::camera(0)});
+  EXPECT_NEAR((view.at - Eigen::Vector3d(0, 0, 2)).norm(), 0, 0.01);
+  EXPECT_NEAR(view.up.y(), -1, 1e-9) << "y points down";
+  EXPECT_LT(view.from.z(), 2);
+  EXPECT_LT(view.from.y(), 0) << "from above";
+  EXPECT_LT((view.from - view.at).norm(), 3);
+}
+
+TEST(Viewpoint, ExistsForAnEmptyCloudAndNoCamera) { EXPECT_TRUE(startViewpoint(Cloud(), {}).from.allFinite()); }
+
+TEST(StatusText, SaysWhatIsShown) {
+  Playback playback(12, 30);
+  playback.setSpeed(0.5);
+  playback.play();
+  FusionControls controls("fuse_flow", io::MethodOptions());
+  controls.toggle(Component::DistanceConsistency);
+  FusedFrame frame;
+  frame.frame = 7;
+  frame.read_ms = 12.34;
+  auto cloud = std::make_shared<FusedCloud>();
+  cloud->setting = controls.fused();
+  cloud->cloud = std::make_shared<Cloud>(85, 1);
+  cloud->statistics.total_ms = 40;
+  cloud->statistics.fuse_ms = 30;
+  cloud->quality.emplace();
+  cloud->quality->error = 0.0041;
+  cloud->quality->multi_view_error = std::numeric_limits<double>::quiet_NaN();
+  cloud->quality->pixels = 4;
+  cloud->quality->covered_pixels = 3;
+  frame.clouds[0] = cloud;
+  const std::string text = statusText(playback, {2.5, 40}, controls, frame);
+  for (const char* words : {"frame 7 of 12, playing at 0.500x, looping",
+                            "2.5 clouds/s, 40.0 pictures/s, reading 12.3 ms", "1 MF on  2 DC OFF  3 SA on",
+                            "FUSE-Flow: 85 points, E_MC 4.1 mm (2+ views -), covers 75.0 %", "40.0 ms = ", "fuse 30.0"})
+    EXPECT_NE(text.find(words), std::string::npos) << "'" << words << "' is not in\n" << text;
+  playback.pause();
+  EXPECT_EQ(statusText(playback, {2.5, 40}, controls, frame).find("clouds/s"), std::string::npos)
+      << "what stands has no rate";
+}
+
+/** \brief An orthographic view along −z: x and y as they are. */
+TEST(DrawnPoint, IsTheOneInFrontOfThoseWithinTheRadius) {
+  Eigen::Matrix4f projection = Eigen::Matrix4f::Identity();
+  projection(2, 2) = -1;
+  Cloud cloud;
+  const auto add = [&](float x, float y, float z) {
+    cloud.push_back(PointFused());
+    cloud[cloud.size() - 1].getVector3fMap() = Eigen::Vector3f(x, y, z);
+  };
+  add(0.1f, 0, 0.2f);
+  add(0.12f, 0, 0.5f);  // nearer to the viewer
+  add(0.2f, 0, 0.9f);   // nearer still, but outside of the radius
+  add(0.1f, 0, 1.5f);   // in front of the near plane
+  add(0, 0.9f, 0);
+  const Eigen::Vector2f radius(0.05f, 0.05f);
+  EXPECT_EQ(pointDrawnAt(cloud, projection, {0.1f, 0}, radius), 1u);
+  EXPECT_EQ(pointDrawnAt(cloud, projection, {0.06f, 0}, radius), 0u);
+  EXPECT_EQ(pointDrawnAt(cloud, projection, {-0.5f, 0}, radius), std::nullopt);
+  EXPECT_EQ(pointDrawnAt(cloud, projection, {0, 0.7f}, {0.05f, 0.25f}), 4u) << "the radius is an ellipse's";
+}
+
+/** \brief With a perspective, what is behind the viewer would be drawn upside down. */
+TEST(DrawnPoint, IsNeverBehindTheViewer) {
+  Eigen::Matrix4f projection = Eigen::Matrix4f::Identity();
+  projection.row(3) << 0, 0, -1, 0;
+  Cloud cloud(1, 1);
+  cloud[0].getVector3fMap() = Eigen::Vector3f(0, 0, 2);
+  EXPECT_EQ(pointDrawnAt(cloud, projection, {0, 0}, {1, 1}), std::nullopt);
+  cloud[0].z = -2;
+  EXPECT_EQ(pointDrawnAt(cloud, projection, {0, 0}, {1, 1}), 0u);
+}
+
+}  // namespace
+}  // namespace viewer_test

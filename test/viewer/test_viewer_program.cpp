@@ -1,0 +1,181 @@
+#include "../tools/run_tool.h"
+#include "../tools/wall_recording.h"
+#include "io/image_io.h"
+#include "viewer_fixture.h"
+
+#include <X11/Xlib.h>
+
+#include <csignal>
+#include <thread>
+
+namespace viewer_test {
+namespace {
+
+using tool_test::RunOptions;
+using tool_test::runProgram;
+using tool_test::ToolResult;
+
+/** \brief The program as it is installed, with a window where it has one, and real keys. */
+class ViewerProgram : public testing::Test {
+ protected:
+  void SetUp() override {
+    std::string pattern = (fs::temp_directory_path() / "fuse_flow_viewer_XXXXXX").string();
+    ASSERT_NE(mkdtemp(pattern.data()), nullptr) << pattern;
+    folder_ = pattern;
+    tool_test::WallRecording wall{};
+    wall.frames = 4;
+    wall.write(folder_ / "recording");
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  std::string path(const std::string& name) const { return (folder_ / name).string(); }
+
+  ToolResult view(const std::vector<std::string>& more, const RunOptions& options = {}) const {
+    std::vector<std::string> arguments{path("recording"), "--device", "cpu", "--width", "320", "--height", "240"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return runProgram(FUSE_FLOW_VIEWER_TOOL, arguments, options);
+  }
+
+  static void expectError(const ToolResult& result, int code, const std::vector<std::string>& words) {
+    EXPECT_EQ(result.exit_code, code) << result.err;
+    EXPECT_EQ(result.err.rfind("fuse_flow_viewer: ", 0), 0u) << result.err;
+    EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
+    for (const std::string& word : words) EXPECT_NE(result.err.find(word), std::string::npos) << result.err;
+  }
+
+  /** \brief Presses a key of the window, again and again, until the file that it writes is there. */
+  static void pressUntil(const std::string& key, const fs::path& file) {
+    const std::string press =
+        "xdotool key --window $(xdotool search --sync --onlyvisible --name FUSE-Flow | head -1) " + key +
+        " 2> /dev/null";
+    for (int k = 0; k < 600 && !fs::exists(file); ++k) {
+      EXPECT_EQ(std::system(press.c_str()), 0);
+      std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    }
+  }
+
+  fs::path folder_;
+};
+
+TEST_F(ViewerProgram, WritesWhatIsAskedWithoutAWindow) {
+  const ToolResult result = view({"--offscreen", "--screenshot", path("shot.png"), "--save-cloud", path("cloud.pcd"),
+                                  "--orbit", path("orbit"), "--orbit-pictures", "2", "--compare", "concatenate"});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_EQ(result.err, "");
+  io::ColorImage shot;
+  io::readColor(path("shot.png"), shot);
+  EXPECT_EQ(shot.width, 320);
+  EXPECT_GT(filled(shot), 0.2);
+  EXPECT_TRUE(fs::exists(path("cloud.pcd")));
+  EXPECT_TRUE(fs::exists(path("orbit/000001.png")));
+}
+
+TEST_F(ViewerProgram, SimulatedCamerasNeedNoRecording) {
+  const ToolResult result = runProgram(
+      FUSE_FLOW_VIEWER_TOOL, {"--simulate", "table", "--rig", "ring-2", "--sensor", "ideal", "--scale", "0.1",
+                              "--width", "320", "--height", "240", "--offscreen", "--screenshot", path("shot.png")});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_TRUE(fs::exists(path("shot.png")));
+}
+
+TEST_F(ViewerProgram, TakesRealKeysAndEndsWithQ) {
+  RunOptions options;
+  options.meanwhile = [&](pid_t) {
+    pressUntil("j", path("screenshot_000.png"));
+    pressUntil("w", path("frame_0_FUSE_Flow_000.ply"));
+    EXPECT_EQ(std::system("xdotool key --window $(xdotool search --name FUSE-Flow | head -1) q 2> /dev/null"), 0);
+  };
+  const ToolResult result = view({"--paused", "--folder", folder_.string()}, options);
+  EXPECT_FALSE(result.timed_out);
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_TRUE(fs::exists(path("screenshot_000.png")));
+  EXPECT_TRUE(fs::exists(path("frame_0_FUSE_Flow_000.ply")));
+}
+
+/** \brief As a window manager does when the cross in the corner is clicked. */
+void closeWindow(const std::string& number) {
+  Display* display = XOpenDisplay(nullptr);
+  ASSERT_NE(display, nullptr);
+  XEvent event{};
+  event.xclient.type = ClientMessage;
+  event.xclient.window = std::stoul(number);
+  event.xclient.message_type = XInternAtom(display, "WM_PROTOCOLS", False);
+  event.xclient.format = 32;
+  event.xclient.data.l[0] = static_cast<long>(XInternAtom(display, "WM_DELETE_WINDOW", False));
+  XSendEvent(display, event.xclient.window, False, NoEventMask, &event);
+  XCloseDisplay(display);
+}
+
+TEST_F(ViewerProgram, EndsWithItsWindowWhileItPlays) {
+  RunOptions options;
+  options.meanwhile = [&](pid_t) {
+    pressUntil("j", path("screenshot_000.png"));
+    const std::string find = "xdotool search --sync --onlyvisible --name FUSE-Flow > " + path("window");
+    EXPECT_EQ(std::system(find.c_str()), 0);
+    closeWindow(tool_test::readText(path("window")));
+  };
+  const ToolResult result = view({"--folder", folder_.string()}, options);
+  EXPECT_FALSE(result.timed_out);
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+}
+
+TEST_F(ViewerProgram, AnInterruptEndsItAsItEndsTheOtherTools) {
+  RunOptions options;
+  options.meanwhile = [](pid_t viewer) {
+    EXPECT_EQ(std::system("xdotool search --sync --onlyvisible --name FUSE-Flow > /dev/null"), 0);
+    kill(viewer, SIGINT);
+  };
+  EXPECT_EQ(view({}, options).exit_code, 130);
+}
+
+TEST_F(ViewerProgram, PressesKeysByItself) {
+  const ToolResult result = view({"--paused", "--press", "Right,Right,w", "--folder", folder_.string(), "--offscreen",
+                                  "--screenshot", path("shot.png")});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_TRUE(fs::exists(path("frame_2_FUSE_Flow_000.ply")));
+}
+
+TEST_F(ViewerProgram, WithoutADisplayItSaysHowToGetOne) {
+  expectError(runProgram("/usr/bin/env", {"-u", "DISPLAY", FUSE_FLOW_VIEWER_TOOL, path("recording")}), 1,
+              {"DISPLAY is not set", "xvfb-run"});
+  expectError(runProgram("/usr/bin/env", {"DISPLAY=:987", FUSE_FLOW_VIEWER_TOOL, path("recording")}), 1,
+              {":987", "cannot be opened"});
+}
+
+TEST_F(ViewerProgram, ADisplayWithoutOpenGLIsNamed) {
+  const std::string script =
+      "Xvfb -displayfd 1 -screen 0 640x480x24 -extension GLX > $1/display 2> /dev/null & "
+      "until [ -s $1/display ]; do sleep 0.05; done; "
+      "DISPLAY=:$(cat $1/display) $0 $1/recording; code=$?; kill $!; exit $code";
+  expectError(runProgram("/bin/sh", {"-c", script, FUSE_FLOW_VIEWER_TOOL, folder_.string()}), 1, {"no OpenGL"});
+}
+
+TEST_F(ViewerProgram, AWrongInputIsNamedBeforeAWindowOpens) {
+  expectError(runProgram(FUSE_FLOW_VIEWER_TOOL, {path("nothing")}), 1, {path("nothing"), "not found"});
+  expectError(runProgram(FUSE_FLOW_VIEWER_TOOL, {}), 2, {"--simulate"});
+  expectError(runProgram(FUSE_FLOW_VIEWER_TOOL, {"--simulate", "moon"}), 1, {"moon"});
+  fs::resize_file(tool_test::depthFile(folder_ / "recording", 0, 0), 60);
+  expectError(view({}), 1, {"000000.png"});
+}
+
+TEST_F(ViewerProgram, AnOptionThatCannotBeUsedIsNamed) {
+  expectError(view({"--start", "4"}), 2, {"--start", "4"});
+  expectError(view({"--press", "space,F12"}), 2, {"--press", "F12"});
+  expectError(view({"--color-by", "truth"}), 2, {"--color-by truth", "not known"});
+  expectError(view({"--press", "3:x"}), 2, {"--press", "3:x"});
+  expectError(view({"--screenshot", path("shot.png")}), 2, {"--offscreen"});
+  expectError(view({"--offscreen"}), 2, {"--screenshot"});
+  expectError(view({"--offscreen", "--save-cloud", path("cloud.obj")}), 2, {"cloud.obj", ".ply"});
+  expectError(view({"--rig", "ring-2"}), 2, {"--rig", "--simulate"});
+  expectError(view({"--compare", "magic"}), 2, {"--compare", "voxel_grid"});
+  expectError(view({"--sigma", "-1"}), 2, {"--sigma", "-1"});
+}
+
+TEST_F(ViewerProgram, AFrameThatIsDamagedLaterEndsAnExportWithItsName) {
+  fs::resize_file(tool_test::depthFile(folder_ / "recording", 1, 2), 60);
+  expectError(view({"--paused", "--press", "Right,Right", "--offscreen", "--screenshot", path("shot.png")}), 1,
+              {"frame 2", "000002.png"});
+}
+
+}  // namespace
+}  // namespace viewer_test

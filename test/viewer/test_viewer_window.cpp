@@ -1,0 +1,301 @@
+#include "io/cloud_io.h"
+#include "viewer_fixture.h"
+
+namespace viewer_test {
+namespace {
+
+TEST_F(ViewerWindow, ShowsTheCloud) {
+  options_.point_size = 4;
+  openWall();
+  const io::ColorImage image = bare();
+  EXPECT_GT(filled(image), 0.5) << "points of four pixels, less than three apart";
+  EXPECT_EQ(image.at(kWidth / 4, kHeight / 2).r, 200) << "the grey half of the wall is on the left";
+  EXPECT_EQ(image.at(3 * kWidth / 4, kHeight / 2).g, 30) << "and the red one on the right";
+}
+
+TEST_F(ViewerWindow, TheConcatenatedCloudBesideItIsAnother) {
+  openTable();
+  const io::ColorImage alone = bare();
+  press("v");
+  ASSERT_TRUE(viewer_->panes().comparing());
+  EXPECT_EQ(viewer_->panes().cloud(1)->setting->title, "concatenated");
+  EXPECT_GT(viewer_->panes().cloud(1)->cloud->size(), viewer_->panes().cloud(0)->cloud->size());
+  const io::ColorImage both = bare();
+  io::ColorImage left, right;
+  left.resize(kWidth / 2, kHeight);
+  right.resize(kWidth / 2, kHeight);
+  for (int v = 0; v < kHeight; ++v)
+    for (int u = 0; u < kWidth / 2; ++u) {
+      left.at(u, v) = both.at(u, v);
+      right.at(u, v) = both.at(u + kWidth / 2, v);
+    }
+  EXPECT_GT(filled(left), 0.2);
+  EXPECT_GT(filled(right), 0.2);
+  EXPECT_GT(difference(left, right), 0.05);
+  for (std::size_t k = 1; k < FusionControls::comparisonNames().size(); ++k) press("v");
+  EXPECT_FALSE(viewer_->panes().comparing());
+  EXPECT_LT(difference(bare(), alone), 0.001);
+}
+
+/** \brief The same cloud on both sides: then the two parts must be one picture, wherever the line is. */
+TEST_F(ViewerWindow, ASplitIsOnePictureOfTwoParts) {
+  openTable();
+  const io::ColorImage whole = bare();
+  press("Return");
+  press("d");
+  ASSERT_EQ(viewer_->panes().layout(), Layout::Split);
+  for (const double split : {0.5, 0.2, 0.83}) {
+    viewer_->panes().setSplit(split);
+    EXPECT_LT(difference(bare(), whole), 0.01) << "split at " << split;
+  }
+}
+
+TEST_F(ViewerWindow, TheLineOfASplitIsDraggedAndTheViewStays) {
+  options_.compare = "concatenate";
+  options_.layout = Layout::Split;
+  openTable();
+  const Eigen::Vector3d before(viewer_->panes().camera()->GetPosition());
+  drag(kWidth / 2 + 3, 200, kWidth / 4, 100);
+  EXPECT_NEAR(viewer_->panes().split(), 0.25, 0.01);
+  EXPECT_EQ(Eigen::Vector3d(viewer_->panes().camera()->GetPosition()), before);
+}
+
+TEST_F(ViewerWindow, TurningOneViewTurnsTheOther) {
+  options_.compare = "concatenate";
+  openTable();
+  const io::ColorImage before = bare();
+  drag(100, 150, 160, 150);
+  viewer_->settle();
+  const io::ColorImage after = bare();
+  EXPECT_GT(difference(before, after, 0, kWidth / 2), 0.05);
+  EXPECT_GT(difference(before, after, kWidth / 2, kWidth), 0.05);
+}
+
+TEST_F(ViewerWindow, SwitchingMeasurementConfidenceOffChangesThePictureAndTheText) {
+  openTable();
+  const io::ColorImage on = bare();
+  const std::size_t points = viewer_->panes().cloud(0)->cloud->size();
+  press("1");
+  EXPECT_FALSE(viewer_->panes().cloud(0)->setting->options.parameters.use_measurement_confidence);
+  EXPECT_NE(viewer_->panes().cloud(0)->cloud->size(), points);
+  EXPECT_GT(difference(bare(), on), 0.005);
+  press("1");
+  EXPECT_LT(difference(bare(), on), 0.001);
+}
+
+TEST_F(ViewerWindow, EachSliderMovesItsParameterOfTheNextFrame) {
+  openWall();
+  press("k");
+  for (std::size_t k = 0; k < sliderParameters().size(); ++k) {
+    const SliderParameter& parameter = sliderParameters()[k];
+    vtkSliderRepresentation2D* slider = viewer_->sliders().representation(k);
+    vtkRenderer* overlay = viewer_->window().overlay();
+    const Eigen::Vector2i left =
+        Eigen::Vector2d(slider->GetPoint1Coordinate()->GetComputedDoubleDisplayValue(overlay)).cast<int>();
+    const Eigen::Vector2i right =
+        Eigen::Vector2d(slider->GetPoint2Coordinate()->GetComputedDoubleDisplayValue(overlay)).cast<int>();
+    int from = left.x();
+    for (; from < right.x(); ++from) {
+      double at[2] = {static_cast<double>(from), static_cast<double>(left.y())};
+      slider->StartWidgetInteraction(at);
+      if (slider->GetInteractionState() == vtkSliderRepresentation::Slider) break;
+    }
+    const int to = (left.x() + right.x()) / 2;
+    drag(from + 3, left.y(), to, left.y());
+    viewer_->settle();
+    FuseFlowParameters fused = viewer_->panes().cloud(0)->setting->options.parameters;
+    const double middle = parameter.scale * (parameter.low + parameter.high) / 2;
+    EXPECT_NEAR(static_cast<double>(parameter.member(fused)), middle,
+                0.1 * parameter.scale * (parameter.high - parameter.low))
+        << parameter.title;
+  }
+  press("BackSpace");
+  EXPECT_FLOAT_EQ(viewer_->panes().cloud(0)->setting->options.parameters.consistency.sigma, 0.02f);
+}
+
+TEST_F(ViewerWindow, TheTimelineSeeks) {
+  openWall(21);
+  vtkSliderRepresentation2D* slider = viewer_->timeline().representation();
+  vtkRenderer* overlay = viewer_->window().overlay();
+  const double* left = slider->GetPoint1Coordinate()->GetComputedDoubleDisplayValue(overlay);
+  const int begin = static_cast<int>(left[0]), y = static_cast<int>(left[1]);
+  const int end = static_cast<int>(slider->GetPoint2Coordinate()->GetComputedDoubleDisplayValue(overlay)[0]);
+  moveTo((begin + end) / 2, y);
+  pressButton();
+  releaseButton();
+  viewer_->settle();
+  EXPECT_NEAR(static_cast<double>(viewer_->shown()->frame), 10, 1);
+  press("Home");
+  EXPECT_EQ(slider->GetValue(), 0) << "it shows what is played";
+}
+
+TEST_F(ViewerWindow, DraggingAHandleOfTheCropBoxCropsTheCloud) {
+  options_.zoom = 0.35;  // all of the box is in view
+  openTable();
+  press("b");
+  EXPECT_FALSE(viewer_->controls().parameters().crop_box) << "nothing is cropped until a handle moves";
+  Eigen::AlignedBox3f box;
+  for (const PointFused& p : *viewer_->panes().cloud(0)->cloud) box.extend(p.getVector3fMap());
+  const Eigen::Vector3d middle = box.center().cast<double>();
+  const Eigen::Vector3d face(middle.x(), middle.y(),
+                             static_cast<double>(box.max().z()) + 0.01 * static_cast<double>(box.sizes().z()));
+  const std::array<int, 2> from = drawnAt(face), to = drawnAt(middle);
+  drag(from[0], from[1], to[0], to[1]);
+  viewer_->settle();
+  const std::optional<Eigen::AlignedBox3f> crop = viewer_->controls().parameters().crop_box;
+  ASSERT_TRUE(crop) << "the handle on top of the box was not met";
+  EXPECT_LT(crop->max().z(), box.max().z() - 0.2f * box.sizes().z());
+  for (const PointFused& p : *viewer_->panes().cloud(0)->cloud) EXPECT_LE(p.z, crop->max().z() + 0.03f);
+  press("b");
+  EXPECT_FALSE(viewer_->controls().parameters().crop_box);
+}
+
+TEST_F(ViewerWindow, ThePointUnderTheCursorIsWhereTheRayMeetsTheWall) {
+  openWall();
+  Probe probe(viewer_->panes());
+  for (const auto& [x, y] : {std::array<int, 2>{200, 150}, {120, 60}, {300, 220}}) {
+    const std::optional<PickedPoint> point = probe.pick(x, y);
+    ASSERT_TRUE(point) << x << ", " << y;
+    const double per_pixel = 2 * 2 * std::tan(15 * M_PI / 180) / kHeight;  // metres on the wall, 2 m away
+    EXPECT_NEAR(point->position.x(), per_pixel * (x - 199.5), 0.03);
+    EXPECT_NEAR(point->position.y(), -per_pixel * (y - 149.5), 0.03) << "y points down";
+    EXPECT_NEAR(point->position.z(), 2, 0.005);
+    EXPECT_EQ((*viewer_->panes().cloud(0)->cloud)[point->index].getVector3fMap(), point->position);
+  }
+  viewer_->panes().camera()->Yaw(180);
+  EXPECT_FALSE(probe.pick(200, 150)) << "nothing is behind";
+}
+
+TEST_F(ViewerWindow, TwoMarkedPointsAreAsFarApartAsOnTheWall) {
+  openWall();
+  for (const int x : {100, 300}) {
+    moveTo(x, 150, true);
+    pressButton();
+    releaseButton();
+  }
+  const double per_pixel = 2 * 2 * std::tan(15 * M_PI / 180) / kHeight;
+  ASSERT_TRUE(viewer_->markedDistance());
+  EXPECT_NEAR(*viewer_->markedDistance(), 200 * per_pixel, 0.04);
+  press("Escape");
+  EXPECT_FALSE(viewer_->markedDistance());
+}
+
+TEST_F(ViewerWindow, APointPickedInTheRightViewIsOfTheRightCloud) {
+  options_.compare = "concatenate";
+  options_.layout = Layout::Split;
+  openWall();
+  viewer_->panes().setSplit(0.3);
+  const std::optional<PickedPoint> point = Probe(viewer_->panes()).pick(300, 150);
+  ASSERT_TRUE(point);
+  EXPECT_EQ(point->pane, 1u);
+  const double per_pixel = 2 * 2 * std::tan(15 * M_PI / 180) / kHeight;
+  EXPECT_NEAR(point->position.x(), per_pixel * (300 - 199.5), 0.03);
+}
+
+TEST_F(ViewerWindow, ADamagedFrameIsNamedAndTheRecordingIsPlayedUpToIt) {
+  openWall(20, 3);
+  viewer_->playback().seek(3);
+  viewer_->settle();
+  EXPECT_NE(viewer_->message().find("frame 3: 000002.png: is cut short"), std::string::npos) << viewer_->message();
+  EXPECT_EQ(viewer_->playback().frames(), 3u);
+  viewer_->settle();
+  EXPECT_TRUE(viewer_->error().empty());
+  EXPECT_EQ(viewer_->shown()->frame, 2u);
+}
+
+TEST_F(ViewerWindow, WrittenCloudsHaveThePointsThatAreShown) {
+  options_.compare = "concatenate";
+  for (const std::string format : {"ply", "pcd", "vtk"}) {
+    options_.format = format;
+    openWall();
+    press("w");
+    const fs::path file = folder_ / ("frame_0_FUSE_Flow_000." + format);
+    ASSERT_TRUE(fs::exists(file)) << viewer_->message();
+    EXPECT_TRUE(fs::exists(folder_ / ("frame_0_concatenated_000." + format)));
+    if (format == "vtk") continue;  // PCL has no reader of points for it
+    Cloud cloud;
+    io::readCloud(file.string(), cloud);
+    EXPECT_EQ(cloud.size(), viewer_->panes().cloud(0)->cloud->size());
+    EXPECT_EQ(cloud[0].getVector3fMap(), (*viewer_->panes().cloud(0)->cloud)[0].getVector3fMap());
+  }
+}
+
+TEST_F(ViewerWindow, AScreenshotIsWhatTheWindowShowsAndOverwritesNothing) {
+  openWall();
+  const io::ColorImage shown = picture();
+  press("j");
+  press("j");
+  EXPECT_TRUE(fs::exists(folder_ / "screenshot_001.png"));
+  io::ColorImage written;
+  io::readColor((folder_ / "screenshot_000.png").string(), written);
+  EXPECT_EQ(difference(written, shown), 0);
+  writeScreenshot((folder_ / "shot.jpg").string(), viewer_->window().renderWindow());
+  io::readColor((folder_ / "shot.jpg").string(), written);
+  EXPECT_EQ(written.width, kWidth);
+}
+
+TEST_F(ViewerWindow, AnExportThatCannotBeWrittenIsSaidInTheWindow) {
+  options_.folder = "/dev/null/nowhere";
+  openWall();
+  press("j");
+  EXPECT_NE(viewer_->message().find("/dev/null/nowhere"), std::string::npos) << viewer_->message();
+}
+
+TEST_F(ViewerWindow, AFilmGoesOnceAroundTheCloud) {
+  openWall();
+  const Eigen::Vector3d start(viewer_->panes().camera()->GetPosition());
+  viewer_->film((folder_ / "film").string());
+  std::vector<io::ColorImage> pictures(4);
+  for (int k = 0; k < 4; ++k)
+    io::readColor((folder_ / "film" / ("00000" + std::to_string(k) + ".png")).string(),
+                  pictures[static_cast<std::size_t>(k)]);
+  EXPECT_FALSE(fs::exists(folder_ / "film" / "000004.png"));
+  EXPECT_GT(difference(pictures[0], pictures[1]), 0.2) << "from the side the wall is a line";
+  EXPECT_NEAR((Eigen::Vector3d(viewer_->panes().camera()->GetPosition()) - start).norm(), 0, 1e-6);
+  viewer_->film((folder_ / "film.ogv").string());
+  EXPECT_GT(fs::file_size(folder_ / "film.ogv"), 1000u);
+}
+
+TEST_F(ViewerWindow, TruthIsShownWhereItIsKnownElseThatIsSaid) {
+  openWall();
+  press("8");
+  EXPECT_EQ(viewer_->coloredBy(), ColorBy::Rgb);
+  EXPECT_EQ(viewer_->message(), "the truth of this recording is not known");
+  openTable();
+  const io::ColorImage rgb = bare();
+  press("8");
+  EXPECT_EQ(viewer_->coloredBy(), ColorBy::TruthDistance);
+  EXPECT_GT(difference(bare(), rgb), 0.2);
+}
+
+TEST_F(ViewerWindow, WhilePlayingTheNextFramesAreShown) {
+  options_.play = true;
+  openWall();
+  EXPECT_EQ(viewer_->shown()->frame, 0u);
+  viewer_->playback().advance(0.1);
+  viewer_->settle();
+  EXPECT_EQ(viewer_->shown()->frame, 3u) << "at 30 frames a second";
+}
+
+TEST_F(ViewerWindow, AMovingViewDrawsFewerPointsAndAStandingOneAll) {
+  openTable();
+  viewer_->window().style()->InvokeEvent(vtkCommand::StartInteractionEvent);
+  EXPECT_EQ(vtkPolyData::SafeDownCast(viewer_->panes().actor(0)->GetMapper()->GetInput()),
+            viewer_->panes().cloud(0)->coarse);
+  viewer_->window().style()->InvokeEvent(vtkCommand::EndInteractionEvent);
+  viewer_->tick(1);
+  EXPECT_EQ(vtkPolyData::SafeDownCast(viewer_->panes().actor(0)->GetMapper()->GetInput()),
+            viewer_->panes().cloud(0)->points);
+}
+
+TEST_F(ViewerWindow, ClosingTheWindowEndsTheViewer) {
+  openWall(std::nullopt);
+  viewer_->playback().play();
+  viewer_->window().interactor()->InvokeEvent(vtkCommand::ExitEvent);
+  EXPECT_TRUE(viewer_->quitting());
+  viewer_->run();  // returns
+  EXPECT_TRUE(viewer_->stopWithin(std::chrono::minutes(1)));
+}
+
+}  // namespace
+}  // namespace viewer_test
