@@ -1,0 +1,205 @@
+#pragma once
+
+#include <fuse_flow/impl/host/parallel.hpp>
+#include <fuse_flow/impl/host/pose_hypotheses.hpp>
+
+#include <limits>
+#include <numeric>
+
+namespace fuse_flow {
+namespace host {
+
+/** \brief Poses of all pairs of cameras that their two views support; pairs (i, j), i < j. */
+class HypothesisTable {
+ public:
+  explicit HypothesisTable(std::size_t cameras) : cameras_(cameras), table_(cameras * cameras) {}
+  std::size_t cameras() const { return cameras_; }
+  std::vector<PoseHypothesis>& operator()(std::size_t i, std::size_t j) { return table_[i * cameras_ + j]; }
+  /** \brief Where the camera could be, beside another that is at T; the best first. */
+  void append(std::size_t camera, std::size_t beside, const Eigen::Isometry3d& T, std::vector<Eigen::Isometry3d>& poses) const {
+    for (const PoseHypothesis& h : table_[std::min(camera, beside) * cameras_ + std::max(camera, beside)])
+      poses.push_back(beside < camera ? T * h.T : T * h.T.inverse());
+  }
+
+ private:
+  std::size_t cameras_;
+  std::vector<std::vector<PoseHypothesis>> table_;
+};
+
+/** \brief Some cameras in one frame. */
+struct PlacedGroup {
+  std::vector<std::size_t> members;      ///< in the order in which they were placed
+  std::vector<Eigen::Isometry3d> poses;  ///< of all cameras; only those of members count
+  double score{0};                       ///< of all pairs of members together
+};
+
+/** \brief Places cameras one by one, each where it agrees best with all that are placed. Begins anew from several pairs, since
+ *  what two views alone make of each other may be wrong, and keeps what agrees best as a whole. */
+class RigPlacement {
+ public:
+  RigPlacement(const AlignmentSystem& system, const CoarseAlignmentParameters& parameters, const HypothesisTable& table)
+      : system_(system), p_(parameters), table_(table), comparison_(system, parameters) {}
+
+  /** \brief The largest score that the cameras reach together; without members if no two belong together. */
+  PlacedGroup place(const std::vector<std::size_t>& cameras, int threads) const {
+    const std::vector<Seed> seeds = findSeeds(cameras);
+    std::vector<PlacedGroup> groups(seeds.size());
+    parallelFor(threads, seeds.size(), [&](std::size_t k, int) { groups[k] = grow(seeds[k], cameras); });
+    PlacedGroup best;
+    for (PlacedGroup& group : groups)
+      if (group.score > best.score) best = std::move(group);
+    return best;
+  }
+
+  /** \brief Every member once more where it agrees best with all others. */
+  void settle(PlacedGroup& group) const {
+    for (int sweep = 0; sweep < kSweeps; ++sweep)
+      for (const std::size_t camera : group.members) {
+        const std::vector<std::size_t> others = without(group, camera);
+        Eigen::Isometry3d T = group.poses[camera];
+        double score = jointScore(camera, T, others, group.poses);
+        const PoseHypothesis other = bestAlternative(camera, T, others, group.poses);
+        if (other.score > score) T = other.T;
+        group.poses[camera] = comparison_.refine(camera, T, others, group.poses, {0.1f, 0.08f, 0.06f, 0.06f});
+      }
+    group.score = 0;
+    for (std::size_t i = 0; i < group.members.size(); ++i)
+      for (std::size_t j = 0; j < i; ++j)
+        group.score += agreement(group.members[i], group.members[j], group.poses).score();
+  }
+
+  /** \brief How well the best other pose of a member explains what it shares with the others, over how well its own does. */
+  double ambiguity(const PlacedGroup& group, std::size_t camera) const {
+    const std::vector<std::size_t> others = without(group, camera);
+    const double score = jointScore(camera, group.poses[camera], others, group.poses);
+    if (!(score >= least(camera))) return std::numeric_limits<double>::infinity();
+    return bestAlternative(camera, group.poses[camera], others, group.poses).score / score;
+  }
+
+  ViewAgreement agreement(std::size_t i, std::size_t j, const std::vector<Eigen::Isometry3d>& poses) const {
+    return comparison_.compare(i, j, poses[i].inverse() * poses[j], 0);
+  }
+
+ private:
+  struct Seed {
+    std::size_t first, second;
+    PoseHypothesis hypothesis;
+  };
+  struct Candidate {
+    std::size_t camera;
+    Eigen::Isometry3d T;
+    double score;
+  };
+
+  static constexpr std::size_t kSeeds = 16;
+  static constexpr int kSweeps = 2;
+  static constexpr std::size_t kAlternatives = 6;  ///< that are refined
+  static constexpr double kApart = 0.15;           ///< metres between poses that are two different answers
+  static constexpr double kTurned = 0.1;           ///< radians, likewise
+
+  /** \brief Score under which a camera is not placed: of its points, and of the other view's as many. */
+  double least(std::size_t camera) const {
+    std::size_t points = 0;
+    for (std::size_t t = 0; t < system_.instants(); ++t) points += system_.samples(t, camera).size();
+    return 2 * static_cast<double>(p_.min_overlap) * static_cast<double>(points);
+  }
+
+  std::vector<Seed> findSeeds(const std::vector<std::size_t>& cameras) const {
+    std::vector<Seed> seeds;
+    for (const std::size_t i : cameras)
+      for (const std::size_t j : cameras) {
+        if (i >= j) continue;
+        std::vector<Eigen::Isometry3d> poses;
+        table_.append(j, i, Eigen::Isometry3d::Identity(), poses);
+        if (poses.size() > kSeeds / 4) poses.resize(kSeeds / 4);
+        for (const Eigen::Isometry3d& T : poses) seeds.push_back({i, j, {T, comparison_.compare(i, j, T, 0).score()}});
+      }
+    std::stable_sort(seeds.begin(), seeds.end(),
+                     [](const Seed& a, const Seed& b) { return a.hypothesis.score > b.hypothesis.score; });
+    if (seeds.size() > kSeeds) seeds.resize(kSeeds);
+    return seeds;
+  }
+
+  PlacedGroup grow(const Seed& seed, const std::vector<std::size_t>& cameras) const {
+    PlacedGroup group;
+    group.poses.assign(table_.cameras(), Eigen::Isometry3d::Identity());
+    group.members = {seed.first};
+    std::vector<std::size_t> left;
+    for (const std::size_t camera : cameras)
+      if (camera != seed.first) left.push_back(camera);
+    std::vector<Candidate> candidates;
+    Candidate next{seed.second, seed.hypothesis.T, seed.hypothesis.score};
+    while (next.score >= least(next.camera)) {
+      group.poses[next.camera] = comparison_.refine(next.camera, next.T, group.members, group.poses, {0.1f, 0.08f, 0.06f});
+      for (const std::size_t member : group.members) group.score += agreement(next.camera, member, group.poses).score();
+      const bool seeding = group.members.size() == 1;
+      group.members.push_back(next.camera);
+      left.erase(std::find(left.begin(), left.end(), next.camera));
+      candidates.erase(std::remove_if(candidates.begin(), candidates.end(),
+                                      [&](const Candidate& c) { return c.camera == next.camera; }),
+                       candidates.end());
+      for (Candidate& c : candidates) c.score += score(c.camera, c.T, next.camera, group.poses);
+      if (seeding) addCandidates(seed.first, left, group, candidates);
+      addCandidates(next.camera, left, group, candidates);
+      const auto best = std::max_element(candidates.begin(), candidates.end(),
+                                         [](const auto& a, const auto& b) { return a.score < b.score; });
+      if (best == candidates.end()) break;
+      next = *best;
+    }
+    if (group.members.size() < 2) group.members.clear();
+    return group;
+  }
+
+  void addCandidates(std::size_t beside, const std::vector<std::size_t>& cameras, const PlacedGroup& group,
+                     std::vector<Candidate>& candidates) const {
+    for (const std::size_t camera : cameras) {
+      std::vector<Eigen::Isometry3d> poses;
+      table_.append(camera, beside, group.poses[beside], poses);
+      for (const Eigen::Isometry3d& T : poses) candidates.push_back({camera, T, jointScore(camera, T, group.members, group.poses)});
+    }
+  }
+
+  double score(std::size_t camera, const Eigen::Isometry3d& T, std::size_t other, const std::vector<Eigen::Isometry3d>& poses) const {
+    return comparison_.compare(other, camera, poses[other].inverse() * T, 0).score();
+  }
+
+  double jointScore(std::size_t camera, const Eigen::Isometry3d& T, const std::vector<std::size_t>& others,
+                    const std::vector<Eigen::Isometry3d>& poses) const {
+    double sum = 0;
+    for (const std::size_t other : others) sum += score(camera, T, other, poses);
+    return sum;
+  }
+
+  /** \brief The best pose of a camera that is not the one given. */
+  PoseHypothesis bestAlternative(std::size_t camera, const Eigen::Isometry3d& T, const std::vector<std::size_t>& others,
+                                 const std::vector<Eigen::Isometry3d>& poses) const {
+    std::vector<Eigen::Isometry3d> all;
+    for (const std::size_t other : others) table_.append(camera, other, poses[other], all);
+    std::vector<PoseHypothesis> scored;
+    for (const Eigen::Isometry3d& A : all)
+      if (distinct(A, T, kApart, kTurned)) scored.push_back({A, jointScore(camera, A, others, poses)});
+    std::stable_sort(scored.begin(), scored.end(), [](const auto& a, const auto& b) { return a.score > b.score; });
+    PoseHypothesis best;
+    for (std::size_t k = 0; k < std::min(kAlternatives, scored.size()); ++k) {
+      const Eigen::Isometry3d A = comparison_.refine(camera, scored[k].T, others, poses, {0.1f, 0.08f, 0.06f});
+      if (!distinct(A, T, kApart, kTurned)) continue;
+      const double joint = jointScore(camera, A, others, poses);
+      if (joint > best.score) best = {A, joint};
+    }
+    return best;
+  }
+
+  static std::vector<std::size_t> without(const PlacedGroup& group, std::size_t camera) {
+    std::vector<std::size_t> others = group.members;
+    others.erase(std::find(others.begin(), others.end(), camera));
+    return others;
+  }
+
+  const AlignmentSystem& system_;
+  const CoarseAlignmentParameters& p_;
+  const HypothesisTable& table_;
+  ViewComparison comparison_;
+};
+
+}  // namespace host
+}  // namespace fuse_flow
