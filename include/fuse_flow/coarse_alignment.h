@@ -29,6 +29,11 @@ struct CoarseAlignmentParameters {
   float cell_size{0.1f};
   /** \brief Distance from a surface within which a point agrees with it, beyond the noise of both, metres; > 0. */
   float tolerance{0.03f};
+  /** \brief Farthest that a camera is turned about its optical axis, radians; ≥ 0. A surface that looks like a floor then is one
+   *  in all views; π or more: nothing is known about the floor. */
+  float max_roll{0.35f};
+  /** \brief Use colour, where both views have it. */
+  bool use_color{true};
   /** \brief Poses of each pair of cameras that are kept until the other cameras decide; ≥ 2. */
   int hypotheses{12};
   /** \brief Least share of a view's points that the cameras placed before must confirm; (0, 1). */
@@ -43,8 +48,10 @@ struct ViewAgreement {
   double confirmed{0};
   /** \brief Points where the other view saw free space, or a surface that faces elsewhere. */
   double contradicted{0};
-  /** \brief What a pose is judged by; a contradiction weighs as much as four confirmations. */
-  double score() const { return confirmed - 4 * contradicted; }
+  /** \brief Points that lie on the surface, which there has another colour. */
+  double discolored{0};
+  /** \brief What a pose is judged by; a contradiction weighs as much as ten confirmations. */
+  double score() const { return confirmed - 10 * contradicted - discolored; }
 };
 
 /** \brief Two cameras that were placed beside each other and see the same surfaces. */

@@ -20,6 +20,7 @@ inline void checkParameters(const CoarseAlignmentParameters& p) {
   detail::checkRange(owner, "samples", p.samples, 100, 1 << 20);
   detail::checkPositive(owner, "cell_size", p.cell_size);
   detail::checkPositive(owner, "tolerance", p.tolerance);
+  detail::checkRange(owner, "max_roll", p.max_roll, 0.0f, 1e3f);
   detail::checkRange(owner, "hypotheses", p.hypotheses, 2, 1 << 10);
   detail::checkRange(owner, "min_overlap", p.min_overlap, 1e-4f, 0.9999f);
   detail::checkRange(owner, "max_ambiguity", p.max_ambiguity, 1e-4f, 0.9999f);
@@ -58,7 +59,7 @@ inline void CoarseAlignment::addFrame(const RigFrame& frame) {
   p.preprocessing = parameters_.preprocessing;
   p.noise = parameters_.noise;
   p.reduction = std::min(width / wide_enough, 16);
-  p.use_color = false;
+  p.use_color = parameters_.use_color;
   system_->setThreads(host::resolveThreads(threads_));
   system_->add(frame, p);
 }

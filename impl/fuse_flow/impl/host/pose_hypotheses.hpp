@@ -1,53 +1,13 @@
 #pragma once
 
-#include <fuse_flow/impl/host/surface_directions.hpp>
+#include <fuse_flow/impl/host/rotation_candidates.hpp>
 #include <fuse_flow/impl/host/translation_vote.hpp>
 #include <fuse_flow/impl/host/view_agreement.hpp>
 
-#include <array>
 #include <cmath>
 
 namespace fuse_flow {
 namespace host {
-
-/** \brief Rotations of the second camera's frame into that of the first that bring surface directions of both together. */
-inline std::vector<Eigen::Matrix3d> candidateRotations(const std::vector<Eigen::Vector3d>& first,
-                                                       const std::vector<Eigen::Vector3d>& second) {
-  constexpr double alike = 0.14, least = 0.35, apart = 0.1;  // radians
-  constexpr double pi = 3.14159265358979323846;
-  std::vector<Eigen::Matrix3d> result;
-  const auto add = [&](const Eigen::Matrix3d& R) {
-    for (const Eigen::Matrix3d& other : result)
-      if ((other.transpose() * R).trace() > 1 + 2 * std::cos(apart)) return;
-    result.push_back(R);
-  };
-  const auto frame = [](const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
-    Eigen::Matrix3d F;  // between the two, so that the errors of both count alike
-    F << (a + b).normalized(), (a - b).normalized(), a.cross(b).normalized();
-    return F;
-  };
-  const auto angle = [](const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
-    return std::acos(std::max(-1.0, std::min(1.0, a.dot(b))));
-  };
-  for (std::size_t a = 0; a < first.size(); ++a)
-    for (std::size_t b = a + 1; b < first.size(); ++b) {
-      const double between = angle(first[a], first[b]);
-      if (between < least || between > pi - least) continue;
-      for (std::size_t c = 0; c < second.size(); ++c)
-        for (std::size_t d = 0; d < second.size(); ++d)
-          if (c != d && std::fabs(angle(second[c], second[d]) - between) < alike)
-            add(frame(first[a], first[b]) * frame(second[c], second[d]).transpose());
-    }
-  // Of a floor alone the turn about its normal is not known.
-  constexpr std::size_t strongest = 2;
-  constexpr int turns = 36;
-  for (std::size_t a = 0; a < std::min(strongest, first.size()); ++a)
-    for (std::size_t c = 0; c < std::min(strongest, second.size()); ++c) {
-      const Eigen::Matrix3d R = Eigen::Quaterniond::FromTwoVectors(second[c], first[a]).toRotationMatrix();
-      for (int k = 0; k < turns; ++k) add(Eigen::AngleAxisd(2 * pi * k / turns, first[a]).toRotationMatrix() * R);
-    }
-  return result;
-}
 
 /** \brief The relative poses of two cameras that their views support best. */
 class PoseHypotheses {
@@ -60,7 +20,8 @@ class PoseHypotheses {
                                    const std::vector<Eigen::Vector3d>& directions_second) const {
     std::vector<PoseHypothesis> found;
     TranslationVote vote(p_.cell_size);
-    for (const Eigen::Matrix3d& R : candidateRotations(directions_first, directions_second))
+    const RotationCandidates candidates(directions_first, directions_second, p_.max_roll);
+    for (const Eigen::Matrix3d& R : candidates.rotations())
       for (const Eigen::Vector3d& t : vote.peaks(system_.samples(0, first), system_.samples(0, second), R, kPeaks)) {
         PoseHypothesis h;
         h.T.linear() = R;

@@ -77,13 +77,15 @@ class ViewComparison {
   using Vector6 = Eigen::Matrix<double, 6, 1>;
 
   /** \brief Cosine of the largest angle between the normals of counterparts. */
-  static constexpr float kNormalCosine = 0.77f;
+  static constexpr float kNormalCosine = 0.5f;
+  /** \brief Difference of grey levels that two cameras' exposures may make. */
+  static constexpr float kGreyLimit = 40;
   /** \brief Noise that a point may be off, standard deviations. */
   static constexpr float kDeviations = 3;
 
   void addAgreement(const AlignmentView& view, const std::vector<AlignmentSample>& samples, const RigidTransform& T,
                     float extra, std::size_t stride, ViewAgreement& sum) const {
-    std::size_t confirmed = 0, contradicted = 0;
+    std::size_t confirmed = 0, contradicted = 0, discolored = 0;
     for (std::size_t k = 0; k < samples.size(); k += stride) {
       const AlignmentSample& s = samples[k];
       const Vec3 q = T * s.p;
@@ -92,18 +94,22 @@ class ViewComparison {
       const Vec3 d = view.point(u, v);
       if (!(d.z > 0)) continue;
       const Vec3& n = view.normal(u, v);
+      const Vec3 n_q = rotate(T, s.n);
       const bool smooth = squaredNorm(n) > 0;
       const float noise = smooth ? view.noise(u, v) : 0.01f * d.z;
       const float reach = tolerance_ + extra + kDeviations * std::sqrt(s.noise * s.noise + noise * noise);
       if (smooth && std::fabs(dot(n, q - d)) < reach) {
-        const bool alike = dot(n, rotate(T, s.n)) > kNormalCosine;
-        ++(alike ? confirmed : contradicted);
+        if (dot(n_q, q) > 0) continue;  // the other side of something thin
+        const bool alike = dot(n, n_q) > kNormalCosine;
+        const bool painted = alike && view.hasColor() && s.luma >= 0 && std::fabs(view.luma(u, v) - s.luma) > kGreyLimit;
+        ++(painted ? discolored : alike ? confirmed : contradicted);
       } else if (q.z < d.z && seenThrough(view, u, v, q.z + 2 * reach)) {
         ++contradicted;
       }
     }
     sum.confirmed += static_cast<double>(confirmed);
     sum.contradicted += static_cast<double>(contradicted);
+    sum.discolored += static_cast<double>(discolored);
   }
 
   /** \brief Whether all around a pixel the first surface lies beyond z: at edges a pose that is a little off proves nothing. */
