@@ -6,6 +6,8 @@
 
 #include <Eigen/Geometry>
 
+#include <cmath>
+#include <cstdlib>
 #include <cstddef>
 #include <memory>
 #include <vector>
@@ -37,7 +39,7 @@ struct CoarseAlignmentParameters {
   /** \brief Poses of each pair of cameras that are kept until the other cameras decide; ≥ 2. */
   int hypotheses{12};
   /** \brief Least share of a view's points that the cameras placed before must confirm; (0, 1). */
-  float min_overlap{0.08f};
+  float min_overlap{0.02f};
   /** \brief A pose is ambiguous if another one scores more than this share of its score; (0, 1). */
   float max_ambiguity{0.9f};
 };
@@ -46,12 +48,15 @@ struct CoarseAlignmentParameters {
 struct ViewAgreement {
   /** \brief Points that lie on the surface that the other view measured. */
   double confirmed{0};
-  /** \brief Points where the other view saw free space, or a surface that faces elsewhere. */
+  /** \brief Points that lie on it, where it faces elsewhere or has another colour. */
+  double unlike{0};
+  /** \brief Points where the other view saw through. */
   double contradicted{0};
-  /** \brief Points that lie on the surface, which there has another colour. */
-  double discolored{0};
-  /** \brief What a pose is judged by; a contradiction weighs as much as ten confirmations. */
-  double score() const { return confirmed - 10 * contradicted - discolored; }
+  /** \brief What a pose is judged by. Confirmations are worth less the more there are: of a wall, many are one. */
+  double score() const {
+    static const double K = getenv("K") ? atof(getenv("K")) : 100, W = getenv("W") ? atof(getenv("W")) : 10;
+    return K * (1 - std::exp(-std::max(0.0, confirmed - unlike) / K)) - W * contradicted;
+  }
 };
 
 /** \brief Two cameras that were placed beside each other and see the same surfaces. */

@@ -52,7 +52,7 @@ inline void CoarseAlignment::addFrame(const RigFrame& frame) {
   if (system_->instants() > 0 && cameras_ != frame.cameras.size())
     detail::throwBadArgument("fuse_flow::CoarseAlignment: a frame of ", frame.cameras.size(), " cameras after one of ", cameras_);
   cameras_ = frame.cameras.size();
-  constexpr int wide_enough = 160;  // blocks in a row
+  static const int wide_enough = getenv("WIDE") ? atoi(getenv("WIDE")) : 160;  // blocks in a row
   int width = wide_enough;
   for (const Camera& camera : frame.cameras) width = std::max(width, camera.intrinsics.width);
   ExtrinsicParameters p;

@@ -26,14 +26,14 @@ class PoseHypotheses {
         PoseHypothesis h;
         h.T.linear() = R;
         h.T.translation() = t;
-        h.score = comparison_.compare(first, second, h.T, p_.cell_size, kStride).score();
+        h.score = comparison_.compareRoughly(first, second, h.T, p_.cell_size);
         if (h.score > 0) found.push_back(h);
       }
     found = best(found, kRefined, 1.5 * static_cast<double>(p_.cell_size), 0.1);
     std::vector<Eigen::Isometry3d> poses(system_.cameras(), Eigen::Isometry3d::Identity());
     for (PoseHypothesis& h : found) {
       h.T = comparison_.refine(second, h.T, {first}, poses, {0.3f, 0.3f, 0.25f, 0.2f, 0.15f, 0.12f, 0.1f, 0.08f, 0.06f, 0.06f});
-      h.score = comparison_.compare(first, second, h.T, 0).score();
+      h.score = comparison_.compare(first, second, h.T).score();
     }
     return best(found, static_cast<std::size_t>(p_.hypotheses), 0.1, 0.06);
   }
@@ -47,13 +47,12 @@ class PoseHypotheses {
       if (chosen.size() == count) break;
       const bool known = std::any_of(chosen.begin(), chosen.end(),
                                      [&](const PoseHypothesis& c) { return !distinct(c.T, h.T, distance, angle); });
-      if (!known && h.score > 0) chosen.push_back(h);
+      if (!known) chosen.push_back(h);
     }
     return chosen;
   }
 
   static constexpr std::size_t kPeaks = 80;     ///< translations of a rotation that are looked at
-  static constexpr std::size_t kStride = 2;     ///< every so many-th point judges a first guess
   static constexpr std::size_t kRefined = 150;  ///< guesses that are refined
 
   const AlignmentSystem& system_;

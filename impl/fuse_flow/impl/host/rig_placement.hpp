@@ -77,7 +77,7 @@ class RigPlacement {
   }
 
   ViewAgreement agreement(std::size_t i, std::size_t j, const std::vector<Eigen::Isometry3d>& poses) const {
-    return comparison_.compare(i, j, poses[i].inverse() * poses[j], 0);
+    return comparison_.compare(i, j, poses[i].inverse() * poses[j]);
   }
 
  private:
@@ -112,7 +112,7 @@ class RigPlacement {
         std::vector<Eigen::Isometry3d> poses;
         table_.append(j, i, Eigen::Isometry3d::Identity(), poses);
         if (poses.size() > kSeeds / 4) poses.resize(kSeeds / 4);
-        for (const Eigen::Isometry3d& T : poses) seeds.push_back({i, j, {T, comparison_.compare(i, j, T, 0).score()}});
+        for (const Eigen::Isometry3d& T : poses) seeds.push_back({i, j, {T, comparison_.compare(i, j, T).score()}});
       }
     std::stable_sort(seeds.begin(), seeds.end(),
                      [](const Seed& a, const Seed& b) { return a.hypothesis.score > b.hypothesis.score; });
@@ -160,7 +160,7 @@ class RigPlacement {
   }
 
   double score(std::size_t camera, const Eigen::Isometry3d& T, std::size_t other, const std::vector<Eigen::Isometry3d>& poses) const {
-    return comparison_.compare(other, camera, poses[other].inverse() * T, 0).score();
+    return comparison_.compare(other, camera, poses[other].inverse() * T).score();
   }
 
   double jointScore(std::size_t camera, const Eigen::Isometry3d& T, const std::vector<std::size_t>& others,

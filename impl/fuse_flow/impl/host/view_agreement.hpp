@@ -25,20 +25,30 @@ inline bool distinct(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b, dou
 class ViewComparison {
  public:
   ViewComparison(const AlignmentSystem& system, const CoarseAlignmentParameters& parameters)
-      : system_(system), tolerance_(parameters.tolerance) {}
+      : system_(system), tolerance_(parameters.tolerance) {
+    for (std::size_t t = 0; t < system.instants(); ++t)
+      for (std::size_t i = 0; i < system.cameras(); ++i)
+        details_.push_back(findDetails(system.view(t, i), static_cast<std::size_t>(parameters.samples)));
+  }
 
-  /** \param T_first_second pose of the second camera in the frame of the first  \param extra tolerance beyond that of the
-   *  parameters, metres: what the pose is off */
-  ViewAgreement compare(std::size_t first, std::size_t second, const Eigen::Isometry3d& T_first_second, float extra,
-                        std::size_t stride = 1) const {
+  /** \param T_first_second pose of the second camera in the frame of the first */
+  ViewAgreement compare(std::size_t first, std::size_t second, const Eigen::Isometry3d& T_first_second) const {
     ViewAgreement sum;
-    const RigidTransform forth = toRigidTransform(T_first_second), back = toRigidTransform(T_first_second.inverse());
-    for (std::size_t t = 0; t < system_.instants(); ++t) {
-      if (system_.view(t, first).missing() || system_.view(t, second).missing()) continue;
-      addAgreement(system_.view(t, first), system_.samples(t, second), forth, extra, stride, sum);
-      addAgreement(system_.view(t, second), system_.samples(t, first), back, extra, stride, sum);
-    }
+    forEachView(first, second, T_first_second, [&](const AlignmentView& view, std::size_t t, std::size_t other, const RigidTransform& T) {
+      addSurfaces(view, system_.samples(t, other), T, 0, 1, sum);
+      addDetails(view, details_[t * system_.cameras() + other], T, sum);
+    });
     return sum;
+  }
+
+  /** \brief The same for a first guess, from every other point and without the details, which demand more. \param error of the
+   *  guess, metres */
+  double compareRoughly(std::size_t first, std::size_t second, const Eigen::Isometry3d& T_first_second, float error) const {
+    ViewAgreement sum;
+    forEachView(first, second, T_first_second, [&](const AlignmentView& view, std::size_t t, std::size_t other, const RigidTransform& T) {
+      addSurfaces(view, system_.samples(t, other), T, error, 2, sum);
+    });
+    return sum.confirmed - sum.unlike - kRoughContradiction * sum.contradicted;
   }
 
   /** \brief One camera's pose improved against others, which stay. \param gates largest distance of counterparts, iteration by
@@ -78,14 +88,40 @@ class ViewComparison {
 
   /** \brief Cosine of the largest angle between the normals of counterparts. */
   static constexpr float kNormalCosine = 0.5f;
+  /** \brief Standard deviation where nothing is smooth, over depth. */
+  static constexpr float kEdgeNoise = 0.01f;
+  /** \brief Confirmations that one contradiction of a first guess outweighs: few, since small errors make many of them. */
+  static constexpr double kRoughContradiction = 3;
   /** \brief Difference of grey levels that two cameras' exposures may make. */
   static constexpr float kGreyLimit = 40;
   /** \brief Noise that a point may be off, standard deviations. */
   static constexpr float kDeviations = 3;
 
-  void addAgreement(const AlignmentView& view, const std::vector<AlignmentSample>& samples, const RigidTransform& T,
-                    float extra, std::size_t stride, ViewAgreement& sum) const {
-    std::size_t confirmed = 0, contradicted = 0, discolored = 0;
+  template <typename Visit>
+  void forEachView(std::size_t first, std::size_t second, const Eigen::Isometry3d& T_first_second, const Visit& visit) const {
+    const RigidTransform forth = toRigidTransform(T_first_second), back = toRigidTransform(T_first_second.inverse());
+    for (std::size_t t = 0; t < system_.instants(); ++t) {
+      if (system_.view(t, first).missing() || system_.view(t, second).missing()) continue;
+      visit(system_.view(t, first), t, second, forth);
+      visit(system_.view(t, second), t, first, back);
+    }
+  }
+
+  /** \brief Points without a normal: of things too small or too round for one. */
+  static std::vector<Vec3> findDetails(const AlignmentView& view, std::size_t count) {
+    std::vector<Vec3> all;
+    if (view.missing()) return all;
+    for (int v = 2; v < view.height() - 2; ++v)
+      for (int u = 2; u < view.width() - 2; ++u)
+        if (view.point(u, v).z > 0 && !(squaredNorm(view.normal(u, v)) > 0)) all.push_back(view.point(u, v));
+    std::vector<Vec3> chosen;
+    const std::size_t n = std::min(count, all.size());
+    for (std::size_t k = 0; k < n; ++k) chosen.push_back(all[k * all.size() / n]);
+    return chosen;
+  }
+
+  void addSurfaces(const AlignmentView& view, const std::vector<AlignmentSample>& samples, const RigidTransform& T, float error,
+                   std::size_t stride, ViewAgreement& sum) const {
     for (std::size_t k = 0; k < samples.size(); k += stride) {
       const AlignmentSample& s = samples[k];
       const Vec3 q = T * s.p;
@@ -96,20 +132,26 @@ class ViewComparison {
       const Vec3& n = view.normal(u, v);
       const Vec3 n_q = rotate(T, s.n);
       const bool smooth = squaredNorm(n) > 0;
-      const float noise = smooth ? view.noise(u, v) : 0.01f * d.z;
-      const float reach = tolerance_ + extra + kDeviations * std::sqrt(s.noise * s.noise + noise * noise);
+      const float noise = smooth ? view.noise(u, v) : kEdgeNoise * d.z;
+      const float reach = tolerance_ + error + kDeviations * std::sqrt(s.noise * s.noise + noise * noise);
       if (smooth && std::fabs(dot(n, q - d)) < reach) {
         if (dot(n_q, q) > 0) continue;  // the other side of something thin
-        const bool alike = dot(n, n_q) > kNormalCosine;
-        const bool painted = alike && view.hasColor() && s.luma >= 0 && std::fabs(view.luma(u, v) - s.luma) > kGreyLimit;
-        ++(painted ? discolored : alike ? confirmed : contradicted);
+        const bool painted = view.hasColor() && s.luma >= 0 && std::fabs(view.luma(u, v) - s.luma) > kGreyLimit;
+        ++(painted || dot(n, n_q) < kNormalCosine ? sum.unlike : sum.confirmed);
       } else if (q.z < d.z && seenThrough(view, u, v, q.z + 2 * reach)) {
-        ++contradicted;
+        ++sum.contradicted;
       }
     }
-    sum.confirmed += static_cast<double>(confirmed);
-    sum.contradicted += static_cast<double>(contradicted);
-    sum.discolored += static_cast<double>(discolored);
+  }
+
+  void addDetails(const AlignmentView& view, const std::vector<Vec3>& details, const RigidTransform& T, ViewAgreement& sum) const {
+    for (const Vec3& p : details) {
+      const Vec3 q = T * p;
+      int u, v;
+      if (!view.locate(q, u, v)) continue;
+      const float z = view.point(u, v).z;
+      if (z > q.z && seenThrough(view, u, v, q.z + 2 * (tolerance_ + kDeviations * kEdgeNoise * z))) ++sum.contradicted;
+    }
   }
 
   /** \brief Whether all around a pixel the first surface lies beyond z: at edges a pose that is a little off proves nothing. */
@@ -152,6 +194,7 @@ class ViewComparison {
 
   const AlignmentSystem& system_;
   float tolerance_;
+  std::vector<std::vector<Vec3>> details_;  ///< instant by instant, camera by camera
 };
 
 }  // namespace host
