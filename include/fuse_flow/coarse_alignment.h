@@ -55,7 +55,7 @@ struct ViewAgreement {
   /** \brief What a pose is judged by. Confirmations are worth less the more there are: of a wall, many are one. */
   double score() const {
     static const double K = getenv("K") ? atof(getenv("K")) : 100, W = getenv("W") ? atof(getenv("W")) : 5, A = getenv("A") ? atof(getenv("A")) : 0.04;
-    return K * (1 - std::exp(-std::max(0.0, confirmed - unlike) / K)) - W * std::max(0.0, contradicted - A * confirmed);
+    return K * (1 - std::exp(-std::max(0.0, confirmed - unlike) / K)) - (getenv("W1") ? atof(getenv("W1")) : 1) * contradicted - W * std::max(0.0, contradicted - A * confirmed);
   }
 };
 

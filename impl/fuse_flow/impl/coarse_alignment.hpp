@@ -93,7 +93,6 @@ inline CoarseAlignmentResult CoarseAlignment::estimate() {
   while (left.size() > 1) {
     host::PlacedGroup group = placement.place(left, threads);
     if (group.members.empty()) break;
-    placement.settle(group);
     dropAmbiguous(placement, group, threads, result);
     if (group.members.size() < 2) break;
     accept(placement, group, result);
@@ -106,6 +105,10 @@ inline CoarseAlignmentResult CoarseAlignment::estimate() {
 
 inline void CoarseAlignment::dropAmbiguous(const host::RigPlacement& placement, host::PlacedGroup& group, int threads,
                                            CoarseAlignmentResult& result) const {
+  for (const std::size_t camera : group.contested) {
+    result.placements[camera] = Placement::Ambiguous;
+    group.members.erase(std::remove(group.members.begin(), group.members.end(), camera), group.members.end());
+  }
   while (group.members.size() > 1) {
     std::vector<double> ambiguities(group.members.size());
     host::parallelFor(threads, group.members.size(),

@@ -31,6 +31,7 @@ struct PlacedGroup {
   std::vector<std::size_t> members;      ///< in the order in which they were placed
   std::vector<Eigen::Isometry3d> poses;  ///< of all cameras; only those of members count
   double score{0};                       ///< of all pairs of members together
+  std::vector<std::size_t> contested;    ///< members that lie elsewhere in a group that scores nearly as much
 };
 
 /** \brief Places cameras one by one, each where it agrees best with all that are placed. Begins anew from several pairs, since
@@ -44,11 +45,17 @@ class RigPlacement {
   PlacedGroup place(const std::vector<std::size_t>& cameras, int threads) const {
     const std::vector<Seed> seeds = findSeeds(cameras);
     std::vector<PlacedGroup> groups(seeds.size());
-    parallelFor(threads, seeds.size(), [&](std::size_t k, int) { groups[k] = grow(seeds[k], cameras); });
-    PlacedGroup best;
-    for (PlacedGroup& group : groups)
-      if (group.score > best.score) best = std::move(group);
-    return best;
+    parallelFor(threads, seeds.size(), [&](std::size_t k, int) {
+      groups[k] = grow(seeds[k], cameras);
+      settle(groups[k]);
+    });
+    std::size_t best = 0;
+    for (std::size_t k = 1; k < groups.size(); ++k)
+      if (groups[k].score > groups[best].score) best = k;
+    if (groups.empty() || !(groups[best].score > 0)) return {};
+    for (const PlacedGroup& group : groups)
+      if (group.score > static_cast<double>(p_.max_ambiguity) * groups[best].score) markContested(group, groups[best]);
+    return std::move(groups[best]);
   }
 
   /** \brief Every member once more where it agrees best with all others. */
@@ -168,6 +175,22 @@ class RigPlacement {
     double sum = 0;
     for (const std::size_t other : others) sum += score(camera, T, other, poses);
     return sum;
+  }
+
+  /** \brief Puts the two groups together so that most cameras agree; the others are contested. */
+  static void markContested(const PlacedGroup& other, PlacedGroup& group) {
+    std::vector<std::size_t> fewest = group.members;
+    for (const std::size_t anchor : group.members) {
+      if (std::find(other.members.begin(), other.members.end(), anchor) == other.members.end()) continue;
+      const Eigen::Isometry3d T = group.poses[anchor] * other.poses[anchor].inverse();
+      std::vector<std::size_t> elsewhere;
+      for (const std::size_t i : group.members)
+        if (std::find(other.members.begin(), other.members.end(), i) != other.members.end() &&
+            distinct(T * other.poses[i], group.poses[i], kApart, kTurned))
+          elsewhere.push_back(i);
+      if (elsewhere.size() < fewest.size()) fewest = elsewhere;
+    }
+    if (fewest.size() < group.members.size()) group.contested.insert(group.contested.end(), fewest.begin(), fewest.end());
   }
 
   /** \brief The best pose of a camera that is not the one given. */
