@@ -29,8 +29,8 @@ Surface box(const Vector3d& low, const Vector3d& high) {
 
 /** \brief Floor, ceiling and walls, from inside; y is down. */
 std::vector<Surface> emptyRoom() {
-  return {scenes::plane({0, 1, 0}, 1.1), scenes::plane({0, 1, 0}, -1.3), scenes::plane({1, 0, 0}, 2.3),
-          scenes::plane({1, 0, 0}, -1.9), scenes::plane({0, 0, 1}, 1.6), scenes::plane({0, 0, 1}, -1.8)};
+  return {scenes::plane({0, 1, 0}, 1.1),  scenes::plane({0, 1, 0}, -1.3), scenes::plane({1, 0, 0}, 2.3),
+          scenes::plane({1, 0, 0}, -1.9), scenes::plane({0, 0, 1}, 1.6),  scenes::plane({0, 0, 1}, -1.8)};
 }
 
 /** \brief No two of its things alike. */
@@ -84,7 +84,7 @@ void expectPose(const CoarseAlignmentResult& result, const std::vector<fuse_flow
 }
 
 TEST(CoarseAlignment, FindsThePosesOfCamerasOfWhichNothingIsKnown) {
-  const auto cameras = around({10, 55, 115, 190});
+  const auto cameras = around({10, 45, 85, 120});
   const CoarseAlignmentResult result = align(unposed(cameras, furnishedRoom()));
   for (std::size_t i = 0; i < cameras.size(); ++i) expectPose(result, cameras, i);
   EXPECT_TRUE(result.complete());

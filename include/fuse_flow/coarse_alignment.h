@@ -6,8 +6,8 @@
 
 #include <Eigen/Geometry>
 
+#include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <cstddef>
 #include <memory>
 #include <vector>
@@ -38,10 +38,10 @@ struct CoarseAlignmentParameters {
   bool use_color{true};
   /** \brief Poses of each pair of cameras that are kept until the other cameras decide; ≥ 2. */
   int hypotheses{12};
-  /** \brief Least share of a view's points that the cameras placed before must confirm; (0, 1). */
+  /** \brief Least score of a camera against those placed before it, over the number of points of two views; (0, 1). */
   float min_overlap{0.02f};
   /** \brief A pose is ambiguous if another one scores more than this share of its score; (0, 1). */
-  float max_ambiguity{0.9f};
+  float max_ambiguity{0.8f};
 };
 
 /** \brief What two views say about each other at one relative pose. */
@@ -52,25 +52,27 @@ struct ViewAgreement {
   double unlike{0};
   /** \brief Points where the other view saw through. */
   double contradicted{0};
-  /** \brief What a pose is judged by. Confirmations are worth less the more there are: of a wall, many are one. */
+  /** \brief What a pose is judged by. Confirmations are worth less the more there are: of a wall, many are one. A few
+   *  contradictions in a hundred are noise. */
   double score() const {
-    static const double K = getenv("K") ? atof(getenv("K")) : 100, W = getenv("W") ? atof(getenv("W")) : 5, A = getenv("A") ? atof(getenv("A")) : 0.04;
-    return K * (1 - std::exp(-std::max(0.0, confirmed - unlike) / K)) - (getenv("W1") ? atof(getenv("W1")) : 1) * contradicted - W * std::max(0.0, contradicted - A * confirmed);
+    constexpr double many = 100, noise = 0.04, weight = 3;
+    const double alike = std::max(0.0, confirmed - unlike);
+    return many * (1 - std::exp(-alike / many)) - weight * std::max(0.0, contradicted - noise * confirmed);
   }
 };
 
 /** \brief Two cameras that were placed beside each other and see the same surfaces. */
 struct CoarseOverlap {
-  std::size_t first{0};      ///< number of a camera
-  std::size_t second{0};     ///< of another, larger
-  ViewAgreement agreement;   ///< at the poses found
+  std::size_t first{0};     ///< number of a camera
+  std::size_t second{0};    ///< of another, larger
+  ViewAgreement agreement;  ///< at the poses found
 };
 
 /** \brief Why a camera has the pose that it has. */
 enum class Placement {
   Missing,    ///< it measured nothing
   Alone,      ///< no other view shares enough with its own
-  Ambiguous,  ///< others do, but several poses explain what they share
+  Ambiguous,  ///< others may, but several poses explain what they share
   Placed      ///< relative to the other cameras of its group
 };
 
@@ -95,6 +97,9 @@ struct CoarseAlignmentResult {
  *  of like normals; every pose is judged by projecting each view into the other's depth image, where what the other camera saw
  *  through counts against it. Then the cameras are placed one by one, the least ambiguous first, each where it agrees best with all
  *  that are placed.
+ *
+ *  Neighbours need to share furniture or corners, not only one wall. What is told from its surroundings by small things alone, such
+ *  as the two ends of a long table in an empty room, may be taken for each other, and not always is that noticed.
  *
  *  \code
  *  fuse_flow::CoarseAlignment alignment;
@@ -128,7 +133,8 @@ class CoarseAlignment {
  private:
   inline void dropAmbiguous(const host::RigPlacement& placement, host::PlacedGroup& group, int threads,
                             CoarseAlignmentResult& result) const;
-  inline void accept(const host::RigPlacement& placement, const host::PlacedGroup& group, CoarseAlignmentResult& result) const;
+  inline void accept(const host::RigPlacement& placement, const host::PlacedGroup& group,
+                     CoarseAlignmentResult& result) const;
 
   CoarseAlignmentParameters parameters_;
   int threads_{0};

@@ -50,9 +50,10 @@ inline void CoarseAlignment::clear() {
 inline void CoarseAlignment::addFrame(const RigFrame& frame) {
   checkRigFrame(frame);
   if (system_->instants() > 0 && cameras_ != frame.cameras.size())
-    detail::throwBadArgument("fuse_flow::CoarseAlignment: a frame of ", frame.cameras.size(), " cameras after one of ", cameras_);
+    detail::throwBadArgument("fuse_flow::CoarseAlignment: a frame of ", frame.cameras.size(), " cameras after one of ",
+                             cameras_);
   cameras_ = frame.cameras.size();
-  static const int wide_enough = getenv("WIDE") ? atoi(getenv("WIDE")) : 160;  // blocks in a row
+  constexpr int wide_enough = 160;  // blocks in a row
   int width = wide_enough;
   for (const Camera& camera : frame.cameras) width = std::max(width, camera.intrinsics.width);
   ExtrinsicParameters p;
@@ -94,7 +95,10 @@ inline CoarseAlignmentResult CoarseAlignment::estimate() {
     host::PlacedGroup group = placement.place(left, threads);
     if (group.members.empty()) break;
     dropAmbiguous(placement, group, threads, result);
-    if (group.members.size() < 2) break;
+    if (group.members.size() < 2) {
+      for (const std::size_t camera : group.members) result.placements[camera] = Placement::Ambiguous;
+      break;
+    }
     accept(placement, group, result);
     left.erase(std::remove_if(left.begin(), left.end(),
                               [&](std::size_t i) { return result.placements[i] == Placement::Placed; }),

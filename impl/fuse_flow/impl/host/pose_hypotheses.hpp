@@ -16,7 +16,8 @@ class PoseHypotheses {
       : system_(system), p_(parameters), comparison_(system, parameters) {}
 
   /** \brief Best first; pose of the second camera in the frame of the first. */
-  std::vector<PoseHypothesis> find(std::size_t first, std::size_t second, const std::vector<Eigen::Vector3d>& directions_first,
+  std::vector<PoseHypothesis> find(std::size_t first, std::size_t second,
+                                   const std::vector<Eigen::Vector3d>& directions_first,
                                    const std::vector<Eigen::Vector3d>& directions_second) const {
     std::vector<PoseHypothesis> found;
     TranslationVote vote(p_.cell_size);
@@ -32,7 +33,8 @@ class PoseHypotheses {
     found = best(found, kRefined, 1.5 * static_cast<double>(p_.cell_size), 0.1);
     std::vector<Eigen::Isometry3d> poses(system_.cameras(), Eigen::Isometry3d::Identity());
     for (PoseHypothesis& h : found) {
-      h.T = comparison_.refine(second, h.T, {first}, poses, {0.3f, 0.3f, 0.25f, 0.2f, 0.15f, 0.12f, 0.1f, 0.08f, 0.06f, 0.06f});
+      h.T = comparison_.refine(second, h.T, {first}, poses,
+                               {0.25f, 0.25f, 0.2f, 0.15f, 0.12f, 0.1f, 0.08f, 0.06f, 0.05f, 0.04f, 0.03f, 0.03f});
       h.score = comparison_.compare(first, second, h.T).score();
     }
     return best(found, static_cast<std::size_t>(p_.hypotheses), 0.1, 0.06);
@@ -40,7 +42,8 @@ class PoseHypotheses {
 
  private:
   /** \brief Those of the highest scores that are distinct. */
-  static std::vector<PoseHypothesis> best(std::vector<PoseHypothesis>& all, std::size_t count, double distance, double angle) {
+  static std::vector<PoseHypothesis> best(std::vector<PoseHypothesis>& all, std::size_t count, double distance,
+                                          double angle) {
     std::stable_sort(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.score > b.score; });
     std::vector<PoseHypothesis> chosen;
     for (const PoseHypothesis& h : all) {

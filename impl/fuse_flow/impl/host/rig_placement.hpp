@@ -16,7 +16,8 @@ class HypothesisTable {
   std::size_t cameras() const { return cameras_; }
   std::vector<PoseHypothesis>& operator()(std::size_t i, std::size_t j) { return table_[i * cameras_ + j]; }
   /** \brief Where the camera could be, beside another that is at T; the best first. */
-  void append(std::size_t camera, std::size_t beside, const Eigen::Isometry3d& T, std::vector<Eigen::Isometry3d>& poses) const {
+  void append(std::size_t camera, std::size_t beside, const Eigen::Isometry3d& T,
+              std::vector<Eigen::Isometry3d>& poses) const {
     for (const PoseHypothesis& h : table_[std::min(camera, beside) * cameras_ + std::max(camera, beside)])
       poses.push_back(beside < camera ? T * h.T : T * h.T.inverse());
   }
@@ -67,7 +68,7 @@ class RigPlacement {
         double score = jointScore(camera, T, others, group.poses);
         const PoseHypothesis other = bestAlternative(camera, T, others, group.poses);
         if (other.score > score) T = other.T;
-        group.poses[camera] = comparison_.refine(camera, T, others, group.poses, {0.1f, 0.08f, 0.06f, 0.06f});
+        group.poses[camera] = comparison_.refine(camera, T, others, group.poses, gates_);
       }
     group.score = 0;
     for (std::size_t i = 0; i < group.members.size(); ++i)
@@ -100,11 +101,12 @@ class RigPlacement {
 
   static constexpr std::size_t kSeeds = 16;
   static constexpr int kSweeps = 2;
-  static constexpr std::size_t kAlternatives = 6;  ///< that are refined
+  static constexpr std::size_t kRefined = 8;       ///< candidates for the next place
+  static constexpr std::size_t kAlternatives = 6;  ///< to a place, that are refined
   static constexpr double kApart = 0.15;           ///< metres between poses that are two different answers
   static constexpr double kTurned = 0.1;           ///< radians, likewise
 
-  /** \brief Score under which a camera is not placed: of its points, and of the other view's as many. */
+  /** \brief Score under which a camera is not placed. */
   double least(std::size_t camera) const {
     std::size_t points = 0;
     for (std::size_t t = 0; t < system_.instants(); ++t) points += system_.samples(t, camera).size();
@@ -137,24 +139,36 @@ class RigPlacement {
     std::vector<Candidate> candidates;
     Candidate next{seed.second, seed.hypothesis.T, seed.hypothesis.score};
     while (next.score >= least(next.camera)) {
-      group.poses[next.camera] = comparison_.refine(next.camera, next.T, group.members, group.poses, {0.1f, 0.08f, 0.06f});
-      for (const std::size_t member : group.members) group.score += agreement(next.camera, member, group.poses).score();
+      for (Candidate& c : candidates)
+        c.score += comparison_.compare(next.camera, c.camera, next.T.inverse() * c.T).score();
+      group.poses[next.camera] = next.T;
+      group.score += next.score;
       const bool seeding = group.members.size() == 1;
       group.members.push_back(next.camera);
       left.erase(std::find(left.begin(), left.end(), next.camera));
       candidates.erase(std::remove_if(candidates.begin(), candidates.end(),
                                       [&](const Candidate& c) { return c.camera == next.camera; }),
                        candidates.end());
-      for (Candidate& c : candidates) c.score += score(c.camera, c.T, next.camera, group.poses);
       if (seeding) addCandidates(seed.first, left, group, candidates);
       addCandidates(next.camera, left, group, candidates);
-      const auto best = std::max_element(candidates.begin(), candidates.end(),
-                                         [](const auto& a, const auto& b) { return a.score < b.score; });
-      if (best == candidates.end()) break;
-      next = *best;
+      if (candidates.empty()) break;
+      next = bestRefined(candidates, group);
     }
     if (group.members.size() < 2) group.members.clear();
     return group;
+  }
+
+  /** \brief Of the candidates that score most, the one that does when refined. */
+  Candidate bestRefined(std::vector<Candidate>& candidates, const PlacedGroup& group) const {
+    const std::size_t count = std::min(kRefined, candidates.size());
+    const auto more = [](const Candidate& a, const Candidate& b) { return a.score > b.score; };
+    std::stable_sort(candidates.begin(), candidates.end(), more);
+    std::vector<Candidate> refined(candidates.begin(), candidates.begin() + static_cast<std::ptrdiff_t>(count));
+    for (Candidate& c : refined) {
+      c.T = comparison_.refine(c.camera, c.T, group.members, group.poses, gates_);
+      c.score = jointScore(c.camera, c.T, group.members, group.poses);
+    }
+    return *std::min_element(refined.begin(), refined.end(), more);
   }
 
   void addCandidates(std::size_t beside, const std::vector<std::size_t>& cameras, const PlacedGroup& group,
@@ -162,11 +176,13 @@ class RigPlacement {
     for (const std::size_t camera : cameras) {
       std::vector<Eigen::Isometry3d> poses;
       table_.append(camera, beside, group.poses[beside], poses);
-      for (const Eigen::Isometry3d& T : poses) candidates.push_back({camera, T, jointScore(camera, T, group.members, group.poses)});
+      for (const Eigen::Isometry3d& T : poses)
+        candidates.push_back({camera, T, jointScore(camera, T, group.members, group.poses)});
     }
   }
 
-  double score(std::size_t camera, const Eigen::Isometry3d& T, std::size_t other, const std::vector<Eigen::Isometry3d>& poses) const {
+  double score(std::size_t camera, const Eigen::Isometry3d& T, std::size_t other,
+               const std::vector<Eigen::Isometry3d>& poses) const {
     return comparison_.compare(other, camera, poses[other].inverse() * T).score();
   }
 
@@ -190,7 +206,8 @@ class RigPlacement {
           elsewhere.push_back(i);
       if (elsewhere.size() < fewest.size()) fewest = elsewhere;
     }
-    if (fewest.size() < group.members.size()) group.contested.insert(group.contested.end(), fewest.begin(), fewest.end());
+    if (fewest.size() < group.members.size())
+      group.contested.insert(group.contested.end(), fewest.begin(), fewest.end());
   }
 
   /** \brief The best pose of a camera that is not the one given. */
@@ -204,7 +221,7 @@ class RigPlacement {
     std::stable_sort(scored.begin(), scored.end(), [](const auto& a, const auto& b) { return a.score > b.score; });
     PoseHypothesis best;
     for (std::size_t k = 0; k < std::min(kAlternatives, scored.size()); ++k) {
-      const Eigen::Isometry3d A = comparison_.refine(camera, scored[k].T, others, poses, {0.1f, 0.08f, 0.06f});
+      const Eigen::Isometry3d A = comparison_.refine(camera, scored[k].T, others, poses, gates_);
       if (!distinct(A, T, kApart, kTurned)) continue;
       const double joint = jointScore(camera, A, others, poses);
       if (joint > best.score) best = {A, joint};
@@ -222,6 +239,7 @@ class RigPlacement {
   const CoarseAlignmentParameters& p_;
   const HypothesisTable& table_;
   ViewComparison comparison_;
+  const std::vector<float> gates_{0.1f, 0.08f, 0.06f, 0.04f, 0.03f};  ///< of refinements, metres
 };
 
 }  // namespace host

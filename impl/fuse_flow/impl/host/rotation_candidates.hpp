@@ -13,7 +13,8 @@ namespace host {
 class RotationCandidates {
  public:
   /** \param max_roll how far a camera may be turned about its optical axis, radians */
-  RotationCandidates(const std::vector<Eigen::Vector3d>& first, const std::vector<Eigen::Vector3d>& second, double max_roll)
+  RotationCandidates(const std::vector<Eigen::Vector3d>& first, const std::vector<Eigen::Vector3d>& second,
+                     double max_roll)
       : up_first_(upward(first, max_roll)), up_second_(upward(second, max_roll)) {
     addFromPairs(first, second);
     // A floor alone leaves the turn about its normal open.
@@ -25,10 +26,11 @@ class RotationCandidates {
 
  private:
   static constexpr double kPi = 3.14159265358979323846;
-  static constexpr double kAlike = 0.14;        ///< radians between what may be the same
-  static constexpr double kLeast = 0.35;        ///< radians between two directions that tell a rotation
-  static constexpr double kApart = 0.1;         ///< radians between rotations worth trying both
-  static constexpr double kUpward = 0.5;        ///< cosine of the largest angle between the image's upright and a floor's normal
+  static constexpr double kAlike = 0.14;  ///< radians between what may be the same
+  static constexpr double kLeast = 0.35;  ///< radians between two directions that tell a rotation
+  static constexpr double kApart = 0.1;   ///< radians between rotations worth trying both
+  static constexpr double kUpward =
+      0.5;  ///< cosine of the largest angle between the image's upright and a floor's normal
   static constexpr std::size_t kStrongest = 2;  ///< directions about which all turns are tried
   static constexpr int kTurns = 36;
 

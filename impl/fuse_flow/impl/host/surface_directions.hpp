@@ -19,7 +19,8 @@ class SurfaceDirections {
     while (directions_.size() < kMost && !left.empty()) {
       const Eigen::Vector3d direction = climb(left, densest(left));
       const std::size_t before = left.size();
-      left.erase(std::remove_if(left.begin(), left.end(), [&](const auto& n) { return n.dot(direction) > kApart; }), left.end());
+      left.erase(std::remove_if(left.begin(), left.end(), [&](const auto& n) { return n.dot(direction) > kApart; }),
+                 left.end());
       if (before - left.size() < std::max<std::size_t>(enough, 1)) break;
       directions_.push_back(direction);
     }
@@ -68,8 +69,8 @@ class SurfaceDirections {
   static constexpr std::size_t kMost = 7;
   static constexpr std::size_t kSmallestShare = 50;  ///< one in so many normals
   static constexpr std::size_t kTries = 150;
-  static constexpr double kNear = 0.985;   ///< cosine of 10°
-  static constexpr double kApart = 0.94;   ///< cosine of 20°
+  static constexpr double kNear = 0.985;  ///< cosine of 10°
+  static constexpr double kApart = 0.94;  ///< cosine of 20°
 
   std::vector<Eigen::Vector3d> directions_;
 };

@@ -18,8 +18,9 @@ class TranslationVote {
   explicit TranslationVote(float cell_size) : cell_size_(cell_size) {}
 
   /** \brief The centres of the cells with most votes, none beside one with more. */
-  std::vector<Eigen::Vector3d> peaks(const std::vector<AlignmentSample>& first, const std::vector<AlignmentSample>& second,
-                                     const Eigen::Matrix3d& R, std::size_t count) {
+  std::vector<Eigen::Vector3d> peaks(const std::vector<AlignmentSample>& first,
+                                     const std::vector<AlignmentSample>& second, const Eigen::Matrix3d& R,
+                                     std::size_t count) {
     collect(first, second, R);
     std::vector<Eigen::Vector3d> result;
     if (translations_.empty()) return result;
@@ -31,7 +32,9 @@ class TranslationVote {
           const std::size_t k = index(x, y, z);
           if (votes_[k] >= kFewest && isTop(k)) tops.emplace_back(votes_[k], k);
         }
-    const auto more = [](const auto& a, const auto& b) { return a.first != b.first ? a.first > b.first : a.second < b.second; };
+    const auto more = [](const auto& a, const auto& b) {
+      return a.first != b.first ? a.first > b.first : a.second < b.second;
+    };
     const auto end = tops.begin() + static_cast<std::ptrdiff_t>(std::min(count, tops.size()));
     std::partial_sort(tops.begin(), end, tops.end(), more);
     for (auto top = tops.begin(); top != end; ++top) {
@@ -46,7 +49,8 @@ class TranslationVote {
   static constexpr float kNormalCosine = 0.94f;  ///< 20°
   static constexpr std::uint32_t kFewest = 8;    ///< votes of a cell that count
 
-  void collect(const std::vector<AlignmentSample>& first, const std::vector<AlignmentSample>& second, const Eigen::Matrix3d& R) {
+  void collect(const std::vector<AlignmentSample>& first, const std::vector<AlignmentSample>& second,
+               const Eigen::Matrix3d& R) {
     RigidTransform rotation;
     for (int row = 0; row < 3; ++row)
       for (int column = 0; column < 3; ++column) rotation.r[3 * row + column] = static_cast<float>(R(row, column));
@@ -63,7 +67,9 @@ class TranslationVote {
     for (const Vec3& t : translations_) box.extend(Eigen::Vector3f(t.x, t.y, t.z));
     low_ = box.min() - Eigen::Vector3f::Constant(cell_size_);  // an empty layer all around
     for (int k = 0; k < 3; ++k) size_[k] = static_cast<int>((box.max()[k] - low_[k]) / cell_size_) + 2;
-    votes_.assign(static_cast<std::size_t>(size_[0]) * static_cast<std::size_t>(size_[1]) * static_cast<std::size_t>(size_[2]), 0);
+    votes_.assign(
+        static_cast<std::size_t>(size_[0]) * static_cast<std::size_t>(size_[1]) * static_cast<std::size_t>(size_[2]),
+        0);
     const float per_cell = 1 / cell_size_;
     for (const Vec3& t : translations_)
       ++votes_[index(static_cast<int>((t.x - low_.x()) * per_cell), static_cast<int>((t.y - low_.y()) * per_cell),

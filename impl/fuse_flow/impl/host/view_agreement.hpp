@@ -34,20 +34,23 @@ class ViewComparison {
   /** \param T_first_second pose of the second camera in the frame of the first */
   ViewAgreement compare(std::size_t first, std::size_t second, const Eigen::Isometry3d& T_first_second) const {
     ViewAgreement sum;
-    forEachView(first, second, T_first_second, [&](const AlignmentView& view, std::size_t t, std::size_t other, const RigidTransform& T) {
-      addSurfaces(view, system_.samples(t, other), T, 0, 1, sum);
-      addDetails(view, details_[t * system_.cameras() + other], T, sum);
-    });
+    forEachView(first, second, T_first_second,
+                [&](const AlignmentView& view, std::size_t t, std::size_t other, const RigidTransform& T) {
+                  addSurfaces(view, system_.samples(t, other), T, 0, 1, sum);
+                  addDetails(view, details_[t * system_.cameras() + other], T, sum);
+                });
     return sum;
   }
 
   /** \brief The same for a first guess, from every other point and without the details, which demand more. \param error of the
    *  guess, metres */
-  double compareRoughly(std::size_t first, std::size_t second, const Eigen::Isometry3d& T_first_second, float error) const {
+  double compareRoughly(std::size_t first, std::size_t second, const Eigen::Isometry3d& T_first_second,
+                        float error) const {
     ViewAgreement sum;
-    forEachView(first, second, T_first_second, [&](const AlignmentView& view, std::size_t t, std::size_t other, const RigidTransform& T) {
-      addSurfaces(view, system_.samples(t, other), T, error, 2, sum);
-    });
+    forEachView(first, second, T_first_second,
+                [&](const AlignmentView& view, std::size_t t, std::size_t other, const RigidTransform& T) {
+                  addSurfaces(view, system_.samples(t, other), T, error, 2, sum);
+                });
     return sum.confirmed - sum.unlike - kRoughContradiction * sum.contradicted;
   }
 
@@ -63,14 +66,14 @@ class ViewComparison {
         const Eigen::Isometry3d T_camera_other = T.inverse() * poses[other];
         for (std::size_t t = 0; t < system_.instants(); ++t) {
           if (system_.view(t, camera).missing() || system_.view(t, other).missing()) continue;
-          addResiduals(system_.view(t, other), system_.samples(t, camera), T_camera_other.inverse(), poses[other], center,
-                       gate, 1, A, g);
+          addResiduals(system_.view(t, other), system_.samples(t, camera), T_camera_other.inverse(), poses[other],
+                       center, gate, 1, A, g);
           addResiduals(system_.view(t, camera), system_.samples(t, other), T_camera_other, T, center, gate, -1, A, g);
         }
       }
       if (!(A.trace() > 0)) return T;
       // Directions that nothing tells stay where they are.
-      A.diagonal().array() += 1e-3 * A.trace() / 6;
+      A.diagonal().array() += 1e-5 * A.trace();
       const Vector6 twist = A.ldlt().solve(-g);
       const double angle = twist.tail<3>().norm();
       if (!(angle < 0.5 && twist.head<3>().norm() < 1.0)) return T;
@@ -98,7 +101,8 @@ class ViewComparison {
   static constexpr float kDeviations = 3;
 
   template <typename Visit>
-  void forEachView(std::size_t first, std::size_t second, const Eigen::Isometry3d& T_first_second, const Visit& visit) const {
+  void forEachView(std::size_t first, std::size_t second, const Eigen::Isometry3d& T_first_second,
+                   const Visit& visit) const {
     const RigidTransform forth = toRigidTransform(T_first_second), back = toRigidTransform(T_first_second.inverse());
     for (std::size_t t = 0; t < system_.instants(); ++t) {
       if (system_.view(t, first).missing() || system_.view(t, second).missing()) continue;
@@ -120,8 +124,8 @@ class ViewComparison {
     return chosen;
   }
 
-  void addSurfaces(const AlignmentView& view, const std::vector<AlignmentSample>& samples, const RigidTransform& T, float error,
-                   std::size_t stride, ViewAgreement& sum) const {
+  void addSurfaces(const AlignmentView& view, const std::vector<AlignmentSample>& samples, const RigidTransform& T,
+                   float error, std::size_t stride, ViewAgreement& sum) const {
     for (std::size_t k = 0; k < samples.size(); k += stride) {
       const AlignmentSample& s = samples[k];
       const Vec3 q = T * s.p;
@@ -144,7 +148,8 @@ class ViewComparison {
     }
   }
 
-  void addDetails(const AlignmentView& view, const std::vector<Vec3>& details, const RigidTransform& T, ViewAgreement& sum) const {
+  void addDetails(const AlignmentView& view, const std::vector<Vec3>& details, const RigidTransform& T,
+                  ViewAgreement& sum) const {
     for (const Vec3& p : details) {
       const Vec3 q = T * p;
       int u, v;
@@ -178,9 +183,11 @@ class ViewComparison {
       const Vec3& n = view.normal(u, v);
       if (!(squaredNorm(n) > 0) || !(dot(n, rotate(T, s.n)) > kNormalCosine)) continue;
       const Vec3 e = q - view.point(u, v);
-      if (!(squaredNorm(e) < 4 * gate * gate)) continue;
+      const float noise = view.noise(u, v);
+      const float reach = gate + kDeviations * std::sqrt(s.noise * s.noise + noise * noise);
+      if (!(squaredNorm(e) < 4 * reach * reach)) continue;
       const float r = dot(n, e);
-      addCorrespondence(sums, to_center * q, rotate(to_center, n), r, tukeyWeight(r, gate));
+      addCorrespondence(sums, to_center * q, rotate(to_center, n), r, tukeyWeight(r, reach));
     }
     int k = 0;
     for (int row = 0; row < 6; ++row) {
