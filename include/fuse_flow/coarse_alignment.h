@@ -98,8 +98,8 @@ struct CoarseAlignmentResult {
  *  through counts against it. Then the cameras are placed one by one, the least ambiguous first, each where it agrees best with all
  *  that are placed.
  *
- *  Neighbours need to share furniture or corners, not only one wall. What is told from its surroundings by small things alone, such
- *  as the two ends of a long table in an empty room, may be taken for each other, and not always is that noticed.
+ *  Neighbours need to share furniture or corners, not only one wall. A room that after half a turn looks the same but for small
+ *  things may be taken for its turned self, and that is not always noticed: look at the result.
  *
  *  \code
  *  fuse_flow::CoarseAlignment alignment;
