@@ -38,13 +38,13 @@ struct CoarseAlignmentParameters {
   bool use_color{true};
   /** \brief Poses of each pair of cameras that are kept until the other cameras decide; ≥ 2. */
   int hypotheses{12};
-  /** \brief Least score of a camera against those placed before it, over the number of points of two views; (0, 1). */
-  float min_overlap{0.02f};
+  /** \brief Least ViewAgreement::score() of a camera, summed over those placed before it; (0, 100). */
+  float min_score{24.0f};
   /** \brief A pose is ambiguous if another one scores more than this share of its score; (0, 1). */
   float max_ambiguity{0.8f};
 };
 
-/** \brief What two views say about each other at one relative pose. */
+/** \brief What two views say about each other at one relative pose, on average over the instants. */
 struct ViewAgreement {
   /** \brief Points that lie on the surface that the other view measured. */
   double confirmed{0};

@@ -22,7 +22,7 @@ inline void checkParameters(const CoarseAlignmentParameters& p) {
   detail::checkPositive(owner, "tolerance", p.tolerance);
   detail::checkRange(owner, "max_roll", p.max_roll, 0.0f, 1e3f);
   detail::checkRange(owner, "hypotheses", p.hypotheses, 2, 1 << 10);
-  detail::checkRange(owner, "min_overlap", p.min_overlap, 1e-4f, 0.9999f);
+  detail::checkRange(owner, "min_score", p.min_score, 1e-3f, 99.99f);
   detail::checkRange(owner, "max_ambiguity", p.max_ambiguity, 1e-4f, 0.9999f);
 }
 

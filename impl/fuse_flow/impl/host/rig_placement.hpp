@@ -80,7 +80,7 @@ class RigPlacement {
   double ambiguity(const PlacedGroup& group, std::size_t camera) const {
     const std::vector<std::size_t> others = without(group, camera);
     const double score = jointScore(camera, group.poses[camera], others, group.poses);
-    if (!(score >= least(camera))) return std::numeric_limits<double>::infinity();
+    if (!(score >= static_cast<double>(p_.min_score))) return std::numeric_limits<double>::infinity();
     return bestAlternative(camera, group.poses[camera], others, group.poses).score / score;
   }
 
@@ -105,13 +105,6 @@ class RigPlacement {
   static constexpr std::size_t kAlternatives = 6;  ///< to a place, that are refined
   static constexpr double kApart = 0.15;           ///< metres between poses that are two different answers
   static constexpr double kTurned = 0.1;           ///< radians, likewise
-
-  /** \brief Score under which a camera is not placed. */
-  double least(std::size_t camera) const {
-    std::size_t points = 0;
-    for (std::size_t t = 0; t < system_.instants(); ++t) points += system_.samples(t, camera).size();
-    return 2 * static_cast<double>(p_.min_overlap) * static_cast<double>(points);
-  }
 
   std::vector<Seed> findSeeds(const std::vector<std::size_t>& cameras) const {
     std::vector<Seed> seeds;
@@ -138,7 +131,7 @@ class RigPlacement {
       if (camera != seed.first) left.push_back(camera);
     std::vector<Candidate> candidates;
     Candidate next{seed.second, seed.hypothesis.T, seed.hypothesis.score};
-    while (next.score >= least(next.camera)) {
+    while (next.score >= static_cast<double>(p_.min_score)) {
       for (Candidate& c : candidates)
         c.score += comparison_.compare(next.camera, c.camera, next.T.inverse() * c.T).score();
       group.poses[next.camera] = next.T;

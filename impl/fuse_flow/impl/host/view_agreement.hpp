@@ -39,6 +39,10 @@ class ViewComparison {
                   addSurfaces(view, system_.samples(t, other), T, 0, 1, sum);
                   addDetails(view, details_[t * system_.cameras() + other], T, sum);
                 });
+    const double instants = static_cast<double>(system_.instants());
+    sum.confirmed /= instants;
+    sum.unlike /= instants;
+    sum.contradicted /= instants;
     return sum;
   }
 
