@@ -1,0 +1,239 @@
+#pragma once
+
+#include <fuse_flow/impl/host/parallel.hpp>
+#include <fuse_flow/impl/host/pose_hypotheses.hpp>
+
+#include <limits>
+#include <numeric>
+
+namespace fuse_flow {
+namespace host {
+
+/** \brief Poses of all pairs of cameras that their two views support; pairs (i, j), i < j. */
+class HypothesisTable {
+ public:
+  explicit HypothesisTable(std::size_t cameras) : cameras_(cameras), table_(cameras * cameras) {}
+  std::size_t cameras() const { return cameras_; }
+  std::vector<PoseHypothesis>& operator()(std::size_t i, std::size_t j) { return table_[i * cameras_ + j]; }
+  /** \brief Where the camera could be, beside another that is at T; the best first. */
+  void append(std::size_t camera, std::size_t beside, const Eigen::Isometry3d& T,
+              std::vector<Eigen::Isometry3d>& poses) const {
+    for (const PoseHypothesis& h : table_[std::min(camera, beside) * cameras_ + std::max(camera, beside)])
+      poses.push_back(beside < camera ? T * h.T : T * h.T.inverse());
+  }
+
+ private:
+  std::size_t cameras_;
+  std::vector<std::vector<PoseHypothesis>> table_;
+};
+
+/** \brief Some cameras in one frame. */
+struct PlacedGroup {
+  std::vector<std::size_t> members;      ///< in the order in which they were placed
+  std::vector<Eigen::Isometry3d> poses;  ///< of all cameras; only those of members count
+  double score{0};                       ///< of all pairs of members together
+  std::vector<std::size_t> contested;    ///< members that lie elsewhere in a group that scores nearly as much
+};
+
+/** \brief Places cameras one by one, each where it agrees best with all that are placed. Begins anew from several pairs, since
+ *  what two views alone make of each other may be wrong, and keeps what agrees best as a whole. */
+class RigPlacement {
+ public:
+  RigPlacement(const AlignmentSystem& system, const CoarseAlignmentParameters& parameters, const HypothesisTable& table)
+      : system_(system), p_(parameters), table_(table), comparison_(system, parameters) {}
+
+  /** \brief The largest score that the cameras reach together; without members if no two belong together. */
+  PlacedGroup place(const std::vector<std::size_t>& cameras, int threads) const {
+    const std::vector<Seed> seeds = findSeeds(cameras);
+    std::vector<PlacedGroup> groups(seeds.size());
+    parallelFor(threads, seeds.size(), [&](std::size_t k, int) {
+      groups[k] = grow(seeds[k], cameras);
+      settle(groups[k]);
+    });
+    std::size_t best = 0;
+    for (std::size_t k = 1; k < groups.size(); ++k)
+      if (groups[k].score > groups[best].score) best = k;
+    if (groups.empty() || !(groups[best].score > 0)) return {};
+    for (const PlacedGroup& group : groups)
+      if (group.score > static_cast<double>(p_.max_ambiguity) * groups[best].score) markContested(group, groups[best]);
+    return std::move(groups[best]);
+  }
+
+  /** \brief Every member once more where it agrees best with all others. */
+  void settle(PlacedGroup& group) const {
+    for (int sweep = 0; sweep < kSweeps; ++sweep)
+      for (const std::size_t camera : group.members) {
+        const std::vector<std::size_t> others = without(group, camera);
+        Eigen::Isometry3d T = group.poses[camera];
+        double score = jointScore(camera, T, others, group.poses);
+        const PoseHypothesis other = bestAlternative(camera, T, others, group.poses);
+        if (other.score > score) T = other.T;
+        group.poses[camera] = comparison_.refine(camera, T, others, group.poses, gates_);
+      }
+    group.score = 0;
+    for (std::size_t i = 0; i < group.members.size(); ++i)
+      for (std::size_t j = 0; j < i; ++j)
+        group.score += agreement(group.members[i], group.members[j], group.poses).score();
+  }
+
+  /** \brief How well the best other pose of a member explains what it shares with the others, over how well its own does. */
+  double ambiguity(const PlacedGroup& group, std::size_t camera) const {
+    const std::vector<std::size_t> others = without(group, camera);
+    const double score = jointScore(camera, group.poses[camera], others, group.poses);
+    if (!(score >= static_cast<double>(p_.min_score))) return std::numeric_limits<double>::infinity();
+    return bestAlternative(camera, group.poses[camera], others, group.poses).score / score;
+  }
+
+  ViewAgreement agreement(std::size_t i, std::size_t j, const std::vector<Eigen::Isometry3d>& poses) const {
+    return comparison_.compare(i, j, poses[i].inverse() * poses[j]);
+  }
+
+ private:
+  struct Seed {
+    std::size_t first, second;
+    PoseHypothesis hypothesis;
+  };
+  struct Candidate {
+    std::size_t camera;
+    Eigen::Isometry3d T;
+    double score;
+  };
+
+  static constexpr std::size_t kSeeds = 16;
+  static constexpr int kSweeps = 2;
+  static constexpr std::size_t kRefined = 8;       ///< candidates for the next place
+  static constexpr std::size_t kAlternatives = 6;  ///< to a place, that are refined
+  static constexpr double kApart = 0.15;           ///< metres between poses that are two different answers
+  static constexpr double kTurned = 0.1;           ///< radians, likewise
+
+  std::vector<Seed> findSeeds(const std::vector<std::size_t>& cameras) const {
+    std::vector<Seed> seeds;
+    for (const std::size_t i : cameras)
+      for (const std::size_t j : cameras) {
+        if (i >= j) continue;
+        std::vector<Eigen::Isometry3d> poses;
+        table_.append(j, i, Eigen::Isometry3d::Identity(), poses);
+        if (poses.size() > kSeeds / 4) poses.resize(kSeeds / 4);
+        for (const Eigen::Isometry3d& T : poses) seeds.push_back({i, j, {T, comparison_.compare(i, j, T).score()}});
+      }
+    std::stable_sort(seeds.begin(), seeds.end(),
+                     [](const Seed& a, const Seed& b) { return a.hypothesis.score > b.hypothesis.score; });
+    if (seeds.size() > kSeeds) seeds.resize(kSeeds);
+    return seeds;
+  }
+
+  PlacedGroup grow(const Seed& seed, const std::vector<std::size_t>& cameras) const {
+    PlacedGroup group;
+    group.poses.assign(table_.cameras(), Eigen::Isometry3d::Identity());
+    group.members = {seed.first};
+    std::vector<std::size_t> left;
+    for (const std::size_t camera : cameras)
+      if (camera != seed.first) left.push_back(camera);
+    std::vector<Candidate> candidates;
+    Candidate next{seed.second, seed.hypothesis.T, seed.hypothesis.score};
+    while (next.score >= static_cast<double>(p_.min_score)) {
+      for (Candidate& c : candidates)
+        c.score += comparison_.compare(next.camera, c.camera, next.T.inverse() * c.T).score();
+      group.poses[next.camera] = next.T;
+      group.score += next.score;
+      const bool seeding = group.members.size() == 1;
+      group.members.push_back(next.camera);
+      left.erase(std::find(left.begin(), left.end(), next.camera));
+      candidates.erase(std::remove_if(candidates.begin(), candidates.end(),
+                                      [&](const Candidate& c) { return c.camera == next.camera; }),
+                       candidates.end());
+      if (seeding) addCandidates(seed.first, left, group, candidates);
+      addCandidates(next.camera, left, group, candidates);
+      if (candidates.empty()) break;
+      next = bestRefined(candidates, group);
+    }
+    if (group.members.size() < 2) group.members.clear();
+    return group;
+  }
+
+  /** \brief Of the candidates that score most, the one that does when refined. */
+  Candidate bestRefined(std::vector<Candidate>& candidates, const PlacedGroup& group) const {
+    const std::size_t count = std::min(kRefined, candidates.size());
+    const auto more = [](const Candidate& a, const Candidate& b) { return a.score > b.score; };
+    std::stable_sort(candidates.begin(), candidates.end(), more);
+    std::vector<Candidate> refined(candidates.begin(), candidates.begin() + static_cast<std::ptrdiff_t>(count));
+    for (Candidate& c : refined) {
+      c.T = comparison_.refine(c.camera, c.T, group.members, group.poses, gates_);
+      c.score = jointScore(c.camera, c.T, group.members, group.poses);
+    }
+    return *std::min_element(refined.begin(), refined.end(), more);
+  }
+
+  void addCandidates(std::size_t beside, const std::vector<std::size_t>& cameras, const PlacedGroup& group,
+                     std::vector<Candidate>& candidates) const {
+    for (const std::size_t camera : cameras) {
+      std::vector<Eigen::Isometry3d> poses;
+      table_.append(camera, beside, group.poses[beside], poses);
+      for (const Eigen::Isometry3d& T : poses)
+        candidates.push_back({camera, T, jointScore(camera, T, group.members, group.poses)});
+    }
+  }
+
+  double score(std::size_t camera, const Eigen::Isometry3d& T, std::size_t other,
+               const std::vector<Eigen::Isometry3d>& poses) const {
+    return comparison_.compare(other, camera, poses[other].inverse() * T).score();
+  }
+
+  double jointScore(std::size_t camera, const Eigen::Isometry3d& T, const std::vector<std::size_t>& others,
+                    const std::vector<Eigen::Isometry3d>& poses) const {
+    double sum = 0;
+    for (const std::size_t other : others) sum += score(camera, T, other, poses);
+    return sum;
+  }
+
+  /** \brief Puts the two groups together so that most cameras agree; the others are contested. */
+  static void markContested(const PlacedGroup& other, PlacedGroup& group) {
+    std::vector<std::size_t> fewest = group.members;
+    for (const std::size_t anchor : group.members) {
+      if (std::find(other.members.begin(), other.members.end(), anchor) == other.members.end()) continue;
+      const Eigen::Isometry3d T = group.poses[anchor] * other.poses[anchor].inverse();
+      std::vector<std::size_t> elsewhere;
+      for (const std::size_t i : group.members)
+        if (std::find(other.members.begin(), other.members.end(), i) != other.members.end() &&
+            distinct(T * other.poses[i], group.poses[i], kApart, kTurned))
+          elsewhere.push_back(i);
+      if (elsewhere.size() < fewest.size()) fewest = elsewhere;
+    }
+    if (fewest.size() < group.members.size())
+      group.contested.insert(group.contested.end(), fewest.begin(), fewest.end());
+  }
+
+  /** \brief The best pose of a camera that is not the one given. */
+  PoseHypothesis bestAlternative(std::size_t camera, const Eigen::Isometry3d& T, const std::vector<std::size_t>& others,
+                                 const std::vector<Eigen::Isometry3d>& poses) const {
+    std::vector<Eigen::Isometry3d> all;
+    for (const std::size_t other : others) table_.append(camera, other, poses[other], all);
+    std::vector<PoseHypothesis> scored;
+    for (const Eigen::Isometry3d& A : all)
+      if (distinct(A, T, kApart, kTurned)) scored.push_back({A, jointScore(camera, A, others, poses)});
+    std::stable_sort(scored.begin(), scored.end(), [](const auto& a, const auto& b) { return a.score > b.score; });
+    PoseHypothesis best;
+    for (std::size_t k = 0; k < std::min(kAlternatives, scored.size()); ++k) {
+      const Eigen::Isometry3d A = comparison_.refine(camera, scored[k].T, others, poses, gates_);
+      if (!distinct(A, T, kApart, kTurned)) continue;
+      const double joint = jointScore(camera, A, others, poses);
+      if (joint > best.score) best = {A, joint};
+    }
+    return best;
+  }
+
+  static std::vector<std::size_t> without(const PlacedGroup& group, std::size_t camera) {
+    std::vector<std::size_t> others = group.members;
+    others.erase(std::find(others.begin(), others.end(), camera));
+    return others;
+  }
+
+  const AlignmentSystem& system_;
+  const CoarseAlignmentParameters& p_;
+  const HypothesisTable& table_;
+  ViewComparison comparison_;
+  const std::vector<float> gates_{0.1f, 0.08f, 0.06f, 0.04f, 0.03f};  ///< of refinements, metres
+};
+
+}  // namespace host
+}  // namespace fuse_flow

@@ -1,0 +1,96 @@
+#pragma once
+
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+namespace fuse_flow {
+namespace host {
+
+/** \brief Rotations of a second camera's frame into that of a first that bring surface directions of both together. */
+class RotationCandidates {
+ public:
+  /** \param max_roll how far a camera may be turned about its optical axis, radians */
+  RotationCandidates(const std::vector<Eigen::Vector3d>& first, const std::vector<Eigen::Vector3d>& second,
+                     double max_roll)
+      : up_first_(upward(first, max_roll)), up_second_(upward(second, max_roll)) {
+    addFromPairs(first, second);
+    // A floor alone leaves the turn about its normal open.
+    const bool floor = !up_first_.empty() && !up_second_.empty();
+    addFromTurns(floor ? up_first_ : first, floor ? up_second_ : second);
+  }
+
+  const std::vector<Eigen::Matrix3d>& rotations() const { return rotations_; }
+
+ private:
+  static constexpr double kPi = 3.14159265358979323846;
+  static constexpr double kAlike = 0.14;  ///< radians between what may be the same
+  static constexpr double kLeast = 0.35;  ///< radians between two directions that tell a rotation
+  static constexpr double kApart = 0.1;   ///< radians between rotations worth trying both
+  static constexpr double kUpward =
+      0.5;  ///< cosine of the largest angle between the image's upright and a floor's normal
+  static constexpr std::size_t kStrongest = 2;  ///< directions about which all turns are tried
+  static constexpr int kTurns = 36;
+
+  /** \brief The directions that a floor can have. */
+  static std::vector<Eigen::Vector3d> upward(const std::vector<Eigen::Vector3d>& directions, double max_roll) {
+    std::vector<Eigen::Vector3d> result;
+    for (const Eigen::Vector3d& d : directions)
+      if (max_roll < kPi && -d.y() > kUpward && std::fabs(std::atan2(d.x(), -d.y())) <= max_roll) result.push_back(d);
+    return result;
+  }
+
+  static double angle(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+    return std::acos(std::max(-1.0, std::min(1.0, a.dot(b))));
+  }
+
+  /** \brief Between the two directions, so that the errors of both count alike. */
+  static Eigen::Matrix3d frame(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+    Eigen::Matrix3d F;
+    F << (a + b).normalized(), (a - b).normalized(), a.cross(b).normalized();
+    return F;
+  }
+
+  void addFromPairs(const std::vector<Eigen::Vector3d>& first, const std::vector<Eigen::Vector3d>& second) {
+    for (std::size_t a = 0; a < first.size(); ++a)
+      for (std::size_t b = a + 1; b < first.size(); ++b) {
+        const double between = angle(first[a], first[b]);
+        if (between < kLeast || between > kPi - kLeast) continue;
+        for (std::size_t c = 0; c < second.size(); ++c)
+          for (std::size_t d = 0; d < second.size(); ++d)
+            if (c != d && std::fabs(angle(second[c], second[d]) - between) < kAlike)
+              add(frame(first[a], first[b]) * frame(second[c], second[d]).transpose());
+      }
+  }
+
+  void addFromTurns(const std::vector<Eigen::Vector3d>& first, const std::vector<Eigen::Vector3d>& second) {
+    for (std::size_t a = 0; a < std::min(kStrongest, first.size()); ++a)
+      for (std::size_t c = 0; c < std::min(kStrongest, second.size()); ++c) {
+        const Eigen::Matrix3d R = Eigen::Quaterniond::FromTwoVectors(second[c], first[a]).toRotationMatrix();
+        for (int k = 0; k < kTurns; ++k) add(Eigen::AngleAxisd(2 * kPi * k / kTurns, first[a]).toRotationMatrix() * R);
+      }
+  }
+
+  void add(const Eigen::Matrix3d& R) {
+    if (!floorsMeet(R)) return;
+    for (const Eigen::Matrix3d& other : rotations_)
+      if ((other.transpose() * R).trace() > 1 + 2 * std::cos(kApart)) return;
+    rotations_.push_back(R);
+  }
+
+  bool floorsMeet(const Eigen::Matrix3d& R) const {
+    if (up_first_.empty() || up_second_.empty()) return true;
+    for (const Eigen::Vector3d& a : up_first_)
+      for (const Eigen::Vector3d& b : up_second_)
+        if (angle(a, R * b) < kAlike) return true;
+    return false;
+  }
+
+  std::vector<Eigen::Vector3d> up_first_, up_second_;
+  std::vector<Eigen::Matrix3d> rotations_;
+};
+
+}  // namespace host
+}  // namespace fuse_flow

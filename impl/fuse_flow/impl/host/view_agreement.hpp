@@ -1,0 +1,212 @@
+#pragma once
+
+#include <fuse_flow/coarse_alignment.h>
+#include <fuse_flow/impl/host/alignment_system.hpp>
+
+#include <Eigen/Cholesky>
+
+namespace fuse_flow {
+namespace host {
+
+/** \brief A pose of one camera relative to another, and what their views make of it. */
+struct PoseHypothesis {
+  Eigen::Isometry3d T{Eigen::Isometry3d::Identity()};
+  double score{0};
+};
+
+/** \brief Whether two poses would be told apart. */
+inline bool distinct(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b, double distance, double angle) {
+  return (a.translation() - b.translation()).squaredNorm() > distance * distance ||
+         (a.linear().transpose() * b.linear()).trace() < 1 + 2 * std::cos(angle);
+}
+
+/** \brief Compares the views of two cameras at a relative pose, by the points of each in the depth image of the other, and
+ *  improves the pose by the same correspondences. */
+class ViewComparison {
+ public:
+  ViewComparison(const AlignmentSystem& system, const CoarseAlignmentParameters& parameters)
+      : system_(system), tolerance_(parameters.tolerance) {
+    for (std::size_t t = 0; t < system.instants(); ++t)
+      for (std::size_t i = 0; i < system.cameras(); ++i)
+        details_.push_back(findDetails(system.view(t, i), static_cast<std::size_t>(parameters.samples)));
+  }
+
+  /** \param T_first_second pose of the second camera in the frame of the first */
+  ViewAgreement compare(std::size_t first, std::size_t second, const Eigen::Isometry3d& T_first_second) const {
+    ViewAgreement sum;
+    forEachView(first, second, T_first_second,
+                [&](const AlignmentView& view, std::size_t t, std::size_t other, const RigidTransform& T) {
+                  addSurfaces(view, system_.samples(t, other), T, 0, 1, sum);
+                  addDetails(view, details_[t * system_.cameras() + other], T, sum);
+                });
+    const double instants = static_cast<double>(system_.instants());
+    sum.confirmed /= instants;
+    sum.unlike /= instants;
+    sum.contradicted /= instants;
+    return sum;
+  }
+
+  /** \brief The same for a first guess, from every other point and without the details, which demand more. \param error of the
+   *  guess, metres */
+  double compareRoughly(std::size_t first, std::size_t second, const Eigen::Isometry3d& T_first_second,
+                        float error) const {
+    ViewAgreement sum;
+    forEachView(first, second, T_first_second,
+                [&](const AlignmentView& view, std::size_t t, std::size_t other, const RigidTransform& T) {
+                  addSurfaces(view, system_.samples(t, other), T, error, 2, sum);
+                });
+    return sum.confirmed - sum.unlike - kRoughContradiction * sum.contradicted;
+  }
+
+  /** \brief One camera's pose improved against others, which stay. \param gates largest distance of counterparts, iteration by
+   *  iteration, metres */
+  Eigen::Isometry3d refine(std::size_t camera, Eigen::Isometry3d T, const std::vector<std::size_t>& others,
+                           const std::vector<Eigen::Isometry3d>& poses, const std::vector<float>& gates) const {
+    for (const float gate : gates) {
+      const Eigen::Vector3d center = T.translation();
+      Matrix6 A = Matrix6::Zero();
+      Vector6 g = Vector6::Zero();
+      for (const std::size_t other : others) {
+        const Eigen::Isometry3d T_camera_other = T.inverse() * poses[other];
+        for (std::size_t t = 0; t < system_.instants(); ++t) {
+          if (system_.view(t, camera).missing() || system_.view(t, other).missing()) continue;
+          addResiduals(system_.view(t, other), system_.samples(t, camera), T_camera_other.inverse(), poses[other],
+                       center, gate, 1, A, g);
+          addResiduals(system_.view(t, camera), system_.samples(t, other), T_camera_other, T, center, gate, -1, A, g);
+        }
+      }
+      if (!(A.trace() > 0)) return T;
+      // Directions that nothing tells stay where they are.
+      A.diagonal().array() += 1e-5 * A.trace();
+      const Vector6 twist = A.ldlt().solve(-g);
+      const double angle = twist.tail<3>().norm();
+      if (!(angle < 0.5 && twist.head<3>().norm() < 1.0)) return T;
+      Eigen::Isometry3d motion = Eigen::Isometry3d::Identity();
+      if (angle > 0) motion.linear() = Eigen::AngleAxisd(angle, twist.tail<3>() / angle).toRotationMatrix();
+      motion.translation() = twist.head<3>();
+      T = Eigen::Translation3d(center) * motion * Eigen::Translation3d(-center) * T;
+    }
+    return T;
+  }
+
+ private:
+  using Matrix6 = Eigen::Matrix<double, 6, 6>;
+  using Vector6 = Eigen::Matrix<double, 6, 1>;
+
+  /** \brief Cosine of the largest angle between the normals of counterparts. */
+  static constexpr float kNormalCosine = 0.5f;
+  /** \brief Standard deviation where nothing is smooth, over depth. */
+  static constexpr float kEdgeNoise = 0.01f;
+  /** \brief Confirmations that one contradiction of a first guess outweighs: few, since small errors make many of them. */
+  static constexpr double kRoughContradiction = 3;
+  /** \brief Difference of grey levels that two cameras' exposures may make. */
+  static constexpr float kGreyLimit = 40;
+  /** \brief Noise that a point may be off, standard deviations. */
+  static constexpr float kDeviations = 3;
+
+  template <typename Visit>
+  void forEachView(std::size_t first, std::size_t second, const Eigen::Isometry3d& T_first_second,
+                   const Visit& visit) const {
+    const RigidTransform forth = toRigidTransform(T_first_second), back = toRigidTransform(T_first_second.inverse());
+    for (std::size_t t = 0; t < system_.instants(); ++t) {
+      if (system_.view(t, first).missing() || system_.view(t, second).missing()) continue;
+      visit(system_.view(t, first), t, second, forth);
+      visit(system_.view(t, second), t, first, back);
+    }
+  }
+
+  /** \brief Points without a normal: of things too small or too round for one. */
+  static std::vector<Vec3> findDetails(const AlignmentView& view, std::size_t count) {
+    std::vector<Vec3> all;
+    if (view.missing()) return all;
+    for (int v = 2; v < view.height() - 2; ++v)
+      for (int u = 2; u < view.width() - 2; ++u)
+        if (view.point(u, v).z > 0 && !(squaredNorm(view.normal(u, v)) > 0)) all.push_back(view.point(u, v));
+    std::vector<Vec3> chosen;
+    const std::size_t n = std::min(count, all.size());
+    for (std::size_t k = 0; k < n; ++k) chosen.push_back(all[k * all.size() / n]);
+    return chosen;
+  }
+
+  void addSurfaces(const AlignmentView& view, const std::vector<AlignmentSample>& samples, const RigidTransform& T,
+                   float error, std::size_t stride, ViewAgreement& sum) const {
+    for (std::size_t k = 0; k < samples.size(); k += stride) {
+      const AlignmentSample& s = samples[k];
+      const Vec3 q = T * s.p;
+      int u, v;
+      if (!view.locate(q, u, v)) continue;
+      const Vec3 d = view.point(u, v);
+      if (!(d.z > 0)) continue;
+      const Vec3& n = view.normal(u, v);
+      const Vec3 n_q = rotate(T, s.n);
+      const bool smooth = squaredNorm(n) > 0;
+      const float noise = smooth ? view.noise(u, v) : kEdgeNoise * d.z;
+      const float reach = tolerance_ + error + kDeviations * std::sqrt(s.noise * s.noise + noise * noise);
+      if (smooth && std::fabs(dot(n, q - d)) < reach) {
+        if (dot(n_q, q) > 0) continue;  // the other side of something thin
+        const bool painted = view.hasColor() && s.luma >= 0 && std::fabs(view.luma(u, v) - s.luma) > kGreyLimit;
+        ++(painted || dot(n, n_q) < kNormalCosine ? sum.unlike : sum.confirmed);
+      } else if (q.z < d.z && seenThrough(view, u, v, q.z + 2 * reach)) {
+        ++sum.contradicted;
+      }
+    }
+  }
+
+  void addDetails(const AlignmentView& view, const std::vector<Vec3>& details, const RigidTransform& T,
+                  ViewAgreement& sum) const {
+    for (const Vec3& p : details) {
+      const Vec3 q = T * p;
+      int u, v;
+      if (!view.locate(q, u, v)) continue;
+      const float z = view.point(u, v).z;
+      if (z > q.z && seenThrough(view, u, v, q.z + 2 * (tolerance_ + kDeviations * kEdgeNoise * z))) ++sum.contradicted;
+    }
+  }
+
+  /** \brief Whether all around a pixel the first surface lies beyond z: at edges a pose that is a little off proves nothing. */
+  static bool seenThrough(const AlignmentView& view, int u, int v, float z) {
+    for (int b = std::max(0, v - 1); b <= std::min(view.height() - 1, v + 1); ++b)
+      for (int a = std::max(0, u - 1); a <= std::min(view.width() - 1, u + 1); ++a) {
+        const float there = view.point(a, b).z;
+        if (there > 0 && there < z) return false;
+      }
+    return true;
+  }
+
+  /** \param sign +1: the points move, −1: the image does */
+  static void addResiduals(const AlignmentView& view, const std::vector<AlignmentSample>& samples,
+                           const Eigen::Isometry3d& T_view_samples, const Eigen::Isometry3d& T_view,
+                           const Eigen::Vector3d& center, float gate, double sign, Matrix6& A, Vector6& g) {
+    const RigidTransform T = toRigidTransform(T_view_samples);
+    const RigidTransform to_center = toRigidTransform(Eigen::Translation3d(-center) * T_view);
+    AlignmentSums sums{};
+    for (const AlignmentSample& s : samples) {
+      const Vec3 q = T * s.p;
+      int u, v;
+      if (!view.locate(q, u, v)) continue;
+      const Vec3& n = view.normal(u, v);
+      if (!(squaredNorm(n) > 0) || !(dot(n, rotate(T, s.n)) > kNormalCosine)) continue;
+      const Vec3 e = q - view.point(u, v);
+      const float noise = view.noise(u, v);
+      const float reach = gate + kDeviations * std::sqrt(s.noise * s.noise + noise * noise);
+      if (!(squaredNorm(e) < 4 * reach * reach)) continue;
+      const float r = dot(n, e);
+      addCorrespondence(sums, to_center * q, rotate(to_center, n), r, tukeyWeight(r, reach));
+    }
+    int k = 0;
+    for (int row = 0; row < 6; ++row) {
+      for (int column = row; column < 6; ++column, ++k) {
+        A(row, column) += sums.A[k];
+        if (column != row) A(column, row) += sums.A[k];
+      }
+      g[row] += sign * sums.g[row];
+    }
+  }
+
+  const AlignmentSystem& system_;
+  float tolerance_;
+  std::vector<std::vector<Vec3>> details_;  ///< instant by instant, camera by camera
+};
+
+}  // namespace host
+}  // namespace fuse_flow

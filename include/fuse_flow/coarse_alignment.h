@@ -1,0 +1,147 @@
+#pragma once
+
+#include <fuse_flow/math/confidence.h>
+#include <fuse_flow/preprocessing.h>
+#include <fuse_flow/rig_frame.h>
+
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <memory>
+#include <vector>
+
+namespace fuse_flow {
+
+namespace host {
+class AlignmentSystem;
+class RigPlacement;
+struct PlacedGroup;
+}  // namespace host
+
+/** \brief How CoarseAlignment looks for poses, and when it believes them. */
+struct CoarseAlignmentParameters {
+  PreprocessingParameters preprocessing;  ///< raw depth to metres
+  ConfidenceParameters noise;             ///< noise_floor and noise_quadratic: the sensor's axial noise
+  /** \brief Oriented points of a view, chosen evenly over the directions of their normals; ≥ 100. The cost is quadratic in
+   *  this. */
+  int samples{600};
+  /** \brief Side of the cells in which translations are voted for, metres; > 0. */
+  float cell_size{0.1f};
+  /** \brief Distance from a surface within which a point agrees with it, beyond the noise of both, metres; > 0. */
+  float tolerance{0.03f};
+  /** \brief Farthest that a camera is turned about its optical axis, radians; ≥ 0. A surface that looks like a floor then is one
+   *  in all views; π or more: nothing is known about the floor. */
+  float max_roll{0.35f};
+  /** \brief Use colour, where both views have it. */
+  bool use_color{true};
+  /** \brief Poses of each pair of cameras that are kept until the other cameras decide; ≥ 2. */
+  int hypotheses{12};
+  /** \brief Least ViewAgreement::score() of a camera, summed over those placed before it; (0, 100). */
+  float min_score{24.0f};
+  /** \brief A pose is ambiguous if another one scores more than this share of its score; (0, 1). */
+  float max_ambiguity{0.8f};
+};
+
+/** \brief What two views say about each other at one relative pose, on average over the instants. */
+struct ViewAgreement {
+  /** \brief Points that lie on the surface that the other view measured. */
+  double confirmed{0};
+  /** \brief Points that lie on it, where it faces elsewhere or has another colour. */
+  double unlike{0};
+  /** \brief Points where the other view saw through. */
+  double contradicted{0};
+  /** \brief What a pose is judged by. Confirmations are worth less the more there are: of a wall, many are one. A few
+   *  contradictions in a hundred are noise. */
+  double score() const {
+    constexpr double many = 100, noise = 0.04, weight = 3;
+    const double alike = std::max(0.0, confirmed - unlike);
+    return many * (1 - std::exp(-alike / many)) - weight * std::max(0.0, contradicted - noise * confirmed);
+  }
+};
+
+/** \brief Two cameras that were placed beside each other and see the same surfaces. */
+struct CoarseOverlap {
+  std::size_t first{0};     ///< number of a camera
+  std::size_t second{0};    ///< of another, larger
+  ViewAgreement agreement;  ///< at the poses found
+};
+
+/** \brief Why a camera has the pose that it has. */
+enum class Placement {
+  Missing,    ///< it measured nothing
+  Alone,      ///< no other view shares enough with its own
+  Ambiguous,  ///< others may, but several poses explain what they share
+  Placed      ///< relative to the other cameras of its group
+};
+
+/** \brief What CoarseAlignment found. */
+struct CoarseAlignmentResult {
+  /** \brief Camera by camera; the frame of each group is that of its first camera. The identity where not placed. */
+  std::vector<Eigen::Isometry3d> T_world_camera;
+  std::vector<Placement> placements;  ///< camera by camera
+  /** \brief The first camera of the group that a camera is placed in: those that are connected by overlaps. Its own number
+   *  where it is not placed. */
+  std::vector<std::size_t> groups;
+  std::vector<CoarseOverlap> overlaps;  ///< within the groups
+
+  /** \brief Whether all cameras are placed in one group. */
+  inline bool complete() const;
+};
+
+/** \brief Camera poses of a rig of which nothing is known, from what its depth cameras see at one or more instants: where
+ *  ExtrinsicEstimation begins. Intrinsics are taken from the cameras, poses are not.
+ *
+ *  Rotations that bring the dominant surface directions of two views together; for each, translations by a vote among points
+ *  of like normals; every pose is judged by projecting each view into the other's depth image, where what the other camera saw
+ *  through counts against it. Then the cameras are placed one by one, the least ambiguous first, each where it agrees best with all
+ *  that are placed.
+ *
+ *  Neighbours need to share furniture or corners, not only one wall. A room that after half a turn looks the same but for small
+ *  things may be taken for its turned self, and that is not always noticed: look at the result.
+ *
+ *  \code
+ *  fuse_flow::CoarseAlignment alignment;
+ *  alignment.addFrame(frame);
+ *  const fuse_flow::CoarseAlignmentResult coarse = alignment.estimate();
+ *  \endcode */
+class CoarseAlignment {
+ public:
+  inline CoarseAlignment();
+  inline ~CoarseAlignment();
+
+  /** \brief Throws pcl::BadArgumentException for a value out of range. */
+  inline void setParameters(const CoarseAlignmentParameters& parameters);
+  /** \brief What setParameters() set, or the defaults. */
+  inline const CoarseAlignmentParameters& getParameters() const;
+
+  /** \brief Threads to use; 0, the default, is one per core. The result is the same for any number. */
+  inline void setNumberOfThreads(unsigned int threads);
+
+  /** \brief Forget all frames. */
+  inline void clear();
+
+  /** \brief One instant more; what is needed of it is copied.
+   *  \throws pcl::BadArgumentException if a camera or a view contradicts itself, or there are more or fewer cameras than in
+   *  the frames before */
+  inline void addFrame(const RigFrame& frame);
+
+  /** \brief Poses, as far as the frames tell them. \throws pcl::PCLException without a frame */
+  inline CoarseAlignmentResult estimate();
+
+ private:
+  inline void dropAmbiguous(const host::RigPlacement& placement, host::PlacedGroup& group, int threads,
+                            CoarseAlignmentResult& result) const;
+  inline void accept(const host::RigPlacement& placement, const host::PlacedGroup& group,
+                     CoarseAlignmentResult& result) const;
+
+  CoarseAlignmentParameters parameters_;
+  int threads_{0};
+  std::size_t cameras_{0};
+  std::unique_ptr<host::AlignmentSystem> system_;
+};
+
+}  // namespace fuse_flow
+
+#include <fuse_flow/impl/coarse_alignment.hpp>

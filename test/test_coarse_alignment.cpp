@@ -1,0 +1,191 @@
+#include "scenes.h"
+
+#include <fuse_flow/coarse_alignment.h>
+
+#include <pcl/exceptions.h>
+
+namespace {
+
+using Eigen::Vector3d;
+using fuse_flow::CoarseAlignment;
+using fuse_flow::CoarseAlignmentParameters;
+using fuse_flow::CoarseAlignmentResult;
+using fuse_flow::Placement;
+using scenes::Scene;
+using scenes::Surface;
+
+/** \brief A box along the axes, from outside. */
+Surface box(const Vector3d& low, const Vector3d& high) {
+  return [=](const Vector3d& origin, const Vector3d& direction) {
+    double enter = 0, leave = std::numeric_limits<double>::max();
+    for (int k = 0; k < 3; ++k) {
+      const double a = (low[k] - origin[k]) / direction[k], b = (high[k] - origin[k]) / direction[k];
+      enter = std::max(enter, std::min(a, b));
+      leave = std::min(leave, std::max(a, b));
+    }
+    return enter < leave ? enter : 0.0;
+  };
+}
+
+/** \brief Floor, ceiling and walls, from inside; y is down. */
+std::vector<Surface> emptyRoom() {
+  return {scenes::plane({0, 1, 0}, 1.1),  scenes::plane({0, 1, 0}, -1.3), scenes::plane({1, 0, 0}, 2.3),
+          scenes::plane({1, 0, 0}, -1.9), scenes::plane({0, 0, 1}, 1.6),  scenes::plane({0, 0, 1}, -1.8)};
+}
+
+/** \brief No two of its things alike. */
+Surface furnishedRoom() {
+  std::vector<Surface> surfaces = emptyRoom();
+  surfaces.push_back(box({-0.6, 0.4, -0.3}, {0.3, 1.1, 0.2}));
+  surfaces.push_back(box({0.5, 0.75, 0.5}, {0.8, 1.1, 1.1}));
+  surfaces.push_back(box({1.6, -0.4, -0.9}, {2.3, 1.1, -0.2}));
+  surfaces.push_back(box({-1.9, 0.6, 0.7}, {-1.2, 1.1, 1.6}));
+  surfaces.push_back(box({-1.3, 0.2, -1.8}, {-0.2, 1.1, -1.4}));
+  surfaces.push_back(scenes::sphere({-0.1, 0.2, 0.0}, 0.2));
+  surfaces.push_back(scenes::sphere({0.9, 0.9, -0.6}, 0.2));
+  return scenes::nearest(surfaces);
+}
+
+/** \brief From places around the middle of the room, degrees apart, in no particular height. */
+std::vector<fuse_flow::Camera> around(const std::vector<double>& degrees) {
+  std::vector<fuse_flow::Camera> cameras;
+  for (const double angle : degrees) {
+    const double a = angle * M_PI / 180;
+    const Vector3d eye(1.5 * std::cos(a), -0.35 + 0.002 * angle, 1.4 * std::sin(a));
+    cameras.push_back(scenes::lookAt(eye, {0.1, 0.5, 0.05}, 160, 120, 130));
+    cameras.back().name = "camera at " + std::to_string(angle);
+  }
+  return cameras;
+}
+
+/** \brief What the cameras see, with nothing said about where they are. */
+Scene unposed(const std::vector<fuse_flow::Camera>& cameras, const Surface& surface) {
+  Scene scene = scenes::makeScene(cameras, surface);
+  scenes::addNoise(scene, 0.002f);
+  for (fuse_flow::Camera& camera : scene.rig.cameras) camera.T_world_camera.setIdentity();
+  return scene;
+}
+
+CoarseAlignmentResult align(const Scene& scene, unsigned int threads = 2) {
+  CoarseAlignment alignment;
+  alignment.setNumberOfThreads(threads);
+  alignment.addFrame(scene.rig);
+  return alignment.estimate();
+}
+
+/** \brief Relative to camera 0, well within what ExtrinsicEstimation brings to the end. */
+void expectPose(const CoarseAlignmentResult& result, const std::vector<fuse_flow::Camera>& truth, std::size_t i) {
+  const Eigen::Isometry3d expected = truth[0].T_world_camera.inverse() * truth[i].T_world_camera;
+  const Eigen::Isometry3d error = expected.inverse() * result.T_world_camera[i];
+  EXPECT_EQ(result.placements[i], Placement::Placed) << "camera " << i;
+  EXPECT_EQ(result.groups[i], 0u) << "camera " << i;
+  EXPECT_LT(error.translation().norm(), 0.06) << "camera " << i;
+  EXPECT_LT(Eigen::AngleAxisd(error.linear()).angle(), 0.07) << "camera " << i;
+}
+
+TEST(CoarseAlignment, FindsThePosesOfCamerasOfWhichNothingIsKnown) {
+  const auto cameras = around({10, 45, 85, 120});
+  const CoarseAlignmentResult result = align(unposed(cameras, furnishedRoom()));
+  for (std::size_t i = 0; i < cameras.size(); ++i) expectPose(result, cameras, i);
+  EXPECT_TRUE(result.complete());
+}
+
+TEST(CoarseAlignment, NeighboursOverlapAndTheOverlapsSayHowMuch) {
+  const auto cameras = around({10, 40, 70});
+  const CoarseAlignmentResult result = align(unposed(cameras, furnishedRoom()));
+  ASSERT_EQ(result.overlaps.size(), 3u);
+  for (const fuse_flow::CoarseOverlap& overlap : result.overlaps) {
+    EXPECT_LT(overlap.first, overlap.second);
+    EXPECT_GT(overlap.agreement.confirmed, 10 * overlap.agreement.contradicted);
+  }
+  EXPECT_GT(result.overlaps[0].agreement.confirmed, result.overlaps[1].agreement.confirmed);  // 30° apart, not 60°
+}
+
+TEST(CoarseAlignment, PosesThatTheCamerasHaveMakeNoDifference) {
+  const auto cameras = around({10, 55, 115});
+  Scene scene = unposed(cameras, furnishedRoom());
+  const CoarseAlignmentResult without = align(scene);
+  scene.rig.cameras[1].T_world_camera.translation() = Vector3d(5, 6, 7);
+  const CoarseAlignmentResult with = align(scene);
+  for (std::size_t i = 0; i < cameras.size(); ++i)
+    EXPECT_EQ(without.T_world_camera[i].matrix(), with.T_world_camera[i].matrix());
+}
+
+TEST(CoarseAlignment, AnyNumberOfThreadsFindsTheSame) {
+  const Scene scene = unposed(around({10, 55, 115}), furnishedRoom());
+  const CoarseAlignmentResult one = align(scene, 1);
+  for (const unsigned int threads : {2u, 5u}) {
+    const CoarseAlignmentResult many = align(scene, threads);
+    EXPECT_EQ(one.placements, many.placements);
+    for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(one.T_world_camera[i].matrix(), many.T_world_camera[i].matrix());
+  }
+}
+
+TEST(CoarseAlignment, AMissingViewIsSaidAndTheOthersArePlaced) {
+  const auto cameras = around({10, 30, 55});
+  Scene scene = unposed(cameras, furnishedRoom());
+  scene.rig.views[1] = {};
+  const CoarseAlignmentResult result = align(scene);
+  EXPECT_EQ(result.placements[1], Placement::Missing);
+  EXPECT_EQ(result.groups[1], 1u);
+  expectPose(result, cameras, 2);
+  EXPECT_FALSE(result.complete());
+}
+
+TEST(CoarseAlignment, ACameraThatSharesNothingWithTheOthersIsLeftOut) {
+  const auto cameras = around({10, 55, 115});
+  Scene scene = unposed(cameras, furnishedRoom());
+  // It hangs elsewhere, before a ball.
+  const auto elsewhere = scenes::lookAt({0, 0, -2}, {0, 0, 0}, 160, 120, 130);
+  scene.depth[1] = scenes::render(elsewhere, scenes::sphere({0, 0, 0}, 0.7));
+  scene.attach();
+  const CoarseAlignmentResult result = align(scene);
+  EXPECT_NE(result.placements[1], Placement::Placed);
+  EXPECT_EQ(result.groups[1], 1u);
+  EXPECT_EQ(result.T_world_camera[1].matrix(), Eigen::Isometry3d::Identity().matrix());
+}
+
+TEST(CoarseAlignment, OneWallAloneIsAmbiguous) {
+  const auto cameras = scenes::cameraRow(2, 160, 120, 130);
+  const CoarseAlignmentResult result = align(unposed(cameras, scenes::plane({0, 0, 1}, 1.5)));
+  EXPECT_EQ(result.placements[0], Placement::Ambiguous);
+  EXPECT_EQ(result.placements[1], Placement::Ambiguous);
+  EXPECT_FALSE(result.complete());
+}
+
+TEST(CoarseAlignment, OneCameraIsARigOfItsOwn) {
+  const CoarseAlignmentResult result = align(unposed(around({10}), furnishedRoom()));
+  EXPECT_TRUE(result.complete());
+  EXPECT_EQ(result.T_world_camera[0].matrix(), Eigen::Isometry3d::Identity().matrix());
+}
+
+TEST(CoarseAlignment, WithoutAFrameThereIsNothingToEstimate) {
+  CoarseAlignment alignment;
+  EXPECT_THROW(alignment.estimate(), pcl::PCLException);
+  alignment.addFrame(unposed(around({10}), furnishedRoom()).rig);
+  alignment.clear();
+  EXPECT_THROW(alignment.estimate(), pcl::PCLException);
+}
+
+TEST(CoarseAlignment, FramesOfDifferentRigsAreRefused) {
+  CoarseAlignment alignment;
+  alignment.addFrame(unposed(around({10, 55}), furnishedRoom()).rig);
+  EXPECT_THROW(alignment.addFrame(unposed(around({10}), furnishedRoom()).rig), pcl::BadArgumentException);
+}
+
+TEST(CoarseAlignment, AParameterOutOfRangeIsNamed) {
+  CoarseAlignment alignment;
+  CoarseAlignmentParameters p;
+  p.max_ambiguity = 1.5f;
+  try {
+    alignment.setParameters(p);
+    FAIL() << "nothing was thrown";
+  } catch (const pcl::BadArgumentException& error) {
+    const std::string message = error.what();
+    EXPECT_NE(message.find("CoarseAlignment"), std::string::npos) << message;
+    EXPECT_NE(message.find("max_ambiguity"), std::string::npos) << message;
+    EXPECT_NE(message.find("1.5"), std::string::npos) << message;
+  }
+}
+
+}  // namespace
