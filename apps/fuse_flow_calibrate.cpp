@@ -11,6 +11,7 @@
 #include "io/rig_json.h"
 #include "io/tool.h"
 
+#include <fuse_flow/coarse_alignment.h>
 #include <fuse_flow/extrinsic_estimation.h>
 #include <fuse_flow/impl/host/parallel.hpp>
 
@@ -32,6 +33,7 @@ struct Options {
   std::string frames;
   std::string hold{"first"};
   unsigned int threads{0};
+  bool from_scratch{false};
   io::RecordingOptions recording;
   ExtrinsicParameters parameters;
   drawing::Viewpoint viewpoint;
@@ -137,6 +139,29 @@ void place(const std::vector<Eigen::Isometry3d>& poses, std::vector<Camera>& cam
   for (std::size_t i = 0; i < cameras.size(); ++i) cameras[i].T_world_camera = poses[i];
 }
 
+/** \brief Poses from the views alone, in the world in which the first camera stands where it is said to. Throws io::InputError,
+ *  naming the cameras, unless all of them are placed together. */
+std::vector<Eigen::Isometry3d> fromScratch(CoarseAlignment& alignment, const std::vector<Camera>& cameras) {
+  const CoarseAlignmentResult coarse = alignment.estimate();
+  std::string lost;
+  for (std::size_t i = 0; i < cameras.size(); ++i) {
+    const char* why = nullptr;
+    if (coarse.placements[i] == Placement::Missing) why = "measured nothing";
+    if (coarse.placements[i] == Placement::Alone) why = "shares too little with the others";
+    if (coarse.placements[i] == Placement::Ambiguous) why = "fits in several places";
+    if (coarse.placements[i] == Placement::Placed && coarse.groups[i] != coarse.groups[0])
+      why = "is connected with other cameras than the first";
+    if (why) lost += (lost.empty() ? "" : ", ") + ("'" + cameras[i].name + "' " + why);
+  }
+  if (!lost.empty())
+    throw io::InputError("--from-scratch cannot place every camera: " + lost +
+                         "; put furniture or a person where the views overlap, or give poses in rig.json");
+  std::vector<Eigen::Isometry3d> poses;
+  for (const Eigen::Isometry3d& T : coarse.T_world_camera)
+    poses.push_back(cameras[0].T_world_camera * coarse.T_world_camera[0].inverse() * T);
+  return poses;
+}
+
 int run(Options options) {
   if (!options.picture.empty()) drawing::requireDisplay("fuse_flow_calibrate");
   options.recording.read_color = options.parameters.use_color;
@@ -148,14 +173,23 @@ int run(Options options) {
   ExtrinsicEstimation<PointFused> estimation;
   estimation.setParameters(options.parameters);
   estimation.setNumberOfThreads(options.threads);
+  CoarseAlignment coarse;
+  coarse.setNumberOfThreads(options.threads);
   io::LoadedFrame loaded;
   for (const std::size_t frame : frames) {
     recording->read(frame, loaded);
     estimation.addFrame(loaded.rig);
+    if (options.from_scratch) coarse.addFrame(loaded.rig);
   }
   const std::vector<Camera> before = recording->cameras();
   std::vector<Eigen::Isometry3d> initial;
   for (const Camera& camera : before) initial.push_back(camera.T_world_camera);
+  if (options.from_scratch) {
+    initial = fromScratch(coarse, before);
+    std::printf(
+        "Poses found from scratch. A room that looks alike after half a turn can be taken for its turned self: look at "
+        "--picture.\n\n");
+  }
   const ExtrinsicResult result = estimation.estimate(initial);
 
   print(before, result);
@@ -192,6 +226,8 @@ int main(int argc, char** argv) {
                  "PNG of all measurements, a colour a camera, before and after; needs a display");
   app.add_option("--frames", options.frames, "A:B:STEP, B not included; default: ten, evenly spread")
       ->multi_option_policy(CLI::MultiOptionPolicy::Join);
+  app.add_flag("--from-scratch", options.from_scratch,
+               "ignore the given poses and find all of them from what upright cameras see; the first camera stays");
   app.add_option("--hold", options.hold, "what stays: the first camera, or the mean of all")
       ->check(CLI::IsMember({"first", "mean"}))
       ->capture_default_str();
