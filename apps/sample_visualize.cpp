@@ -1,7 +1,7 @@
 // One fused frame, and the cameras that measured it, in a PCLVisualizer.
 //   sample_visualize RECORDING                  in a window; q ends it, PCL's other keys work as ever
 //   sample_visualize RECORDING picture.png      into a picture
-#include "drawing/clouds.h"
+#include "drawing/display.h"
 #include "io/recording.h"
 
 #include <fuse_flow/fuse_flow.h>
