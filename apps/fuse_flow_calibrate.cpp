@@ -184,15 +184,9 @@ int run(Options options) {
   const std::vector<Camera> before = recording->cameras();
   std::vector<Eigen::Isometry3d> initial;
   for (const Camera& camera : before) initial.push_back(camera.T_world_camera);
-  if (options.from_scratch) {
-    initial = fromScratch(coarse, before);
-    std::printf(
-        "Poses found from scratch. A room that looks alike after half a turn can be taken for its turned self: look at "
-        "--picture.\n\n");
-  }
+  if (options.from_scratch) initial = fromScratch(coarse, before);
   const ExtrinsicResult result = estimation.estimate(initial);
 
-  print(before, result);
   if (!options.json.empty()) io::writeFile(options.json, toJson(before, result).dump(2) + "\n");
   if (!options.picture.empty()) {
     place(initial, loaded.rig.cameras);
@@ -207,6 +201,11 @@ int run(Options options) {
     rig[i].camera.T_world_camera = result.T_world_camera[i];
   }
   io::writeRigJson(options.output, rig);
+  if (options.from_scratch)
+    std::printf(
+        "Poses found from scratch. A room that looks alike after half a turn can be taken for its turned self: look at "
+        "--picture.\n\n");
+  print(before, result);
   return io::kSuccess;
 }
 

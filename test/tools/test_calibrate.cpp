@@ -18,8 +18,8 @@ class Calibrate : public ToolTest {
     return runProgram(FUSE_FLOW_CALIBRATE_TOOL, arguments);
   }
   void simulate(const std::vector<std::string>& more) const {
-    std::vector<std::string> arguments{"--scene",  "room",  "--rig", "ring-3", "--scale", "0.3",
-                                       "--sensor", "ideal", "--fps", "3",      "-o",      recording()};
+    std::vector<std::string> arguments{"--scene", "room",     "--rig", "ring-3", "--scale",
+                                       "0.5",     "--sensor", "ideal", "-o",     recording()};
     arguments.insert(arguments.end(), more.begin(), more.end());
     ASSERT_TRUE(succeeded(runProgram(FUSE_FLOW_SIMULATE_TOOL, arguments)));
   }
@@ -46,7 +46,7 @@ class Calibrate : public ToolTest {
 };
 
 TEST_F(Calibrate, BringsCamerasBackToWhereTheyTrulyStand) {
-  simulate({"--frames", "2", "--position-error", "20", "--rotation-error", "0.5"});
+  simulate({"--frames", "2", "--fps", "3", "--position-error", "20", "--rotation-error", "0.5"});
   const ToolResult result = calibrate({"--json", out("figures.json")});
   ASSERT_TRUE(succeeded(result));
   for (std::size_t camera : {1u, 2u}) {
@@ -83,7 +83,7 @@ TEST_F(Calibrate, AKnockedCameraIsToldWhileFusing) {
 }
 
 TEST_F(Calibrate, FusingWithRefinementGivesTheSameBytesAgain) {
-  simulate({"--frames", "3", "--position-error", "10"});
+  simulate({"--frames", "3", "--fps", "3", "--position-error", "10"});
   std::string first;
   for (int k = 0; k < 2; ++k) {
     ASSERT_TRUE(succeeded(fuse({recording(), "-o", out(), "--refine-extrinsics"})));
