@@ -176,8 +176,11 @@ int run(Options options) {
   CoarseAlignment coarse;
   coarse.setNumberOfThreads(options.threads);
   io::LoadedFrame loaded;
+  std::vector<float> depth_scales(recording->cameras().size(), DepthView().depth_scale);
   for (const std::size_t frame : frames) {
     recording->read(frame, loaded);
+    for (std::size_t i = 0; i < depth_scales.size(); ++i)
+      if (!loaded.rig.views[i].missing()) depth_scales[i] = loaded.rig.views[i].depth_scale;
     estimation.addFrame(loaded.rig);
     if (options.from_scratch) coarse.addFrame(loaded.rig);
   }
@@ -197,7 +200,7 @@ int run(Options options) {
   }
   std::vector<io::RigCamera> rig;
   for (std::size_t i = 0; i < before.size(); ++i) {
-    rig.push_back({before[i], loaded.rig.views[i].depth_scale});
+    rig.push_back({before[i], depth_scales[i]});
     rig[i].camera.T_world_camera = result.T_world_camera[i];
   }
   io::writeRigJson(options.output, rig);
