@@ -238,7 +238,9 @@ int main(int argc, char** argv) {
   app.add_option("--max-distance", p.max_distance, "farthest counterpart at first, m")
       ->check(io::positiveNumber())
       ->capture_default_str();
-  app.add_option("--max-iterations", p.max_iterations, "")->check(io::wholeNumber(1, 1 << 20))->capture_default_str();
+  app.add_option("--max-iterations", p.max_iterations, "steps at most")
+      ->check(io::wholeNumber(1, 1 << 20))
+      ->capture_default_str();
   app.add_option("--from", options.viewpoint.from, "of the picture: where the viewer stands, m")
       ->expected(3)
       ->check(io::finiteNumber());
