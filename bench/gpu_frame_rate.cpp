@@ -123,7 +123,9 @@ void run(const Size& size, const Options& options, const Bandwidth& bandwidth) {
   std::vector<double> device_ms, latency_ms, cloud_ms;
   std::size_t points = 0, bytes = 0;
   {
+    const gpu::OwnStream stream;
     Gpu fusion;
+    fusion.setStream(stream.get());
     for (int k = 0; k < 4; ++k) points = fusion.fusePinned(frames[static_cast<std::size_t>(k % kFrames)]).size;
     fusion.stageTimes().enabled = true;
     for (int k = 0; k < repeats; ++k) {

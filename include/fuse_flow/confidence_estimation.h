@@ -73,6 +73,11 @@ class ConfidenceEstimation<PointT, device::Host> : public pcl::FilterIndices<Poi
    *  measurement  \param C receives the confidence, row by row */
   inline virtual void computeConfidence(const host::DepthMap& depth, float* C);
 
+  /** \brief \throws pcl::UnorganizedPointCloudException for a cloud, on whichever device, that is neither organised nor
+   *  empty */
+  template <typename Cloud>
+  inline static void checkOrganized(const Cloud& cloud);
+
   int threads_{0};  ///< see setNumberOfThreads()
 
  private:

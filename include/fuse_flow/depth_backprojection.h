@@ -70,13 +70,11 @@ class DepthBackprojection<PointT, device::Host> : public pcl::Filter<PointT> {
    *  there is no measurement  \param points world frame; unspecified where z is 0 */
   inline virtual void computePoints(const DepthView& view, float* z, Vec3* points);
 
-  Camera camera_;                       ///< see setCamera()
-  PreprocessingParameters parameters_;  ///< see setParameters()
-  int threads_{0};                      ///< see setNumberOfThreads()
-
- private:
-  DepthView view_;
-  float user_filter_value_{std::numeric_limits<float>::quiet_NaN()};
+  Camera camera_;                                                     ///< see setCamera()
+  PreprocessingParameters parameters_;                                ///< see setParameters()
+  int threads_{0};                                                    ///< see setNumberOfThreads()
+  DepthView view_;                                                    ///< see setView()
+  float user_filter_value_{std::numeric_limits<float>::quiet_NaN()};  ///< see setUserFilterValue()
 };
 
 }  // namespace fuse_flow

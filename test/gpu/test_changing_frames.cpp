@@ -47,6 +47,35 @@ TEST(GpuChangingFrames, TheSameObjectFusesLargeAndSmallFramesInTurn) {
   }
 }
 
+// On a stream of its own the launches of frames that are alike are replayed as a graph: whatever changes must still count.
+TEST(GpuChangingFrames, RepeatedFramesOnAStreamAreFusedAsTheyAre) {
+  Random random(33);
+  RandomFrame frame;
+  const fuse_flow::gpu::OwnStream stream;
+  Host host;
+  Device device;
+  device.setStream(stream.get());
+  Tally tally;
+  for (int k = 0; k < 25; ++k) {
+    frame.draw(random, 4, 60);
+    FuseFlowParameters parameters = random_rig::parameters(random);
+    for (int repeat = 0; repeat < 6; ++repeat) {
+      if (repeat == 3) parameters.confidence.threshold *= 0.5f;  // same images, same memory, another parameter
+      expectSame(frame.rig, parameters, host, device, &tally);
+    }
+    for (fuse_flow::DepthView& view : frame.rig.views) view.color = {};  // other images of the same size
+    expectSame(frame.rig, parameters, host, device, &tally);
+    const fuse_flow::DepthView missing = std::exchange(frame.rig.views[0], {});
+    expectSame(frame.rig, parameters, host, device, &tally);
+    frame.rig.views[0] = missing;
+    expectSame(frame.rig, parameters, host, device, &tally);
+  }
+  EXPECT_TRUE(tally.good()) << tally.alone << " of " << tally.points;
+#if FUSE_FLOW_CUDA
+  EXPECT_GT(device.getGraphReplays(), 25u);
+#endif
+}
+
 TEST(GpuChangingFrames, EveryRunGivesTheSameBytes) {
   Random random(32);
   RandomFrame frame;

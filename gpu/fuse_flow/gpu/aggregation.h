@@ -87,7 +87,7 @@ class Aggregation {
     run_.forEach(cells, RankCells{in_.table, marks_.data(), marks_before_.data(), first_points_.data(), order_.data()});
     const auto children = thrust::make_transform_iterator(all, childrenOfCell());
     run_.sumUp(children, cells, first_child_numbers_.data());
-    run_.copy(&counters_.device(run_)->child_numbers, first_child_numbers_.data() + cells, 1);
+    run_.copySmall(&counters_.device(run_)->child_numbers, first_child_numbers_.data() + cells, 1);
     run_.forEach(cells,
                  DescribeCells{childrenOfCell(), first_child_numbers_.data(), parameters_.cell_size, cells_.data()});
     times_.mark("order of cells", static_cast<double>(cells) * (3 * 8 + 8 + 12 + sizeof(CoarseCell)) +
@@ -105,14 +105,13 @@ class Aggregation {
     const auto chunk_count = static_cast<std::uint32_t>(in_.size / kChunk);
 #if FUSE_FLOW_CUDA
     const unsigned int blocks = static_cast<unsigned int>((pixels + kRunThreads - 1) / kRunThreads);
-    countRunsKernel<<<blocks, kRunThreads, 0, run_.stream>>>(count, chunk_count);
-    check(cudaGetLastError(), "countRunsKernel");
+    run_.launch("countRunsKernel", countRunsKernel, blocks, kRunThreads, count, chunk_count);
 #else
     run_.forEach(chunk_count, count);
 #endif
     times_.mark("children of points", static_cast<double>(pixels) * (sizeof(WeightedPoint) + 8));
     run_.sumUp(chunk_runs_.data(), chunk_count, run_places_.data());
-    run_.copy(&counters_.device(run_)->runs, run_places_.data() + chunk_count, 1);
+    run_.copySmall(&counters_.device(run_)->runs, run_places_.data() + chunk_count, 1);
     const Counters& counted = counters_.read(run_);
     if (counted.child_numbers >= CellTableView::kNone)
       throw pcl::PCLException(
@@ -122,8 +121,7 @@ class Aggregation {
     sorted_.resize(runs);
     const WriteRuns write{numbers_.data(), run_places_.data(), sorted_.keys.data(), sorted_.values.data()};
 #if FUSE_FLOW_CUDA
-    writeRunsKernel<<<blocks, kRunThreads, 0, run_.stream>>>(write, chunk_count);
-    check(cudaGetLastError(), "writeRunsKernel");
+    run_.launch("writeRunsKernel", writeRunsKernel, blocks, kRunThreads, write, chunk_count);
 #else
     run_.forEach(chunk_count, write);
 #endif

@@ -42,7 +42,80 @@ struct GatherFused {
   }
 };
 
-/** \brief Section 5 for points from the host that come camera after camera. Each camera's points are padded to whole chunks. */
+/** \brief Clouds on the device, one a camera; of padded places, camera by camera, which are points of which cloud. */
+template <typename Layout>
+struct CloudsOfCameras {
+  const typename Layout::Words* const* clouds;
+  const std::uint32_t* sizes;
+  /** \brief Numbers the places. */
+  PixelGrid grid;
+
+  /** \brief Null beyond a cloud's end. */
+  FUSE_FLOW_HD const typename Layout::Words* at(std::uint32_t place) const {
+    const std::uint32_t camera = grid.viewOf(place), k = place - grid.offsets[camera];
+    return k < sizes[camera] ? clouds[camera] + k : nullptr;
+  }
+};
+
+/** \brief Positions and C of the points that take part. */
+template <typename Layout>
+struct TakePoints {
+  CloudsOfCameras<Layout> clouds;
+  /** \brief Null, or which points of all clouds, one cloud after the other, are wanted; and where each cloud's begin. */
+  const std::uint8_t* wanted;
+  const std::uint32_t* begins;
+  WeightedPoint* points;
+
+  FUSE_FLOW_HD void operator()(std::uint32_t place) const {
+    points[place] = WeightedPoint{};
+    const typename Layout::Words* w = clouds.at(place);
+    if (w == nullptr) return;
+    if (wanted != nullptr) {
+      const std::uint32_t camera = clouds.grid.viewOf(place);
+      if (!wanted[begins[camera] + place - clouds.grid.offsets[camera]]) return;
+    }
+    const Vec3 p = Layout::position(*w);
+    const float C = Layout::confidence(*w);
+    if (isFinite(p) && C > 0 && std::isfinite(C)) points[place] = {p, C};
+  }
+};
+
+/** \brief Writes the fused points that stay: fields that are not fused are those of the representative with the largest
+ *  share. */
+template <typename Layout>
+struct WriteFusedOfClouds {
+  CloudsOfCameras<Layout> clouds;
+  const FusedPoint* fused;
+  const float* weights;
+  const std::uint32_t* staying;
+  /** \brief Null, or set for each place that represents a fused point. */
+  std::uint8_t* represents;
+  typename Layout::Words* output;
+
+  FUSE_FLOW_HD void operator()(std::uint32_t k) const {
+    const FusedPoint point = fused[staying[k]];
+    int main = 0;
+    Vec3 color{}, normal{};
+    for (int s = 0; s < kRepresentatives; ++s) {
+      if (s >= static_cast<int>(point.count)) continue;
+      if (point.share[s] > point.share[main]) main = s;
+      const typename Layout::Words& source = *clouds.at(point.source[s]);
+      color = color + point.share[s] * Layout::color(source);
+      normal = normal + point.share[s] * Layout::normal(source);
+      if (represents != nullptr) represents[point.source[s]] = 1;
+    }
+    typename Layout::Words w = *clouds.at(point.source[main]);
+    Layout::setPosition(w, point.p);
+    Layout::setColor(w, color);
+    const float norm = std::sqrt(squaredNorm(normal));
+    Layout::setNormal(w, norm > 0 ? (1.0f / norm) * normal : Vec3{});
+    Layout::setWeight(w, weights[staying[k]]);
+    Layout::setViewCount(w, point.views);
+    output[k] = w;
+  }
+};
+
+/** \brief Section 5 for points that come camera after camera. Each camera's points are padded to whole chunks. */
 class CloudAggregation {
  public:
   explicit CloudAggregation(DeviceFilter& filter) : filter_(filter) {}
@@ -52,11 +125,8 @@ class CloudAggregation {
                                const std::vector<std::uint32_t>& cameras, const ConsistencyEvaluator* evaluator) {
     if (points.empty()) return {};
     layOut(points, cameras, evaluator != nullptr);
-    enter(parameters, points);
-    const PixelGrid grid{nullptr, device_offsets_.data(), static_cast<std::uint32_t>(offsets_.size() - 1)};
-    const std::size_t count = aggregation_.fuse(
-        parameters, {points_.data(), slots_.data(), padded_.size(), grid, table_view_, counters_.host().cells},
-        evaluator, fused_);
+    filter_.upload(padded_.data(), padded_.size(), points_);
+    const std::size_t count = aggregate(parameters, evaluator);
     output_.resize(count);
     filter_.run.forEach(count,
                         GatherFused{fused_.fused.data(), fused_.weights.data(), fused_.staying.data(), output_.data()});
@@ -67,7 +137,84 @@ class CloudAggregation {
     return result;
   }
 
+  /** \brief The same for clouds on the device: cloud i is of camera i; null: that camera has none. \param wanted null, or
+   *  one byte for each point of all clouds, in device memory  \param represents if not null, set for each point of all
+   *  clouds, one cloud after the other, that represents a point of the output */
+  template <typename PointT>
+  void fuse(const AggregationParameters& parameters,
+            const std::vector<std::shared_ptr<const DeviceCloud<PointT>>>& clouds, const std::uint8_t* wanted,
+            const ConsistencyEvaluator* evaluator, DeviceCloud<PointT>& output, std::vector<std::uint8_t>* represents) {
+    using Layout = PointLayout<PointT>;
+    using Words = typename Layout::Words;
+    Execution& run = filter_.run;
+    layOut(clouds);
+    std::size_t count = 0;
+    const CloudsOfCameras<Layout> on_device{reinterpret_cast<const Words* const*>(device_clouds_.data()),
+                                            device_sizes_.data(), grid()};
+    if (places_ > 0) {
+      points_.resize(places_);
+      run.forEach(places_, TakePoints<Layout>{on_device, wanted, device_begins_.data(), points_.data()});
+      count = aggregate(parameters, evaluator);
+    }
+    output.resize(static_cast<std::uint32_t>(count), 1);
+    if (represents && places_ > 0) {
+      represents_.resize(places_);
+      run.fill(represents_.data(), places_, 0);
+    }
+    run.forEach(count,
+                WriteFusedOfClouds<Layout>{on_device, fused_.fused.data(), fused_.weights.data(), fused_.staying.data(),
+                                           represents ? represents_.data() : nullptr, output.words()});
+    if (represents) downloadRepresents(*represents);
+  }
+
  private:
+  PixelGrid grid() const { return {nullptr, device_offsets_.data(), static_cast<std::uint32_t>(offsets_.size() - 1)}; }
+
+  /** \brief Section 5 over points_. Returns how many fused points there are. */
+  std::size_t aggregate(const AggregationParameters& parameters, const ConsistencyEvaluator* evaluator) {
+    enter(parameters);
+    return aggregation_.fuse(parameters,
+                             {points_.data(), slots_.data(), places_, grid(), table_view_, counters_.host().cells},
+                             evaluator, fused_);
+  }
+
+  template <typename PointT>
+  void layOut(const std::vector<std::shared_ptr<const DeviceCloud<PointT>>>& clouds) {
+    offsets_.assign(1, 0);
+    begins_.assign(1, 0);
+    sizes_.clear();
+    clouds_.clear();
+    std::uint64_t places = 0;
+    for (const auto& cloud : clouds) {
+      const std::size_t size = cloud ? cloud->size() : 0;
+      places += (size + kChunk - 1) / kChunk * kChunk;
+      checkPlaces(places);
+      clouds_.push_back(cloud ? cloud->words() : nullptr);
+      sizes_.push_back(static_cast<std::uint32_t>(size));
+      begins_.push_back(begins_.back() + static_cast<std::uint32_t>(size));
+      offsets_.push_back(static_cast<std::uint32_t>(places));
+    }
+    places_ = static_cast<std::size_t>(places);
+    filter_.upload(offsets_.data(), offsets_.size(), device_offsets_);
+    filter_.upload(begins_.data(), begins_.size(), device_begins_);
+    filter_.upload(sizes_.data(), sizes_.size(), device_sizes_);
+    filter_.upload(clouds_.data(), clouds_.size(), device_clouds_);
+  }
+
+  /** \brief From places to points of all clouds. */
+  void downloadRepresents(std::vector<std::uint8_t>& represents) {
+    std::vector<std::uint8_t> of_places(places_);
+    filter_.download(represents_, places_, of_places.data());
+    represents.clear();
+    for (std::size_t i = 0; i < sizes_.size(); ++i)
+      represents.insert(represents.end(), of_places.begin() + offsets_[i], of_places.begin() + offsets_[i] + sizes_[i]);
+  }
+
+  static void checkPlaces(std::uint64_t places) {
+    if (places > ChildRun::kMaxPixels)
+      throw pcl::PCLException("fuse_flow::AdaptiveHashFusion: a cloud on the GPU has more than 2^27 points");
+  }
+
   /** \brief \param by_number camera i is range i; else only those that have points get one */
   void layOut(const std::vector<WeightedPoint>& points, const std::vector<std::uint32_t>& cameras, bool by_number) {
     padded_.clear();
@@ -91,37 +238,47 @@ class CloudAggregation {
     }
     pad();
     offsets_.push_back(static_cast<std::uint32_t>(padded_.size()));
-    if (padded_.size() > ChildRun::kMaxPixels)
-      throw pcl::PCLException("fuse_flow::AdaptiveHashFusion: a cloud on the GPU has more than 2^27 points");
-    filter_.upload(padded_.data(), padded_.size(), points_);
+    places_ = padded_.size();
+    checkPlaces(places_);
     filter_.upload(offsets_.data(), offsets_.size(), device_offsets_);
   }
 
-  void enter(const AggregationParameters& parameters, const std::vector<WeightedPoint>& points) {
+  void enter(const AggregationParameters& parameters) {
     Execution& run = filter_.run;
     Counters* counters = counters_.device(run);
-    slots_.resize(padded_.size());
+    slots_.resize(places_);
     std::size_t capacity = table_.capacity();
     do {
       table_view_ = table_.start(run, capacity, &counters->cells, &counters->table_too_full);
       run.fill(&counters->points.too_far, 1, 0xff);
-      run.forEach(padded_.size(), EnterPoints{points_.data(), 1.0f / parameters.cell_size, table_view_, slots_.data(),
-                                              &counters->points});
+      run.forEach(places_, EnterPoints{points_.data(), 1.0f / parameters.cell_size, table_view_, slots_.data(),
+                                       &counters->points});
       const Counters& counted = counters_.read(run);
-      if (counted.points.too_far != 0xffffffffu)
-        throwTooFar(points[numbers_[counted.points.too_far]].p, parameters.cell_size);
+      if (counted.points.too_far != 0xffffffffu) throwTooFarPoint(counted.points.too_far, parameters.cell_size);
       capacity = 4 * table_.capacity();
     } while (counters_.host().table_too_full > 0);
   }
 
+  [[noreturn]] void throwTooFarPoint(std::uint32_t place, float cell_size) {
+    WeightedPoint point;
+    filter_.run.copy(&point, points_.data() + place, 1);
+    filter_.run.wait();
+    throwTooFar(point.p, cell_size);
+  }
+
   DeviceFilter& filter_;
   std::vector<WeightedPoint> padded_;
-  std::vector<std::uint32_t> numbers_, offsets_;
+  std::vector<std::uint32_t> numbers_, offsets_, begins_, sizes_;
+  std::vector<const void*> clouds_;
+  /** \brief Points of all cameras, padded. */
+  std::size_t places_{0};
   CounterBuffer counters_;
   CellTable table_;
   CellTableView table_view_{};
   DeviceBuffer<WeightedPoint> points_;
-  DeviceBuffer<std::uint32_t> device_offsets_, slots_;
+  DeviceBuffer<std::uint32_t> device_offsets_, device_begins_, device_sizes_, slots_;
+  DeviceBuffer<const void*> device_clouds_;
+  DeviceBuffer<std::uint8_t> represents_;
   Aggregation aggregation_{filter_.run, filter_.times, counters_};
   FusedPoints fused_;
   DeviceBuffer<FusedPoint> output_;

@@ -29,9 +29,11 @@ class CounterBuffer {
     return device_.data();
   }
 
+  /** \brief Has them copied to host(), once the stream has been waited for. */
+  void fetch(Execution& run) { run.copySmall(host_.data(), device(run), 1); }
   /** \brief Waits for all that has been started. */
   const Counters& read(Execution& run) {
-    run.copy(host_.data(), device_.data(), 1);
+    fetch(run);
     run.wait();
     return host();
   }

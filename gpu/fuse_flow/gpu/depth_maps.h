@@ -48,7 +48,7 @@ class DepthMaps {
   const float* noiseScales() const { return counted_noise_.data(); }
 
   std::size_t bytes() const {
-    return z_.bytes() + filled_z_.bytes() + maps_[0].bytes() + maps_[1].bytes() + noise_counts_.bytes() +
+    return z_.bytes() + raw_z_.bytes() + maps_[0].bytes() + maps_[1].bytes() + noise_counts_.bytes() +
            noise_scales_.bytes();
   }
 
@@ -59,16 +59,15 @@ class DepthMaps {
     const std::size_t pixels = views.pixels();
     const bool smooth = parameters.smoothing.passes > 0, fill = p.fill_neighbours > 0;
     z_.resize(pixels);
+    if (fill) raw_z_.resize(pixels);
     if (smooth)
       for (DeviceBuffer<float>& map : maps_) map.resize(pixels);
     float* q = smooth ? maps_[0].data() : nullptr;
     run.forEach(pixels / ConvertDepth::kPixels,
-                ConvertDepth{views.grid(), p.min_range, p.max_range, z_.data(), fill ? nullptr : q});
+                ConvertDepth{views.grid(), p.min_range, p.max_range, (fill ? raw_z_ : z_).data(), fill ? nullptr : q});
     times.mark("metres", (smooth ? 10.0 : 6.0) * static_cast<double>(pixels));
     if (!fill) return;
-    filled_z_.resize(pixels);
-    run.forEach(pixels, FillHoles{views.grid(), p, z_.data(), filled_z_.data(), q});
-    std::swap(z_, filled_z_);
+    run.forEach(pixels, FillHoles{views.grid(), p, raw_z_.data(), z_.data(), q});
     times.mark("holes", (smooth ? 12.0 : 8.0) * static_cast<double>(pixels));
   }
 
@@ -83,14 +82,13 @@ class DepthMaps {
     const MeasureNoise measure{{confidence, views.deviceViews(), noise_scales_.data()}, noise_counts_.data()};
 #if FUSE_FLOW_CUDA
     const auto blocks = static_cast<unsigned int>(n);
-    countNoiseKernel<<<dim3(kNoiseBlocks, blocks), kNoiseThreads, 0, run.stream>>>(count);
-    measureNoiseKernel<<<blocks, kNoiseThreads, 0, run.stream>>>(measure);
-    check(cudaGetLastError(), "measureNoiseKernel");
+    run.launch("countNoiseKernel", countNoiseKernel, dim3(kNoiseBlocks, blocks), kNoiseThreads, count);
+    run.launch("measureNoiseKernel", measureNoiseKernel, blocks, kNoiseThreads, measure);
 #else
     run.forEach(views.pixels() / kChunk, count);
     run.forEach(n, measure);
 #endif
-    run.copy(counted_noise_.data(), noise_scales_.data(), n);
+    run.copySmall(counted_noise_.data(), noise_scales_.data(), n);
     times.mark("noise", static_cast<double>(views.pixels()) * 5 * 4 / (kNoiseStride * kNoiseStride));
   }
 
@@ -101,8 +99,7 @@ class DepthMaps {
       const SmoothDepth step{views.grid(), parameters.smoothing,   parameters.confidence,
                              pass,         maps_[pass % 2].data(), maps_[(pass + 1) % 2].data()};
 #if FUSE_FLOW_CUDA
-      smoothDepthKernel<<<views.tiles().count, kTileThreads, 0, run.stream>>>(step, views.tiles());
-      check(cudaGetLastError(), "smoothDepthKernel");
+      run.launch("smoothDepthKernel", smoothDepthKernel, views.tiles().count, kTileThreads, step, views.tiles());
 #else
       run.forEach(views.pixels(), step);
 #endif
@@ -110,7 +107,7 @@ class DepthMaps {
     if (passes_ > 0) times.mark("smoothing", 8.0 * passes_ * static_cast<double>(views.pixels()));
   }
 
-  DeviceBuffer<float> z_, filled_z_, maps_[2];
+  DeviceBuffer<float> z_, raw_z_, maps_[2];
   int passes_{0};
   DeviceBuffer<std::uint32_t> noise_counts_;
   DeviceBuffer<float> noise_scales_;

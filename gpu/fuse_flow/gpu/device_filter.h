@@ -1,8 +1,8 @@
 #pragma once
 
 #include <fuse_flow/gpu/depth_maps.h>
+#include <fuse_flow/gpu/device_cloud.h>
 
-#include <cstring>
 #include <string>
 #include <vector>
 
@@ -27,6 +27,14 @@ class DeviceFilter {
     to.resize(n);
     run.copy(to.data(), from, n);
     run.wait();
+  }
+
+  /** \brief The cloud that a filter reads. \throws pcl::PCLException if none has been set */
+  template <typename PointT>
+  static const DeviceCloud<PointT>& inputOf(const char* owner,
+                                            const std::shared_ptr<const DeviceCloud<PointT>>& cloud) {
+    if (!cloud) throw pcl::PCLException(std::string(owner) + ": no input cloud on the device: call setInputCloud()");
+    return *cloud;
   }
 
   /** \brief To pageable memory. */

@@ -12,9 +12,17 @@
 #endif
 
 #include <cstring>
+#include <vector>
 
 namespace fuse_flow {
 namespace gpu {
+
+/** \brief Copies words from anywhere to anywhere that the device reaches. */
+struct CopyWords {
+  std::uint32_t* to;
+  const std::uint32_t* from;
+  FUSE_FLOW_HD void operator()(std::uint32_t k) const { to[k] = from[k]; }
+};
 
 /** \brief Where the steps of a frame run: a stream, and the scratch memory of the algorithms. The functions return at once on
  *  CUDA; wait() waits. */
@@ -30,15 +38,34 @@ class Execution {
 #endif
   }
 
+#if FUSE_FLOW_CUDA
+  /** \brief Until note(nullptr), launch nothing but write down what would be: see LaunchGraph. */
+  void note(std::vector<char>* where) {
+    note_ = where;
+    if (note_) note_->clear();
+  }
+
+  /** \brief A kernel of our own. */
+  template <typename... Parameters, typename... Arguments>
+  void launch(const char* name, void (*kernel)(Parameters...), dim3 blocks, unsigned int threads,
+              const Arguments&... arguments) {
+    if (noted(kernel, blocks, threads, static_cast<Parameters>(arguments)...)) return;
+    kernel<<<blocks, threads, 0, stream>>>(arguments...);
+    check(cudaGetLastError(), name);
+  }
+#endif
+
   /** \brief step(k) for k = 0 … n − 1, in any order. */
   template <typename Step>
   void forEach(std::size_t n, const Step& step) {
-    if (n > 0) translated([&] { thrust::for_each_n(policy(), thrust::counting_iterator<std::uint32_t>(0), n, step); });
+    if (n == 0 || noted(&Execution::forEach<Step>, n, step)) return;
+    translated([&] { thrust::for_each_n(policy(), thrust::counting_iterator<std::uint32_t>(0), n, step); });
   }
 
   template <typename Value>
   void fill(Value* where, std::size_t n, int byte) {
 #if FUSE_FLOW_CUDA
+    if (noted(&Execution::fill<Value>, where, n, byte)) return;
     check(cudaMemsetAsync(where, byte, n * sizeof(Value), stream), "cudaMemsetAsync");
 #else
     std::memset(static_cast<void*>(where), byte, n * sizeof(Value));
@@ -49,10 +76,20 @@ class Execution {
   template <typename Value>
   void copy(Value* to, const Value* from, std::size_t n) {
 #if FUSE_FLOW_CUDA
-    if (n > 0) check(cudaMemcpyAsync(to, from, n * sizeof(Value), cudaMemcpyDefault, stream), "cudaMemcpyAsync");
+    if (n == 0 || noted(&Execution::copy<Value>, to, from, n)) return;
+    check(cudaMemcpyAsync(to, from, n * sizeof(Value), cudaMemcpyDefault, stream), "cudaMemcpyAsync");
 #else
     if (n > 0) std::memcpy(static_cast<void*>(to), static_cast<const void*>(from), n * sizeof(Value));
 #endif
+  }
+
+  /** \brief As copy(), for a few words, by a kernel: in the copy engine they would queue behind the images and points of other
+   *  frames in flight. */
+  template <typename Value>
+  void copySmall(Value* to, const Value* from, std::size_t n) {
+    static_assert(sizeof(Value) % 4 == 0, "in words");
+    forEach(n * sizeof(Value) / 4,
+            CopyWords{reinterpret_cast<std::uint32_t*>(to), reinterpret_cast<const std::uint32_t*>(from)});
   }
 
   void wait() {
@@ -109,6 +146,19 @@ class Execution {
   std::size_t scratchBytes() const { return scratch_.bytes(); }
 
  private:
+  /** \brief Writes down the bytes of some values, if that is what is asked for. */
+  template <typename... Values>
+  bool noted(const Values&... values) {
+#if FUSE_FLOW_CUDA
+    if (note_ == nullptr) return false;
+    (writeDown(values), ...);
+    return true;
+#else
+    ((void)values, ...);
+    return false;
+#endif
+  }
+
   /** \brief Thrust's errors, of a kernel that finds no memory to be loaded into for one, as PCL's. */
   template <typename Action>
   static void translated(const Action& action) {
@@ -123,6 +173,14 @@ class Execution {
   }
 
 #if FUSE_FLOW_CUDA
+  template <typename Value>
+  void writeDown(const Value& value) {
+    const char* bytes = reinterpret_cast<const char*>(&value);
+    note_->insert(note_->end(), bytes, bytes + sizeof(value));
+  }
+
+  std::vector<char>* note_{nullptr};
+
   template <typename Algorithm>
   void withScratch(const Algorithm& algorithm) {
     std::size_t bytes = 0;

@@ -1,7 +1,7 @@
 #pragma once
 
+#include <fuse_flow/gpu/device_cloud.h>
 #include <fuse_flow/gpu/frame_pipeline.h>
-#include <fuse_flow/gpu/point_layout.h>
 #include <fuse_flow/gpu/point_span.h>
 
 #include <pcl/point_cloud.h>
@@ -20,30 +20,36 @@ class FrameLane {
 
   /** \brief The fused points in device memory, once the lane's stream has passed. */
   PointSpan<PointT> fuseOnDevice(const RigFrame& frame) {
-    size_ = pipeline.fuse(frame, PointLayout<PointT>::has_color);
-    output_.resize(size_);
-    pipeline.write(layout_, compute_normals, output_.data());
-    return {reinterpret_cast<const PointT*>(output_.data()), size_};
+    fuseInto(frame, output_);
+    return {output_.data(), output_.size()};
+  }
+
+  /** \copydoc fuseOnDevice */
+  void fuseInto(const RigFrame& frame, DeviceCloud<PointT>& output) {
+    const std::size_t size = pipeline.fuse(frame, PointLayout<PointT>::has_color);
+    DeviceCloud<PointT>::copyHeader(DeviceCloud<PointT>(), output);
+    output.header.stamp = frame.stamp;
+    output.resize(static_cast<std::uint32_t>(size), 1);
+    pipeline.write(layout_, compute_normals, output.words());
   }
 
   /** \brief The fused points in pinned host memory, which the lane owns until its next frame. */
   PointSpan<PointT> fusePinned(const RigFrame& frame) {
-    fuseOnDevice(frame);
-    pinned_.resize(size_);
-    pipeline.run.copy(pinned_.data(), output_.data(), size_);
-    pipeline.times.mark("download", 2.0 * static_cast<double>(size_ * sizeof(Words)));
+    const std::size_t size = fuseOnDevice(frame).size;
+    pinned_.resize(size);
+    pipeline.run.copy(pinned_.data(), std::as_const(output_).words(), size);
+    pipeline.times.mark("download", 2.0 * static_cast<double>(size * sizeof(Words)));
     pipeline.run.wait();
     pipeline.finish();
-    return {reinterpret_cast<const PointT*>(pinned_.data()), size_};
+    return {reinterpret_cast<const PointT*>(pinned_.data()), size};
   }
 
   std::size_t bytes() const { return pipeline.bytes() + output_.bytes(); }
 
  private:
   PointLayout<PointT> layout_;
-  DeviceBuffer<Words> output_;
+  DeviceCloud<PointT> output_;
   PinnedBuffer<Words> pinned_;
-  std::size_t size_{0};
 };
 
 /** \brief A fused frame as a cloud. \param threads to copy with */

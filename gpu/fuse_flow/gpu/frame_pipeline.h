@@ -5,6 +5,7 @@
 #include <fuse_flow/gpu/depth_maps.h>
 #include <fuse_flow/gpu/fuse_point_wise.h>
 #include <fuse_flow/gpu/generate_points_kernel.h>
+#include <fuse_flow/gpu/launch_graph.h>
 #include <fuse_flow/gpu/too_far.h>
 #include <fuse_flow/gpu/write_points.h>
 
@@ -39,8 +40,6 @@ class FramePipeline {
     statistics.preprocess_ms = lap();
     point_count_ = 0;
     if (views_.pixels() == 0) return 0;
-    maps_.make(run, times, views_,
-               {parameters.preprocessing, parameters.smoothing, parameters.confidence, parameters.adapt_noise});
     generate();
     if (parameters.use_spatial_hash) {
       aggregate();
@@ -68,6 +67,9 @@ class FramePipeline {
     statistics.total_ms = milliseconds(start_, last_);
   }
 
+  /** \brief Frames whose first half was launched as a graph captured before. */
+  std::size_t graphReplays() const { return graph_.replays(); }
+
   /** \brief Device memory held. */
   std::size_t bytes() const {
     return views_.bytes() + maps_.bytes() + table_.bytes() + points_.bytes() + slots_.bytes() + gated_.bytes() +
@@ -87,20 +89,40 @@ class FramePipeline {
 
   std::size_t chunks() const { return views_.pixels() / kChunk; }
 
-  /** \brief Eq. 3, 8, 9, and the coarse cells. */
+  /** \brief Depth maps; eq. 3, 8, 9; and the coarse cells. */
   void generate() {
     const std::size_t pixels = views_.pixels();
     points_.resize(pixels);
     slots_.resize(pixels);
-    std::size_t capacity = std::max(table_.capacity(), pixels / 64);
-    while (!generateInto(table_.start(run, parameters.use_spatial_hash ? capacity : 1, &counters_.device(run)->cells,
-                                      &counters_.device(run)->table_too_full)))
-      capacity = 4 * table_.capacity();
+    counters_.device(run);  // the first time it starts something of its own
+    const std::size_t capacity = parameters.use_spatial_hash ? std::max(table_.capacity(), pixels / 64) : 1;
+    const auto launches = [&] {
+      maps_.make(run, times, views_,
+                 {parameters.preprocessing, parameters.smoothing, parameters.confidence, parameters.adapt_noise});
+      generateInto(capacity);
+    };
+    if (times.enabled) {
+      launches();
+    } else {
+      graph_(run, launches);
+    }
+    run.wait();
+    while (counters_.host().table_too_full > 0) {
+      generateInto(4 * table_.capacity());
+      run.wait();
+    }
+    const Counters& counted = counters_.host();
+    if (parameters.adapt_noise) keepNoiseScales();
+    if (counted.points.too_far != 0xffffffffu) throwTooFarPoint(counted.points.too_far);
+    statistics.measured_points = counted.points.measured;
+    statistics.gated_points = counted.points.gated;
     statistics.generate_ms = lap();
   }
 
-  /** \brief False if the table is too small for the frame's cells. */
-  bool generateInto(const CellTableView& table) {
+  /** \brief Into a table of at least that capacity, which may be too small for the frame's cells. */
+  void generateInto(std::size_t capacity) {
+    const CellTableView table =
+        table_.start(run, capacity, &counters_.device(run)->cells, &counters_.device(run)->table_too_full);
     const std::size_t pixels = views_.pixels();
     table_view_ = table;
     PointCounts* counts = &counters_.device(run)->points;
@@ -120,19 +142,13 @@ class FramePipeline {
                               slots_.data(),
                               counts};
 #if FUSE_FLOW_CUDA
-    generatePointsKernel<<<views_.tiles().count, kTileThreads, 0, run.stream>>>(step, views_.tiles());
-    check(cudaGetLastError(), "generatePointsKernel");
+    run.launch("generatePointsKernel", generatePointsKernel, views_.tiles().count, kTileThreads, step, views_.tiles());
 #else
     run.forEach(chunks(), step);
 #endif
     times.mark("confidence, points, cells", static_cast<double>(pixels) * (parameters.smoothing.passes > 0 ? 8 : 4) +
                                                 static_cast<double>(pixels) * (sizeof(WeightedPoint) + 4));
-    const Counters& counted = counters_.read(run);
-    if (parameters.adapt_noise) keepNoiseScales();
-    if (counted.points.too_far != 0xffffffffu) throwTooFarPoint(counted.points.too_far);
-    statistics.measured_points = counted.points.measured;
-    statistics.gated_points = counted.points.gated;
-    return counted.table_too_full == 0;
+    counters_.fetch(run);
   }
 
   void keepNoiseScales() {
@@ -182,6 +198,7 @@ class FramePipeline {
     statistics.fuse_ms = lap();
   }
 
+  LaunchGraph graph_;
   CounterBuffer counters_;
   FrameViews views_;
   DepthMaps maps_;

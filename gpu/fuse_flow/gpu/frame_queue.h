@@ -47,6 +47,7 @@ class FrameQueue {
 
  private:
   struct Worker {
+    OwnStream stream;  // outlives what runs on it
     FrameLane<PointT> lane;
     RigFrame frame;
     PointSpan<PointT> points;
@@ -56,8 +57,8 @@ class FrameQueue {
     Worker() {
 #if FUSE_FLOW_CUDA
       check(cudaGetDevice(&device_), "cudaGetDevice");
-      check(cudaStreamCreateWithFlags(&lane.pipeline.run.stream, cudaStreamNonBlocking), "cudaStreamCreate");
 #endif
+      lane.pipeline.run.stream = stream.get();
       thread_ = std::thread([this] { work(); });
     }
 
@@ -68,9 +69,6 @@ class FrameQueue {
       }
       changed_.notify_all();
       thread_.join();
-#if FUSE_FLOW_CUDA
-      (void)cudaStreamDestroy(lane.pipeline.run.stream);
-#endif
     }
 
     void start(const RigFrame& next) {

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <utility>
 
 namespace fuse_flow {
 namespace gpu {
@@ -79,8 +80,8 @@ class FrameViews {
     uploadImages(run, frame, with_color, threads);
     device_views_.resize(n);
     device_offsets_.resize(2 * (n + 1));
-    run.copy(device_views_.data(), views_.data(), n);
-    run.copy(device_offsets_.data(), offsets_.data(), 2 * (n + 1));
+    run.copySmall(device_views_.data(), std::as_const(views_).data(), n);
+    run.copySmall(device_offsets_.data(), std::as_const(offsets_).data(), 2 * (n + 1));
   }
 
   static constexpr std::size_t kMaxPixels = std::size_t{1} << 27;
@@ -205,6 +206,8 @@ class FrameViews {
         }
       });
       run.copy(images_.data() + transfer.place, static_cast<const char*>(staged), bytes);
+    } else if (transfer.memory == Memory::Pinned && transfer.stride == transfer.row_bytes) {
+      run.copy(images_.data() + transfer.place, transfer.from, bytes);
     } else if (transfer.memory == Memory::Pinned) {
 #if FUSE_FLOW_CUDA
       check(cudaMemcpy2DAsync(images_.data() + transfer.place, transfer.row_bytes, transfer.from, transfer.stride,

@@ -87,6 +87,14 @@ class FuseFlow<PointT, device::Thrust> {
     return points;
   }
 
+  /** \brief The same into a cloud of the caller's, for filters that follow on the same stream. */
+  void fuse(const RigFrame& frame, gpu::DeviceCloud<PointT>& output) {
+    prepare(*lane_);
+    lane_->fuseInto(frame, output);
+    lane_->pipeline.finish();
+    statistics_ = lane_->pipeline.statistics;
+  }
+
   /** \brief Starts a frame and returns. Its images must stay alive until next() has returned it. \throws pcl::PCLException if
    *  as many frames are in flight as may be */
   void submit(const RigFrame& frame) {
@@ -126,6 +134,9 @@ class FuseFlow<PointT, device::Thrust> {
 
   /** \brief Device memory that fuse() holds, bytes. */
   std::size_t getDeviceBytes() const { return lane_->bytes(); }
+
+  /** \brief Frames of fuse() whose first half was launched as a CUDA graph; 0 on the default stream, which cannot be captured. */
+  std::size_t getGraphReplays() const { return lane_->pipeline.graphReplays(); }
 
   /** \brief Measure the stages of fuse(); default off. */
   gpu::StageTimes& stageTimes() { return lane_->pipeline.times; }

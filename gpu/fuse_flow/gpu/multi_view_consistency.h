@@ -1,5 +1,6 @@
 #pragma once
 
+#include <fuse_flow/gpu/cloud_selection.h>
 #include <fuse_flow/gpu/consistency_evaluator.h>
 #include <fuse_flow/gpu/device_filter.h>
 #include <fuse_flow/multi_view_consistency.h>
@@ -15,17 +16,38 @@ struct JudgePoints {
   float* V;
   int* views;
 
-  FUSE_FLOW_HD void operator()(std::uint32_t k) const {
-    const Consistency c = source_camera < 0 ? evaluator.askAll(points[k])
-                                            : evaluator(points[k], static_cast<std::uint32_t>(source_camera));
+  FUSE_FLOW_HD void operator()(std::uint32_t k) const { judge(points[k], k); }
+
+  FUSE_FLOW_HD void judge(const Vec3& p, std::uint32_t k) const {
+    const Consistency c =
+        source_camera < 0 ? evaluator.askAll(p) : evaluator(p, static_cast<std::uint32_t>(source_camera));
     V[k] = consistency(evaluator.parameters, c);
     views[k] = c.views();
   }
 };
 
+/** \brief The same for the points of a list of a cloud, and which of them stay. */
+template <typename Layout>
+struct JudgeListedPoints {
+  JudgePoints judge;
+  const typename Layout::Words* points;
+  PointList list;
+  float threshold;
+  bool negative;
+  std::uint8_t* keep;
+
+  FUSE_FLOW_HD void operator()(std::uint32_t k) const {
+    const std::uint32_t index = list[k];
+    const Vec3 p = Layout::position(points[index]);
+    if (!isFinite(p)) return;
+    judge.judge(p, index);
+    keep[index] = (judge.V[index] >= threshold) != negative;
+  }
+};
+
 }  // namespace gpu
 
-/** \brief On the GPU, for clouds in host memory. \copydetails MultiViewConsistency */
+/** \brief On the GPU, for clouds in host memory or on the device. \copydetails MultiViewConsistency */
 template <typename PointT>
 class MultiViewConsistency<PointT, device::Thrust> : public MultiViewConsistency<PointT, device::Host> {
  public:
@@ -44,30 +66,74 @@ class MultiViewConsistency<PointT, device::Thrust> : public MultiViewConsistency
   /** \brief The CUDA stream that it runs on; default the default stream. */
   void setStream(gpu::Stream stream) { device_.run.stream = stream; }
 
+  using DeviceCloud = gpu::DeviceCloud<PointT>;
+  using MultiViewConsistency<PointT, device::Host>::setInputCloud;
+  using MultiViewConsistency<PointT, device::Host>::filter;
+
+  /** \brief The cloud that filter(DeviceCloud&) reads, in the world frame. */
+  void setInputCloud(const typename DeviceCloud::ConstPtr& cloud) { device_input_ = cloud; }
+
+  /** \brief As filter() of a cloud in host memory, with setIndices() and all that pcl::FilterIndices offers, and nothing
+   *  copied over the bus but the number of points (and the frame's images, where those are in host memory).
+   *  getConsistency() and getViewCounts() stay as they were: see deviceConsistency(). \param output its memory is exchanged
+   *  for memory of the filter; may be the input
+   *  \throws pcl::BadArgumentException if there is no frame, or it contradicts itself; also where the bilateral filter is
+   *  on: it runs on the CPU only */
+  void filter(DeviceCloud& output) {
+    const DeviceCloud& input = gpu::DeviceFilter::inputOf("fuse_flow::MultiViewConsistency", device_input_);
+    checkRigFrame(this->frame_);
+    gpu::Execution& run = device_.run;
+    selection_.list(run, input, this->use_indices_ ? this->getIndices() : nullptr);
+    const gpu::JudgePoints judge = prepare(input.size());
+    if (input.size() > 0) {
+      run.fill(V_.data(), input.size(), 0);
+      run.fill(views_.data(), input.size(), 0);
+    }
+    run.forEach(selection_.size(), gpu::JudgeListedPoints<gpu::PointLayout<PointT>>{
+                                       judge, input.words(), selection_.points(), this->getThreshold(), this->negative_,
+                                       selection_.keep(run, input.size())});
+    selection_.apply(run, {this->keep_organized_, this->user_filter_value_, this->extract_removed_indices_},
+                     {gpu::ConfidenceField::Change::Scale, V_.data()}, input, result_, *this->removed_indices_);
+    std::swap(output, result_);
+  }
+
+  /** \brief V of every point of the input of the last filter(DeviceCloud&), and how many views had a say, in device memory. */
+  const float* deviceConsistency() const { return V_.data(); }
+  /** \copydoc deviceConsistency */
+  const int* deviceViewCounts() const { return views_.data(); }
+
  protected:
   /** \throws pcl::BadArgumentException also where the bilateral filter is on: it runs on the CPU only */
   void computeConsistency(const std::vector<Vec3>& points, float* V, int* views) override {
-    gpu::checkRunsOnDevice("fuse_flow::MultiViewConsistency", this->preprocessing_);
-    gpu::Execution& run = device_.run;
-    frame_views_.assign(run, this->frame_, {}, false, host::resolveThreads(this->threads_));
-    maps_.make(run, device_.times, frame_views_, gpu::DepthMapParameters::withoutSmoothing(this->preprocessing_));
     const std::size_t n = points.size();
     device_.upload(points.data(), n, points_);
-    V_.resize(n);
-    views_.resize(n);
-    const gpu::ConsistencyEvaluator evaluator{frame_views_.grid().views, maps_.measured(), this->parameters_};
-    run.forEach(n, gpu::JudgePoints{evaluator, this->source_camera_, points_.data(), V_.data(), views_.data()});
+    device_.run.forEach(n, prepare(n));
     device_.download(V_, n, V);
     device_.download(views_, n, views);
   }
 
  private:
+  /** \brief The frame's depth on the device, and what to ask it about n points. */
+  gpu::JudgePoints prepare(std::size_t n) {
+    gpu::checkRunsOnDevice("fuse_flow::MultiViewConsistency", this->preprocessing_);
+    frame_views_.assign(device_.run, this->frame_, {}, false, host::resolveThreads(this->threads_));
+    maps_.make(device_.run, device_.times, frame_views_,
+               gpu::DepthMapParameters::withoutSmoothing(this->preprocessing_));
+    V_.resize(n);
+    views_.resize(n);
+    const gpu::ConsistencyEvaluator evaluator{frame_views_.grid().views, maps_.measured(), this->parameters_};
+    return {evaluator, this->source_camera_, points_.data(), V_.data(), views_.data()};
+  }
+
   gpu::DeviceFilter device_;
   gpu::FrameViews frame_views_;
   gpu::DepthMaps maps_;
   gpu::DeviceBuffer<Vec3> points_;
   gpu::DeviceBuffer<float> V_;
   gpu::DeviceBuffer<int> views_;
+  typename DeviceCloud::ConstPtr device_input_;
+  gpu::CloudSelection<PointT> selection_;
+  DeviceCloud result_;
 };
 
 }  // namespace fuse_flow

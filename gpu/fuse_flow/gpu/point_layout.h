@@ -8,14 +8,16 @@
 namespace fuse_flow {
 namespace gpu {
 
-/** \brief How a point type lies in memory: PCL's points have constructors that device code cannot call, so the device writes
- *  their words, over those of a default point. */
+/** \brief How a point type lies in memory: PCL's points have constructors that device code cannot call, so the device reads and
+ *  writes their words; what it makes it writes over those of a default point. The functions are those of
+ *  point_traits.h. */
 template <typename PointT>
 struct PointLayout {
   static_assert(sizeof(PointT) % 16 == 0 && alignof(PointT) <= 16, "a PCL point is made of 16-byte quarters");
   static constexpr int kWords = static_cast<int>(sizeof(PointT) / 4);
   static constexpr bool has_color = point::has_color<PointT>;
   static constexpr bool has_normal = point::has_normal<PointT>;
+  static constexpr bool has_confidence = point::has<PointT, pcl::fields::confidence>;
 
   struct alignas(16) Words {
     std::uint32_t word[kWords];
@@ -31,30 +33,79 @@ struct PointLayout {
   /** \brief As the CPU's pipeline writes a point. */
   FUSE_FLOW_HD Words words(const FusedPoint& fused, const Vec3& color, const Vec3& normal) const {
     Words w = blank;
-    set<pcl::fields::x>(w, fused.p.x);
-    set<pcl::fields::y>(w, fused.p.y);
-    set<pcl::fields::z>(w, fused.p.z);
-    if constexpr (point::has<PointT, pcl::fields::confidence>) {
-      set<pcl::fields::confidence>(w, fused.weight);
+    setPosition(w, fused.p);
+    setWeight(w, fused.weight);
+    setViewCount(w, fused.views);
+    setColor(w, color);
+    setNormal(w, normal);
+    return w;
+  }
+
+  FUSE_FLOW_HD static Vec3 position(const Words& w) {
+    return {get<pcl::fields::x, float>(w), get<pcl::fields::y, float>(w), get<pcl::fields::z, float>(w)};
+  }
+  FUSE_FLOW_HD static void setPosition(Words& w, const Vec3& p) {
+    set<pcl::fields::x>(w, p.x);
+    set<pcl::fields::y>(w, p.y);
+    set<pcl::fields::z>(w, p.z);
+  }
+
+  /** \brief 1 where PointT has no confidence. */
+  FUSE_FLOW_HD static float confidence(const Words& w) {
+    if constexpr (has_confidence) {
+      return get<pcl::fields::confidence, float>(w);
+    } else {
+      (void)w;
+      return 1.0f;
+    }
+  }
+  FUSE_FLOW_HD static void setConfidence(Words& w, float confidence) {
+    if constexpr (has_confidence) set<pcl::fields::confidence>(w, confidence);
+  }
+
+  FUSE_FLOW_HD static void setWeight(Words& w, float weight) {
+    if constexpr (has_confidence) {
+      set<pcl::fields::confidence>(w, weight);
     } else if constexpr (point::has<PointT, pcl::fields::intensity>) {
-      set<pcl::fields::intensity>(w, fused.weight);
+      set<pcl::fields::intensity>(w, weight);
     }
-    if constexpr (point::has<PointT, pcl::fields::view_count>)
-      set<pcl::fields::view_count>(w, static_cast<std::uint32_t>(fused.views));
-    if constexpr (has_color) {
-      const std::uint32_t rgba = 0xff000000u | channel(color.x) << 16 | channel(color.y) << 8 | channel(color.z);
-      if constexpr (point::has<PointT, pcl::fields::rgba>) {
-        set<pcl::fields::rgba>(w, rgba);
-      } else {
-        set<pcl::fields::rgb>(w, rgba);
-      }
+  }
+
+  FUSE_FLOW_HD static void setViewCount(Words& w, std::uint32_t views) {
+    if constexpr (point::has<PointT, pcl::fields::view_count>) set<pcl::fields::view_count>(w, views);
+  }
+
+  FUSE_FLOW_HD static Vec3 color(const Words& w) {
+    std::uint32_t rgba = 0;
+    if constexpr (point::has<PointT, pcl::fields::rgba>) {
+      rgba = get<pcl::fields::rgba, std::uint32_t>(w);
+    } else if constexpr (point::has<PointT, pcl::fields::rgb>) {
+      rgba = get<pcl::fields::rgb, std::uint32_t>(w);
     }
+    return {static_cast<float>(rgba >> 16 & 255u), static_cast<float>(rgba >> 8 & 255u),
+            static_cast<float>(rgba & 255u)};
+  }
+  FUSE_FLOW_HD static void setColor(Words& w, const Vec3& color) {
+    const std::uint32_t rgba = 0xff000000u | channel(color.x) << 16 | channel(color.y) << 8 | channel(color.z);
+    if constexpr (point::has<PointT, pcl::fields::rgba>) {
+      set<pcl::fields::rgba>(w, rgba);
+    } else if constexpr (point::has<PointT, pcl::fields::rgb>) {
+      set<pcl::fields::rgb>(w, rgba);
+    }
+  }
+
+  FUSE_FLOW_HD static Vec3 normal(const Words& w) {
+    if constexpr (has_normal)
+      return {get<pcl::fields::normal_x, float>(w), get<pcl::fields::normal_y, float>(w),
+              get<pcl::fields::normal_z, float>(w)};
+    return {};
+  }
+  FUSE_FLOW_HD static void setNormal(Words& w, const Vec3& normal) {
     if constexpr (has_normal) {
       set<pcl::fields::normal_x>(w, normal.x);
       set<pcl::fields::normal_y>(w, normal.y);
       set<pcl::fields::normal_z>(w, normal.z);
     }
-    return w;
   }
 
  private:
@@ -64,6 +115,14 @@ struct PointLayout {
   FUSE_FLOW_HD static void set(Words& w, const Value& value) {
     static_assert(sizeof(Value) == 4 && pcl::traits::offset<PointT, Field>::value % 4 == 0, "fields are of words");
     std::memcpy(&w.word[pcl::traits::offset<PointT, Field>::value / 4], &value, 4);
+  }
+
+  template <typename Field, typename Value>
+  FUSE_FLOW_HD static Value get(const Words& w) {
+    static_assert(sizeof(Value) == 4 && pcl::traits::offset<PointT, Field>::value % 4 == 0, "fields are of words");
+    Value value;
+    std::memcpy(&value, &w.word[pcl::traits::offset<PointT, Field>::value / 4], 4);
+    return value;
   }
 };
 

@@ -48,6 +48,22 @@ struct HostStream {};
 using Stream = HostStream*;
 #endif
 
+/** \brief A stream that does not wait for the default one. */
+class OwnStream {
+ public:
+#if FUSE_FLOW_CUDA
+  OwnStream() { check(cudaStreamCreateWithFlags(&stream_, cudaStreamNonBlocking), "cudaStreamCreate"); }
+  ~OwnStream() { (void)cudaStreamDestroy(stream_); }
+#else
+  OwnStream() = default;
+#endif
+  OwnStream(const OwnStream&) = delete;
+  Stream get() const { return stream_; }
+
+ private:
+  Stream stream_{};
+};
+
 /** \brief Whether there is a device to run on. */
 inline bool deviceAvailable() {
 #if FUSE_FLOW_CUDA

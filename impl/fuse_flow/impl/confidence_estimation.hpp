@@ -30,15 +30,22 @@ void ConfidenceEstimation<PointT, device::Host>::computeConfidence(const host::D
 }
 
 template <typename PointT>
-void ConfidenceEstimation<PointT, device::Host>::applyFilter(pcl::Indices& indices) {
-  if (!input_->isOrganized() && !input_->empty())
+template <typename Cloud>
+void ConfidenceEstimation<PointT, device::Host>::checkOrganized(const Cloud& cloud) {
+  if (!cloud.isOrganized() && !cloud.empty())
     throw pcl::UnorganizedPointCloudException("fuse_flow::ConfidenceEstimation: the input cloud is " +
-                                              std::to_string(input_->width) + "x" + std::to_string(input_->height) +
+                                              std::to_string(cloud.width) + "x" + std::to_string(cloud.height) +
                                               ", must be organised");
+}
+
+template <typename PointT>
+void ConfidenceEstimation<PointT, device::Host>::applyFilter(pcl::Indices& indices) {
+  checkOrganized(*input_);
   const int width = static_cast<int>(input_->width);
   const int height = input_->empty() ? 0 : static_cast<int>(input_->height);
-  const Eigen::Vector3f origin = input_->sensor_origin_.template head<3>();
-  const Eigen::Vector3f axis = input_->sensor_orientation_ * Eigen::Vector3f::UnitZ();
+  const Vec3 origin{input_->sensor_origin_.x(), input_->sensor_origin_.y(), input_->sensor_origin_.z()};
+  const Eigen::Vector3f z_axis = input_->sensor_orientation_ * Eigen::Vector3f::UnitZ();
+  const Vec3 axis{z_axis.x(), z_axis.y(), z_axis.z()};
   const int threads = host::resolveThreads(threads_);
   const std::size_t rows = static_cast<std::size_t>(height);
 
@@ -49,8 +56,8 @@ void ConfidenceEstimation<PointT, device::Host>::applyFilter(pcl::Indices& indic
     float* z = depth.row(static_cast<int>(v));
     const PointT* points = input_->points.data() + v * input_->width;
     for (int u = 0; u < width; ++u) {
-      const Eigen::Vector3f p(points[u].x, points[u].y, points[u].z);
-      const float along = p.allFinite() ? axis.dot(p - origin) : 0.0f;
+      const Vec3 p{points[u].x, points[u].y, points[u].z};
+      const float along = isFinite(p) ? dot(axis, p - origin) : 0.0f;
       z[u] = along > 0 ? along : 0.0f;
     }
   });
