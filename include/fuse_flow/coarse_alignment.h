@@ -1,6 +1,7 @@
 #pragma once
 
 #include <fuse_flow/math/confidence.h>
+#include <fuse_flow/precompiled.h>
 #include <fuse_flow/preprocessing.h>
 #include <fuse_flow/rig_frame.h>
 
@@ -87,7 +88,7 @@ struct CoarseAlignmentResult {
   std::vector<CoarseOverlap> overlaps;  ///< within the groups
 
   /** \brief Whether all cameras are placed in one group. */
-  inline bool complete() const;
+  FUSE_FLOW_INLINE bool complete() const;
 };
 
 /** \brief Camera poses of a rig of which nothing is known, from what its depth cameras see at one or more instants: where
@@ -108,33 +109,33 @@ struct CoarseAlignmentResult {
  *  \endcode */
 class CoarseAlignment {
  public:
-  inline CoarseAlignment();
-  inline ~CoarseAlignment();
+  FUSE_FLOW_INLINE CoarseAlignment();
+  FUSE_FLOW_INLINE ~CoarseAlignment();
 
   /** \brief Throws pcl::BadArgumentException for a value out of range. */
-  inline void setParameters(const CoarseAlignmentParameters& parameters);
+  FUSE_FLOW_INLINE void setParameters(const CoarseAlignmentParameters& parameters);
   /** \brief What setParameters() set, or the defaults. */
-  inline const CoarseAlignmentParameters& getParameters() const;
+  FUSE_FLOW_INLINE const CoarseAlignmentParameters& getParameters() const;
 
   /** \brief Threads to use; 0, the default, is one per core. The result is the same for any number. */
-  inline void setNumberOfThreads(unsigned int threads);
+  FUSE_FLOW_INLINE void setNumberOfThreads(unsigned int threads);
 
   /** \brief Forget all frames. */
-  inline void clear();
+  FUSE_FLOW_INLINE void clear();
 
   /** \brief One instant more; what is needed of it is copied.
    *  \throws pcl::BadArgumentException if a camera or a view contradicts itself, or there are more or fewer cameras than in
    *  the frames before */
-  inline void addFrame(const RigFrame& frame);
+  FUSE_FLOW_INLINE void addFrame(const RigFrame& frame);
 
   /** \brief Poses, as far as the frames tell them. \throws pcl::PCLException without a frame */
-  inline CoarseAlignmentResult estimate();
+  FUSE_FLOW_INLINE CoarseAlignmentResult estimate();
 
  private:
-  inline void dropAmbiguous(const host::RigPlacement& placement, host::PlacedGroup& group, int threads,
-                            CoarseAlignmentResult& result) const;
-  inline void accept(const host::RigPlacement& placement, const host::PlacedGroup& group,
-                     CoarseAlignmentResult& result) const;
+  FUSE_FLOW_INLINE void dropAmbiguous(const host::RigPlacement& placement, host::PlacedGroup& group, int threads,
+                                      CoarseAlignmentResult& result) const;
+  FUSE_FLOW_INLINE void accept(const host::RigPlacement& placement, const host::PlacedGroup& group,
+                               CoarseAlignmentResult& result) const;
 
   CoarseAlignmentParameters parameters_;
   int threads_{0};
@@ -144,4 +145,6 @@ class CoarseAlignment {
 
 }  // namespace fuse_flow
 
+#ifndef FUSE_FLOW_DECLARATIONS_ONLY
 #include <fuse_flow/impl/coarse_alignment.hpp>
+#endif

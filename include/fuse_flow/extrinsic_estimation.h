@@ -2,6 +2,7 @@
 
 #include <fuse_flow/device.h>
 #include <fuse_flow/extrinsic_parameters.h>
+#include <fuse_flow/precompiled.h>
 #include <fuse_flow/rig_frame.h>
 
 #include <pcl/point_cloud.h>
@@ -91,34 +92,34 @@ class ExtrinsicEstimation<PointT, device::Host> {
   using ConstPtr = std::shared_ptr<const ExtrinsicEstimation>;
   ///@}
 
-  inline ExtrinsicEstimation();
-  inline ~ExtrinsicEstimation();
+  ExtrinsicEstimation();
+  ~ExtrinsicEstimation();
 
   /** \brief Throws pcl::BadArgumentException for a value out of range. */
-  inline void setParameters(const ExtrinsicParameters& parameters);
+  void setParameters(const ExtrinsicParameters& parameters);
   /** \brief What setParameters() set, or the defaults. */
-  inline const ExtrinsicParameters& getParameters() const;
+  const ExtrinsicParameters& getParameters() const;
 
   /** \brief Threads to use; 0, the default, is one per core. */
-  inline void setNumberOfThreads(unsigned int threads);
+  void setNumberOfThreads(unsigned int threads);
 
   /** \brief Forget all frames. */
-  inline void clear();
+  void clear();
 
   /** \brief One instant more; what is needed of it is copied. The poses of the first frame are where the search begins.
    *  \throws pcl::BadArgumentException if a camera or a view contradicts itself, or the cameras are not those of the frames
    *  before, poses aside */
-  inline void addFrame(const RigFrame& frame);
+  void addFrame(const RigFrame& frame);
 
   /** \brief The same from organised clouds, each in its camera's frame (z forward), as grabbers deliver them; null: missing.
    *  \throws pcl::BadArgumentException if a cloud does not have its camera's size */
-  inline void addClouds(const std::vector<Camera>& cameras, const std::vector<PointCloudConstPtr>& clouds);
+  void addClouds(const std::vector<Camera>& cameras, const std::vector<PointCloudConstPtr>& clouds);
 
   /** \brief From the poses that addFrame() was given. \throws pcl::PCLException without a frame */
-  inline ExtrinsicResult estimate();
+  ExtrinsicResult estimate();
 
   /** \brief From other poses, one a camera. */
-  inline ExtrinsicResult estimate(const std::vector<Eigen::Isometry3d>& initial);
+  ExtrinsicResult estimate(const std::vector<Eigen::Isometry3d>& initial);
 
  private:
   ExtrinsicParameters parameters_;
@@ -129,4 +130,6 @@ class ExtrinsicEstimation<PointT, device::Host> {
 
 }  // namespace fuse_flow
 
+#ifndef FUSE_FLOW_DECLARATIONS_ONLY
 #include <fuse_flow/impl/extrinsic_estimation.hpp>
+#endif

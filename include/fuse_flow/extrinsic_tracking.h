@@ -2,6 +2,7 @@
 
 #include <fuse_flow/extrinsic_estimation.h>
 #include <fuse_flow/pose_filter.h>
+#include <fuse_flow/precompiled.h>
 
 #include <condition_variable>
 #include <exception>
@@ -36,33 +37,33 @@ template <typename PointT>
 class ExtrinsicTracking {
  public:
   /** \brief What a frame of a running rig is estimated with: fewer points and iterations than from scratch. */
-  static inline ExtrinsicParameters defaultParameters();
+  static ExtrinsicParameters defaultParameters();
 
   /** \brief Starts the thread. \param cameras with the poses to begin at  \param deviation of those poses, metres at the
    *  scene's radius  \param parameters of the estimate; the first camera's pose is not held  \param filter of the filter
    *  \throws pcl::BadArgumentException for a camera that contradicts itself or a parameter out of range */
-  inline explicit ExtrinsicTracking(const std::vector<Camera>& cameras, double deviation = 0.02,
-                                    const ExtrinsicParameters& parameters = defaultParameters(),
-                                    const PoseFilterParameters& filter = {});
+  explicit ExtrinsicTracking(const std::vector<Camera>& cameras, double deviation = 0.02,
+                             const ExtrinsicParameters& parameters = defaultParameters(),
+                             const PoseFilterParameters& filter = {});
   /** \brief Waits for the estimate that is under way. */
-  inline ~ExtrinsicTracking();
+  ~ExtrinsicTracking();
   ExtrinsicTracking(const ExtrinsicTracking&) = delete;
   ExtrinsicTracking& operator=(const ExtrinsicTracking&) = delete;
 
   /** \brief Threads for an estimate; 1, the default, leaves the others to the fusion. */
-  inline void setNumberOfThreads(unsigned int threads);
+  void setNumberOfThreads(unsigned int threads);
 
   /** \brief Offers a frame. Never waits. \returns whether it was taken: not while another is being worked on
    *  \throws pcl::BadArgumentException if the frame contradicts itself or has other cameras; what an estimate threw meanwhile */
-  inline bool push(const RigFrame& frame);
+  bool push(const RigFrame& frame);
 
   /** \brief Waits until the frame that was taken last is done. */
-  inline void finish();
+  void finish();
 
   /** \brief The newest poses. */
-  inline std::shared_ptr<const TrackedPoses> poses() const;
+  std::shared_ptr<const TrackedPoses> poses() const;
   /** \brief Puts the newest poses into a frame's cameras. */
-  inline void apply(RigFrame& frame) const;
+  void apply(RigFrame& frame) const;
 
  private:
   /** \brief The images of a frame, owned. */
@@ -71,11 +72,11 @@ class ExtrinsicTracking {
     std::vector<std::vector<std::uint16_t>> depth16;
     std::vector<std::vector<float>> depth32;
     std::vector<std::vector<Rgb8>> color;
-    inline void assign(const RigFrame& from, bool with_color);
+    void assign(const RigFrame& from, bool with_color);
   };
 
-  inline void work();
-  inline void estimate();
+  void work();
+  void estimate();
 
   ExtrinsicParameters parameters_;
   std::size_t cameras_;
@@ -93,4 +94,6 @@ class ExtrinsicTracking {
 
 }  // namespace fuse_flow
 
+#ifndef FUSE_FLOW_DECLARATIONS_ONLY
 #include <fuse_flow/impl/extrinsic_tracking.hpp>
+#endif

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <fuse_flow/extrinsic_estimation.h>
+#include <fuse_flow/precompiled.h>
 
 #include <Eigen/Geometry>
 
@@ -26,7 +27,7 @@ struct PoseFilterParameters {
 };
 
 /** \brief Throws pcl::BadArgumentException naming the parameter and its value if one is out of its range. */
-inline void checkParameters(const PoseFilterParameters& parameters);
+FUSE_FLOW_INLINE void checkParameters(const PoseFilterParameters& parameters);
 
 /** \brief A camera that is no longer where it was. */
 struct CameraMotion {
@@ -43,19 +44,19 @@ class PoseFilter {
  public:
   /** \brief Starts over. \param poses of all cameras, camera → world  \param deviation of each, metres at the scene's radius;
    *  0.02 for a rig measured by hand  \throws pcl::BadArgumentException */
-  inline void reset(const std::vector<Eigen::Isometry3d>& poses, double deviation);
+  FUSE_FLOW_INLINE void reset(const std::vector<Eigen::Isometry3d>& poses, double deviation);
   /** \brief \throws pcl::BadArgumentException for a value out of range */
-  inline void setParameters(const PoseFilterParameters& parameters);
+  FUSE_FLOW_INLINE void setParameters(const PoseFilterParameters& parameters);
   /** \brief What setParameters() set, or the defaults. */
   const PoseFilterParameters& getParameters() const { return parameters_; }
 
   /** \brief One estimate more, which began at poses(). \returns the cameras that it confirms to have moved */
-  inline std::vector<CameraMotion> update(const ExtrinsicResult& estimate);
+  FUSE_FLOW_INLINE std::vector<CameraMotion> update(const ExtrinsicResult& estimate);
 
   /** \brief Camera → world, camera by camera. */
   const std::vector<Eigen::Isometry3d>& poses() const { return poses_; }
   /** \brief Standard deviation of a pose, metres at the scene's radius. */
-  inline double deviation(std::size_t camera) const;
+  FUSE_FLOW_INLINE double deviation(std::size_t camera) const;
   /** \brief Whether the last estimate of a camera was kept back. */
   bool keptBack(std::size_t camera) const { return states_[camera].odd > 0; }
 
@@ -68,8 +69,8 @@ class PoseFilter {
     Eigen::Isometry3d odd_pose{Eigen::Isometry3d::Identity()};  ///< the last of them, camera → world
   };
 
-  inline std::size_t reference(const std::vector<Twist>& twists, const ExtrinsicResult& estimate) const;
-  inline Covariance noise(const CameraCorrection& correction) const;
+  FUSE_FLOW_INLINE std::size_t reference(const std::vector<Twist>& twists, const ExtrinsicResult& estimate) const;
+  FUSE_FLOW_INLINE Covariance noise(const CameraCorrection& correction) const;
 
   PoseFilterParameters parameters_;
   std::vector<Eigen::Isometry3d> poses_;
@@ -78,4 +79,6 @@ class PoseFilter {
 
 }  // namespace fuse_flow
 
+#ifndef FUSE_FLOW_DECLARATIONS_ONLY
 #include <fuse_flow/impl/pose_filter.hpp>
+#endif

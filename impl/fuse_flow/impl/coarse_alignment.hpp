@@ -13,7 +13,7 @@
 
 namespace fuse_flow {
 
-inline void checkParameters(const CoarseAlignmentParameters& p) {
+FUSE_FLOW_INLINE void checkParameters(const CoarseAlignmentParameters& p) {
   constexpr const char* owner = "fuse_flow::CoarseAlignment";
   checkParameters(p.preprocessing);
   checkParameters(p.noise);
@@ -26,28 +26,30 @@ inline void checkParameters(const CoarseAlignmentParameters& p) {
   detail::checkRange(owner, "max_ambiguity", p.max_ambiguity, 1e-4f, 0.9999f);
 }
 
-inline bool CoarseAlignmentResult::complete() const {
+FUSE_FLOW_INLINE bool CoarseAlignmentResult::complete() const {
   return std::all_of(groups.begin(), groups.end(), [](std::size_t group) { return group == 0; });
 }
 
-inline CoarseAlignment::CoarseAlignment() : system_(std::make_unique<host::AlignmentSystem>()) {}
-inline CoarseAlignment::~CoarseAlignment() = default;
+FUSE_FLOW_INLINE CoarseAlignment::CoarseAlignment() : system_(std::make_unique<host::AlignmentSystem>()) {}
+FUSE_FLOW_INLINE CoarseAlignment::~CoarseAlignment() = default;
 
-inline void CoarseAlignment::setParameters(const CoarseAlignmentParameters& parameters) {
+FUSE_FLOW_INLINE void CoarseAlignment::setParameters(const CoarseAlignmentParameters& parameters) {
   checkParameters(parameters);
   parameters_ = parameters;
 }
 
-inline const CoarseAlignmentParameters& CoarseAlignment::getParameters() const { return parameters_; }
+FUSE_FLOW_INLINE const CoarseAlignmentParameters& CoarseAlignment::getParameters() const { return parameters_; }
 
-inline void CoarseAlignment::setNumberOfThreads(unsigned int threads) { threads_ = static_cast<int>(threads); }
+FUSE_FLOW_INLINE void CoarseAlignment::setNumberOfThreads(unsigned int threads) {
+  threads_ = static_cast<int>(threads);
+}
 
-inline void CoarseAlignment::clear() {
+FUSE_FLOW_INLINE void CoarseAlignment::clear() {
   cameras_ = 0;
   system_->clear();
 }
 
-inline void CoarseAlignment::addFrame(const RigFrame& frame) {
+FUSE_FLOW_INLINE void CoarseAlignment::addFrame(const RigFrame& frame) {
   checkRigFrame(frame);
   if (system_->instants() > 0 && cameras_ != frame.cameras.size())
     detail::throwBadArgument("fuse_flow::CoarseAlignment: a frame of ", frame.cameras.size(), " cameras after one of ",
@@ -65,7 +67,7 @@ inline void CoarseAlignment::addFrame(const RigFrame& frame) {
   system_->add(frame, p);
 }
 
-inline CoarseAlignmentResult CoarseAlignment::estimate() {
+FUSE_FLOW_INLINE CoarseAlignmentResult CoarseAlignment::estimate() {
   if (system_->instants() == 0) throw pcl::PCLException("fuse_flow::CoarseAlignment: no frame was added");
   const int threads = host::resolveThreads(threads_);
   system_->setThreads(threads);
@@ -107,8 +109,8 @@ inline CoarseAlignmentResult CoarseAlignment::estimate() {
   return result;
 }
 
-inline void CoarseAlignment::dropAmbiguous(const host::RigPlacement& placement, host::PlacedGroup& group, int threads,
-                                           CoarseAlignmentResult& result) const {
+FUSE_FLOW_INLINE void CoarseAlignment::dropAmbiguous(const host::RigPlacement& placement, host::PlacedGroup& group,
+                                                     int threads, CoarseAlignmentResult& result) const {
   for (const std::size_t camera : group.contested) {
     result.placements[camera] = Placement::Ambiguous;
     group.members.erase(std::remove(group.members.begin(), group.members.end(), camera), group.members.end());
@@ -126,8 +128,8 @@ inline void CoarseAlignment::dropAmbiguous(const host::RigPlacement& placement, 
   }
 }
 
-inline void CoarseAlignment::accept(const host::RigPlacement& placement, const host::PlacedGroup& group,
-                                    CoarseAlignmentResult& result) const {
+FUSE_FLOW_INLINE void CoarseAlignment::accept(const host::RigPlacement& placement, const host::PlacedGroup& group,
+                                              CoarseAlignmentResult& result) const {
   std::vector<std::size_t> members = group.members;
   std::sort(members.begin(), members.end());
   const std::size_t first = members.front();

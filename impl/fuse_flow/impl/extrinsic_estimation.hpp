@@ -10,7 +10,7 @@
 
 namespace fuse_flow {
 
-inline void checkParameters(const ExtrinsicParameters& p) {
+FUSE_FLOW_INLINE void checkParameters(const ExtrinsicParameters& p) {
   constexpr const char* owner = "fuse_flow::ExtrinsicEstimation";
   checkParameters(p.preprocessing);
   checkParameters(p.smoothing);

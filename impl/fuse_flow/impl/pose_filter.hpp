@@ -10,7 +10,7 @@
 
 namespace fuse_flow {
 
-inline void checkParameters(const PoseFilterParameters& p) {
+FUSE_FLOW_INLINE void checkParameters(const PoseFilterParameters& p) {
   constexpr const char* owner = "fuse_flow::PoseFilter";
   detail::checkNonNegative(owner, "drift", p.drift);
   detail::checkPositive(owner, "deviation_scale", p.deviation_scale);
@@ -19,12 +19,12 @@ inline void checkParameters(const PoseFilterParameters& p) {
   detail::checkRange(owner, "confirmations", p.confirmations, 2, 1 << 20);
 }
 
-inline void PoseFilter::setParameters(const PoseFilterParameters& parameters) {
+FUSE_FLOW_INLINE void PoseFilter::setParameters(const PoseFilterParameters& parameters) {
   checkParameters(parameters);
   parameters_ = parameters;
 }
 
-inline void PoseFilter::reset(const std::vector<Eigen::Isometry3d>& poses, double deviation) {
+FUSE_FLOW_INLINE void PoseFilter::reset(const std::vector<Eigen::Isometry3d>& poses, double deviation) {
   detail::checkPositive("fuse_flow::PoseFilter", "deviation", static_cast<float>(deviation));
   poses_ = poses;
   State state;
@@ -32,14 +32,16 @@ inline void PoseFilter::reset(const std::vector<Eigen::Isometry3d>& poses, doubl
   states_.assign(poses.size(), state);
 }
 
-inline double PoseFilter::deviation(std::size_t camera) const { return std::sqrt(states_[camera].P.trace() / 6); }
+FUSE_FLOW_INLINE double PoseFilter::deviation(std::size_t camera) const {
+  return std::sqrt(states_[camera].P.trace() / 6);
+}
 
-inline PoseFilter::Covariance PoseFilter::noise(const CameraCorrection& correction) const {
+FUSE_FLOW_INLINE PoseFilter::Covariance PoseFilter::noise(const CameraCorrection& correction) const {
   const double scale = parameters_.deviation_scale, least = parameters_.min_deviation;
   return scale * scale * correction.covariance + least * least * Covariance::Identity();
 }
 
-inline std::vector<CameraMotion> PoseFilter::update(const ExtrinsicResult& estimate) {
+FUSE_FLOW_INLINE std::vector<CameraMotion> PoseFilter::update(const ExtrinsicResult& estimate) {
   const std::size_t n = poses_.size();
   if (estimate.corrections.size() != n || estimate.T_world_camera.size() != n)
     detail::throwBadArgument("fuse_flow::PoseFilter: an estimate of ", estimate.corrections.size(), " cameras for ", n);
@@ -87,7 +89,8 @@ inline std::vector<CameraMotion> PoseFilter::update(const ExtrinsicResult& estim
 }
 
 /** \brief The camera beside which most others stay where they were. */
-inline std::size_t PoseFilter::reference(const std::vector<Twist>& twists, const ExtrinsicResult& estimate) const {
+FUSE_FLOW_INLINE std::size_t PoseFilter::reference(const std::vector<Twist>& twists,
+                                                   const ExtrinsicResult& estimate) const {
   std::size_t best = 0;
   double least = std::numeric_limits<double>::max();
   for (std::size_t k = 0; k < twists.size(); ++k) {

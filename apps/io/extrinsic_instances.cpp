@@ -1,0 +1,14 @@
+// The classes that find poses, compiled once for all tools, tests and benchmarks: see fuse_flow/precompiled.h.
+#define FUSE_FLOW_PRECOMPILING
+#include <fuse_flow/coarse_alignment.h>
+#include <fuse_flow/extrinsic_estimation.h>
+#include <fuse_flow/extrinsic_tracking.h>
+#include <fuse_flow/point_types.h>
+#include <fuse_flow/pose_filter.h>
+
+#include <pcl/point_types.h>
+
+template class fuse_flow::ExtrinsicEstimation<fuse_flow::PointFused>;
+template class fuse_flow::ExtrinsicEstimation<pcl::PointXYZ>;
+template class fuse_flow::ExtrinsicTracking<fuse_flow::PointFused>;
+template class fuse_flow::ExtrinsicTracking<pcl::PointXYZ>;
