@@ -137,6 +137,11 @@ inline fuse_flow::FuseFlowParameters parameters(Random& random, double scale = 1
     p.preprocessing.min_range = static_cast<float>(0.9 * scale);
     p.preprocessing.max_range = static_cast<float>(1.2 * scale);
   }
+  if (random.oneIn(6)) {
+    p.preprocessing.bilateral = true;
+    p.preprocessing.bilateral_sigma_s = random.uniform(0.7f, 6.0f);
+    p.preprocessing.bilateral_sigma_r = random.uniform(0.01f, 0.2f) * static_cast<float>(scale);
+  }
   p.smoothing.passes = random.below(kMaxSmoothingPasses + 1);
   p.smoothing.tolerance = random.uniform(1.0f, 4.0f);
   p.smoothing.shrink = random.uniform(0.4f, 1.0f);

@@ -167,6 +167,7 @@ TYPED_TEST(DeviceClouds, DepthBackprojectionIsTheHosts) {
     const pcl::IndicesPtr indices = someIndices(random, static_cast<std::size_t>(K.width * K.height));
     PreprocessingParameters parameters;
     if (k & 1) parameters.fill_neighbours = 4;
+    parameters.bilateral = k % 5 == 0;
     DepthBackprojection<TypeParam> host(true);
     DepthBackprojection<TypeParam, device::Thrust> device(true);
     const auto configure = [&](auto& filter) {

@@ -107,8 +107,7 @@ class DepthBackprojection<PointT, device::Thrust> : public DepthBackprojection<P
   /** \brief As filter() into a cloud in host memory, with indices, user filter value and removed indices, from the view that
    *  setView() set, whose images may be in host or in device memory, or from the cloud on the device. Only the number of
    *  points without a measurement comes back over the bus. \param output may be the input
-   *  \throws pcl::BadArgumentException if the image or cloud does not have the camera's size; also where the bilateral
-   *  filter is on: it runs on the CPU only */
+   *  \throws pcl::BadArgumentException if the image or cloud does not have the camera's size */
   void filter(DeviceCloud& output) {
     constexpr const char* owner = "fuse_flow::DepthBackprojection";
     using Layout = gpu::PointLayout<PointT>;
@@ -150,7 +149,6 @@ class DepthBackprojection<PointT, device::Thrust> : public DepthBackprojection<P
   }
 
  protected:
-  /** \throws pcl::BadArgumentException also where the bilateral filter is on: it runs on the CPU only */
   void computePoints(const DepthView& view, float* z, Vec3* points) override {
     makeDepth(view, false);
     gpu::Execution& run = device_.run;
@@ -165,7 +163,6 @@ class DepthBackprojection<PointT, device::Thrust> : public DepthBackprojection<P
  private:
   /** \brief D^r on the device. */
   void makeDepth(const DepthView& view, bool with_color) {
-    gpu::checkRunsOnDevice("fuse_flow::DepthBackprojection", this->parameters_);
     RigFrame frame;
     frame.cameras.push_back(this->camera_);
     frame.views.push_back(view);

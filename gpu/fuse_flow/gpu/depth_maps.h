@@ -4,6 +4,7 @@
 #include <fuse_flow/gpu/fill_holes.h>
 #include <fuse_flow/gpu/frame_views.h>
 #include <fuse_flow/gpu/noise_scale_kernel.h>
+#include <fuse_flow/gpu/smooth_bilaterally.h>
 #include <fuse_flow/gpu/smooth_depth.h>
 #include <fuse_flow/gpu/stage_times.h>
 #include <fuse_flow/impl/parameters.hpp>
@@ -27,12 +28,6 @@ struct DepthMapParameters {
   }
 };
 
-/** \brief Throws pcl::BadArgumentException for what runs on the CPU only. \param owner the class that says so */
-inline void checkRunsOnDevice(const char* owner, const PreprocessingParameters& p) {
-  if (p.bilateral)
-    detail::throwBadArgument(owner, ": the bilateral filter runs on the CPU only; use device::Host for it");
-}
-
 /** \brief The depth of all views of a frame, metres, 0 where there is none: as measured, and D^r of eq. 8. */
 class DepthMaps {
  public:
@@ -49,7 +44,7 @@ class DepthMaps {
 
   std::size_t bytes() const {
     return z_.bytes() + raw_z_.bytes() + maps_[0].bytes() + maps_[1].bytes() + noise_counts_.bytes() +
-           noise_scales_.bytes();
+           noise_scales_.bytes() + bilateral_.bytes();
   }
 
  private:
@@ -62,13 +57,18 @@ class DepthMaps {
     if (fill) raw_z_.resize(pixels);
     if (smooth)
       for (DeviceBuffer<float>& map : maps_) map.resize(pixels);
-    float* q = smooth ? maps_[0].data() : nullptr;
+    float* q = smooth && !p.bilateral ? maps_[0].data() : nullptr;
     run.forEach(pixels / ConvertDepth::kPixels,
                 ConvertDepth{views.grid(), p.min_range, p.max_range, (fill ? raw_z_ : z_).data(), fill ? nullptr : q});
     times.mark("metres", (smooth ? 10.0 : 6.0) * static_cast<double>(pixels));
-    if (!fill) return;
-    run.forEach(pixels, FillHoles{views.grid(), p, raw_z_.data(), z_.data(), q});
-    times.mark("holes", (smooth ? 12.0 : 8.0) * static_cast<double>(pixels));
+    if (fill) {
+      run.forEach(pixels, FillHoles{views.grid(), p, raw_z_.data(), z_.data(), q});
+      times.mark("holes", (smooth ? 12.0 : 8.0) * static_cast<double>(pixels));
+    }
+    if (!p.bilateral) return;
+    bilateral_.smooth(run, views, p, z_.data());
+    if (smooth) run.forEach(pixels, InvertDepth{z_.data(), maps_[0].data()});
+    times.mark("bilateral");
   }
 
   /** \brief How noisy each view is; stays on the device, with a copy for the statistics. */
@@ -108,6 +108,7 @@ class DepthMaps {
   }
 
   DeviceBuffer<float> z_, raw_z_, maps_[2];
+  BilateralSmoothing bilateral_;
   int passes_{0};
   DeviceBuffer<std::uint32_t> noise_counts_;
   DeviceBuffer<float> noise_scales_;

@@ -28,7 +28,6 @@ class FramePipeline {
   /** \brief Everything up to the fused points; returns how many there are. */
   std::size_t fuse(const RigFrame& frame, bool with_color) {
     checkRigFrame(frame);
-    checkRunsOnDevice("fuse_flow::FuseFlow", parameters.preprocessing);
     start_ = last_ = Clock::now();
     statistics = {};
     statistics.noise_scales.assign(frame.views.size(), 1.0f);
@@ -101,7 +100,7 @@ class FramePipeline {
                  {parameters.preprocessing, parameters.smoothing, parameters.confidence, parameters.adapt_noise});
       generateInto(capacity);
     };
-    if (times.enabled) {
+    if (times.enabled || parameters.preprocessing.bilateral) {  // which wait in between
       launches();
     } else {
       graph_(run, launches);

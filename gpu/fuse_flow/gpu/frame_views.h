@@ -90,6 +90,8 @@ class FrameViews {
     return {device_views_.data(), device_offsets_.data(), static_cast<std::uint32_t>(rig_.size())};
   }
   TileGrid tiles() const { return {grid(), device_offsets_.data() + rig_.size() + 1, tiles_}; }
+  /** \brief As uploaded. */
+  const DeviceView& hostView(std::size_t i) const { return views_.data()[i]; }
   /** \brief For what is measured on the device. */
   DeviceView* deviceViews() { return device_views_.data(); }
   /** \brief Padded pixels of all views: a multiple of kChunk. */

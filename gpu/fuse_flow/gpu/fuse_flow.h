@@ -61,8 +61,7 @@ class FuseFlow<PointT, device::Thrust> {
     queue_.reset();
   }
 
-  /** \brief Fuse one frame; as on the CPU. \throws pcl::PCLException also where the device's memory does not suffice
-   *  \throws pcl::BadArgumentException also where the bilateral filter is on: it runs on the CPU only */
+  /** \brief Fuse one frame; as on the CPU. \throws pcl::PCLException also where the device's memory does not suffice */
   void fuse(const RigFrame& frame, PointCloud& output) {
     prepare(*lane_);
     const gpu::PointSpan<PointT> points = lane_->fusePinned(frame);

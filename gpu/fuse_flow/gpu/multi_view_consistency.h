@@ -77,8 +77,7 @@ class MultiViewConsistency<PointT, device::Thrust> : public MultiViewConsistency
    *  copied over the bus but the number of points (and the frame's images, where those are in host memory).
    *  getConsistency() and getViewCounts() stay as they were: see deviceConsistency(). \param output its memory is exchanged
    *  for memory of the filter; may be the input
-   *  \throws pcl::BadArgumentException if there is no frame, or it contradicts itself; also where the bilateral filter is
-   *  on: it runs on the CPU only */
+   *  \throws pcl::BadArgumentException if there is no frame, or it contradicts itself */
   void filter(DeviceCloud& output) {
     const DeviceCloud& input = gpu::DeviceFilter::inputOf("fuse_flow::MultiViewConsistency", device_input_);
     checkRigFrame(this->frame_);
@@ -103,7 +102,6 @@ class MultiViewConsistency<PointT, device::Thrust> : public MultiViewConsistency
   const int* deviceViewCounts() const { return views_.data(); }
 
  protected:
-  /** \throws pcl::BadArgumentException also where the bilateral filter is on: it runs on the CPU only */
   void computeConsistency(const std::vector<Vec3>& points, float* V, int* views) override {
     const std::size_t n = points.size();
     device_.upload(points.data(), n, points_);
@@ -115,7 +113,6 @@ class MultiViewConsistency<PointT, device::Thrust> : public MultiViewConsistency
  private:
   /** \brief The frame's depth on the device, and what to ask it about n points. */
   gpu::JudgePoints prepare(std::size_t n) {
-    gpu::checkRunsOnDevice("fuse_flow::MultiViewConsistency", this->preprocessing_);
     frame_views_.assign(device_.run, this->frame_, {}, false, host::resolveThreads(this->threads_));
     maps_.make(device_.run, device_.times, frame_views_,
                gpu::DepthMapParameters::withoutSmoothing(this->preprocessing_));

@@ -21,8 +21,9 @@ inline void fillSmallHoles(const PreprocessingParameters& p, DepthMap& depth, De
     }
 }
 
-/** \brief Edge-preserving smoothing by PCL's filter, which works on the z of an organised cloud. */
+/** \brief Edge-preserving smoothing by PCL's filter, which works on the z of an organised cloud: of more than one row. */
 inline void smoothBilaterally(const PreprocessingParameters& p, DepthMap& depth) {
+  if (depth.height() < 2) return;
   const auto cloud = std::make_shared<pcl::PointCloud<pcl::PointXYZ>>(static_cast<std::uint32_t>(depth.width()),
                                                                       static_cast<std::uint32_t>(depth.height()));
   bool any = false;
