@@ -8,19 +8,23 @@
 #include <vtkPoints.h>
 #include <vtkUnsignedCharArray.h>
 
+#include <algorithm>
+#include <cmath>
 #include <numeric>
 
 namespace fuse_flow::viewing {
 
-vtkSmartPointer<vtkPolyData> toPolyData(const Cloud& cloud, const std::vector<Rgb8>& colors, std::size_t stride) {
-  const auto count = static_cast<vtkIdType>((cloud.size() + stride - 1) / stride);
+vtkSmartPointer<vtkPolyData> toPolyData(const Cloud& cloud, const std::vector<Rgb8>& colors, std::size_t stride,
+                                        std::size_t first) {
+  const std::size_t behind = std::max(cloud.size(), first) - first;
+  const auto count = static_cast<vtkIdType>((behind + stride - 1) / stride);
   vtkNew<vtkFloatArray> coordinates;
   coordinates->SetNumberOfComponents(3);
   float* position = coordinates->WritePointer(0, 3 * count);
   vtkNew<vtkUnsignedCharArray> scalars;
   scalars->SetNumberOfComponents(3);
   unsigned char* color = scalars->WritePointer(0, 3 * count);
-  for (std::size_t k = 0; k < cloud.size(); k += stride) {
+  for (std::size_t k = first; k < cloud.size(); k += stride) {
     for (const float x : {cloud[k].x, cloud[k].y, cloud[k].z}) *position++ = x;
     for (const std::uint8_t c : {colors[k].r, colors[k].g, colors[k].b}) *color++ = c;
   }
@@ -40,6 +44,18 @@ vtkSmartPointer<vtkPolyData> toPolyData(const Cloud& cloud, const std::vector<Rg
   data->GetPointData()->SetScalars(scalars);
   data->ComputeBounds();  // here, not on the thread that draws
   return data;
+}
+
+std::vector<vtkSmartPointer<vtkPolyData>> slicesOf(const Cloud& cloud, const std::vector<Rgb8>& colors,
+                                                   std::size_t points) {
+  std::size_t count = std::clamp<std::size_t>((cloud.size() + points - 1) / points, 1, kMaxSlices);
+  if (count % 2 == 0) ++count;  // an image has an even number of columns: no slice shall be a few of them
+  // Each slice begins far from those before it, by the golden ratio, so that any number of them is evenly spread.
+  auto step = static_cast<std::size_t>(std::lround(0.618 * static_cast<double>(count)));
+  while (std::gcd(step, count) != 1) ++step;
+  std::vector<vtkSmartPointer<vtkPolyData>> slices;
+  for (std::size_t k = 0; k < count; ++k) slices.push_back(toPolyData(cloud, colors, count, k * step % count));
+  return slices;
 }
 
 }  // namespace fuse_flow::viewing
