@@ -1,5 +1,7 @@
 #include "viewer/panes.h"
 
+#include "viewer/point_data.h"
+
 #include <vtkActor2D.h>
 #include <vtkActorCollection.h>
 #include <vtkBoundingBox.h>
@@ -82,7 +84,8 @@ void Panes::updateSlices() {
   for (std::size_t k = 0; k < kPanes; ++k) {
     const std::size_t count = clouds_[k] ? clouds_[k]->slices.size() : 0;
     const long wanted_slices = std::lround(std::min(1.0, share) * static_cast<double>(count));
-    const std::size_t drawn = std::min(count, static_cast<std::size_t>(std::max(1L, wanted_slices)));
+    std::size_t drawn = std::min(count, static_cast<std::size_t>(std::max(1L, wanted_slices)));
+    if (drawn < count) drawn = std::min(drawn, thinSlices(count));
     while (slices_[k].size() < count) addSlice(k);
     for (std::size_t i = 0; i < slices_[k].size(); ++i) {
       const Slice& slice = slices_[k][i];

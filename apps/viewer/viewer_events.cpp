@@ -41,7 +41,9 @@ void Viewer::onRenderEnd(vtkObject*, unsigned long, void*) {
   const double could = drawn * kMoving / std::chrono::duration<double>(taken).count();
   if (!panes_.coarse())
     coarse_points_ = could >= all ? std::max(all, coarse_points_) : std::min(could, coarse_points_);
-  else if (could < drawn || (could > 1.25 * drawn && drawn < all))
+  else if (could >= all)
+    coarse_points_ = all;
+  else if (could < drawn || could > 1.25 * drawn)
     coarse_points_ = drawn * std::clamp(could / drawn, 0.5, 1.5);
   coarse_points_ = std::max(coarse_points_, kFewPoints);
   panes_.setCoarsePoints(static_cast<std::size_t>(coarse_points_));

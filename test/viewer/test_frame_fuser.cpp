@@ -107,7 +107,7 @@ TEST_F(FrameFusing, ItStopsBetweenTwoSteps) {
   EXPECT_EQ(fuser_->fuse(requestOf(*controls_), stop_), nullptr);
 }
 
-TEST(PointData, HasThePositionsAndColorsOfEveryNthPoint) {
+TEST(PointData, HasThePositionsAndColorsOfThePointsAskedFor) {
   Cloud cloud;
   std::vector<Rgb8> colors;
   for (int k = 0; k < 7; ++k) {
@@ -115,16 +115,12 @@ TEST(PointData, HasThePositionsAndColorsOfEveryNthPoint) {
     cloud[static_cast<std::size_t>(k)].x = static_cast<float>(k);
     colors.push_back({static_cast<std::uint8_t>(10 * k), 0, 0});
   }
-  const auto data = toPolyData(cloud, colors, 3);
+  const auto data = toPolyData(cloud, colors, {0, 3, 6});
   ASSERT_EQ(data->GetNumberOfPoints(), 3);
   EXPECT_EQ(data->GetNumberOfVerts(), 1) << "one cell holds them";
   EXPECT_EQ(data->GetPoint(2)[0], 6);
   EXPECT_EQ(data->GetPointData()->GetScalars()->GetComponent(1, 0), 30);
-  const auto from_the_second = toPolyData(cloud, colors, 3, 1);
-  ASSERT_EQ(from_the_second->GetNumberOfPoints(), 2);
-  EXPECT_EQ(from_the_second->GetPoint(1)[0], 4);
-  EXPECT_EQ(toPolyData(Cloud(), {})->GetNumberOfPoints(), 0);
-  EXPECT_EQ(toPolyData(cloud, colors, 9, 8)->GetNumberOfPoints(), 0);
+  EXPECT_EQ(toPolyData(Cloud(), {}, {})->GetNumberOfPoints(), 0);
 }
 
 TEST(PointData, SlicesHoldEveryPointOnceAndTheFirstFewAreSpreadEvenly) {
@@ -138,7 +134,8 @@ TEST(PointData, SlicesHoldEveryPointOnceAndTheFirstFewAreSpreadEvenly) {
   for (const auto& slice : slices) {
     for (vtkIdType k = 0; k < slice->GetNumberOfPoints(); ++k)
       EXPECT_TRUE(seen.insert(static_cast<int>(slice->GetPoint(k)[0])).second);
-    if (++drawn != 5) continue;
+    EXPECT_LE(slice->GetNumberOfPoints(), 52);
+    if (++drawn != thinSlices(slices.size())) continue;
     for (auto at = seen.begin(); std::next(at) != seen.end(); ++at)
       EXPECT_LE(*std::next(at) - *at, 8) << "gap at " << *at;
   }
