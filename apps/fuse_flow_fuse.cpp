@@ -2,13 +2,12 @@
 
 #include "io/cloud_io.h"
 #include "io/file_io.h"
+#include "io/live_extrinsics.h"
 #include "io/method_arguments.h"
 #include "io/range.h"
 #include "io/recording_arguments.h"
 #include "io/report.h"
 #include "io/tool.h"
-
-#include <fuse_flow/extrinsic_tracking.h>
 
 #include <unistd.h>
 
@@ -87,35 +86,6 @@ class Progress {
   bool in_line_{false};
 };
 
-/** \brief Poses that follow what the cameras see: all that the first frame tells, then frame by frame beside the fusion. A frame
- *  is fused with the poses of the frames before it, so that the result does not depend on who is faster. */
-class LiveExtrinsics {
- public:
-  void place(RigFrame& frame) {
-    if (!tracking_) {
-      ExtrinsicEstimation<PointFused> estimation;
-      estimation.addFrame(frame);
-      const ExtrinsicResult first = estimation.estimate();
-      for (std::size_t i = 0; i < frame.cameras.size(); ++i) frame.cameras[i].T_world_camera = first.T_world_camera[i];
-      tracking_.emplace(frame.cameras, kDeviation);
-    }
-    tracking_->finish();
-    tracking_->apply(frame);
-    for (const CameraMotion& m : tracking_->poses()->moved)
-      if (tracking_->poses()->updates != told_)
-        std::cerr << "camera '" << frame.cameras[m.camera].name << "' has moved by " << 1000 * m.translation
-                  << " mm and " << m.rotation * 57.29578 << " degrees" << std::endl;
-    told_ = tracking_->poses()->updates;
-    tracking_->push(frame);
-  }
-
- private:
-  /** \brief Of poses that one frame told, metres. */
-  static constexpr double kDeviation = 0.005;
-  std::optional<ExtrinsicTracking<PointFused>> tracking_;
-  std::size_t told_{0};
-};
-
 int run(const Options& options) {
   const std::unique_ptr<io::Method> method = io::makeMethod(options.method, options.method_options);
   const std::unique_ptr<io::Recording> recording = io::openRecording(options.inputs, options.recording);
@@ -129,7 +99,7 @@ int run(const Options& options) {
   io::Report report(options.method);
   io::LoadedFrame loaded;
   io::Method::Cloud cloud;
-  LiveExtrinsics extrinsics;
+  io::LiveExtrinsics extrinsics;
   io::catchInterrupts();
   Progress progress(frames.size());
   std::size_t done = 0;
@@ -139,6 +109,8 @@ int run(const Options& options) {
     recording->read(frame, loaded);
     try {
       if (options.refine_extrinsics) extrinsics.place(loaded.rig);
+      for (const CameraMotion& motion : extrinsics.moved())
+        std::cerr << io::describe(motion, loaded.rig.cameras) << std::endl;
       method->fuse(loaded.rig, cloud);
     } catch (const pcl::PCLException& error) {
       throw io::InputError(options.inputs[0] + ": frame " + std::to_string(frame) + ": " + io::messageOf(error));

@@ -75,12 +75,11 @@ void exportAll(const Options& options, viewing::Viewer& viewer) {
 int run(const Options& options) {
   const bool exports = !options.screenshot.empty() || !options.cloud.empty() || !options.orbit.empty();
   if (exports != options.viewer.offscreen)
-    throw io::OptionError(
-        exports
-            ? "--screenshot, --save-cloud and --orbit need --offscreen; in the window the keys j, w and p do the same"
-            : "--offscreen needs --screenshot, --save-cloud or --orbit");
+    throw io::OptionError(exports ? "--screenshot, --save-cloud and --orbit need --offscreen; in the window the keys "
+                                    "j, Ctrl w and Ctrl p do the same"
+                                  : "--offscreen needs --screenshot, --save-cloud or --orbit");
   if (!options.cloud.empty() && !viewing::isCloudFile(options.cloud))
-    throw io::OptionError("--save-cloud is " + options.cloud + ", must end with .ply, .pcd or .vtk");
+    throw io::OptionError("--save-cloud is " + options.cloud + ", must end with .ply, .pcd, .vtk, .ifs or .obj");
   for (const std::string& key : options.keys)
     if (!viewing::findBinding(key) && !cursorOf(key))
       throw io::OptionError("--press is " + key + ", which is no key of the viewer");
@@ -123,6 +122,9 @@ void addViewOptions(CLI::App& app, Options& options) {
   app.add_flag("!--paused", v.play, "start with the first frame standing");
   app.add_flag("!--once", v.loop, "do not loop");
   app.add_option("--start", v.first_frame, "first frame")->check(io::wholeNumber(0, 1000000))->capture_default_str();
+  app.add_flag("--refine-extrinsics", v.refine_extrinsics,
+               "estimate the poses from what the cameras see, and follow them from frame to frame, as the key 0 does")
+      ->excludes(app.get_option("--slide"));
   app.add_option("--compare", v.compare, "what is shown beside the fused cloud")
       ->check(CLI::IsMember(viewing::FusionControls::comparisonNames()))
       ->capture_default_str();
@@ -147,13 +149,13 @@ void addViewOptions(CLI::App& app, Options& options) {
 
 void addExportOptions(CLI::App& app, Options& options) {
   viewing::ViewerOptions& v = options.viewer;
-  app.add_option("--folder", v.folder, "where the keys w, j and p write")->capture_default_str();
-  app.add_option("--format", v.format, "of the clouds that the key w writes")
-      ->check(CLI::IsMember({"ply", "pcd", "vtk"}))
+  app.add_option("--folder", v.folder, "where the keys Ctrl w, j and Ctrl p write")->capture_default_str();
+  app.add_option("--format", v.format, "of the clouds that the key Ctrl w writes")
+      ->check(CLI::IsMember(viewing::cloudFormats()))
       ->capture_default_str();
   app.add_flag("--offscreen", v.offscreen, "no window: write what follows, and end");
   app.add_option("--screenshot", options.screenshot, ".png or .jpg file");
-  app.add_option("--save-cloud", options.cloud, ".ply, .pcd or .vtk file");
+  app.add_option("--save-cloud", options.cloud, ".ply, .pcd, .vtk, .ifs or .obj file");
   app.add_option("--orbit", options.orbit, "once around the cloud: a .ogv video, or a folder of numbered PNGs");
   app.add_option("--orbit-pictures", v.orbit_pictures, "of a film")
       ->check(io::wholeNumber(1, 100000))
@@ -180,6 +182,7 @@ int main(int argc, char** argv) {
     options.inputs = recording.inputs();
     options.recording = recording.options();
     options.simulation = rig.options();
+    options.viewer.fixed_rig = options.recording.slide == 0;
     options.viewer.method = method.method();
     options.viewer.method_options = method.options();
     return run(options);

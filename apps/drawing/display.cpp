@@ -2,6 +2,8 @@
 
 #include "io/error.h"
 
+#include <vtkRenderWindow.h>
+
 #include <GL/glx.h>
 
 #include <cstdlib>
@@ -20,6 +22,11 @@ void requireDisplay(const std::string& program) {
   if (glXQueryExtension(display.get(), nullptr, nullptr))
     XFree(glXChooseFBConfig(display.get(), DefaultScreen(display.get()), depth_buffer, &count));
   if (count == 0) throw io::InputError(std::string("DISPLAY is ") + name + ", which has no OpenGL (GLX)" + remedy);
+}
+
+bool eventsWait(vtkRenderWindow* window) {
+  auto* display = static_cast<Display*>(window->GetGenericDisplayId());
+  return display && XEventsQueued(display, QueuedAfterReading) > 0;
 }
 
 }  // namespace fuse_flow::drawing

@@ -1,7 +1,10 @@
 #include "io/grabber.h"
 
 #include <pcl/common/io.h>
+#include <pcl/io/image.h>
+#include <pcl/io/image_depth.h>
 
+#include <algorithm>
 #include <chrono>
 #include <filesystem>
 #include <memory>
@@ -58,7 +61,46 @@ bool connectAs(pcl::Grabber& grabber, const CloudReceiver& receive) {
   return true;
 }
 
+std::shared_ptr<const LoadedView> imagesOf(const pcl::io::DepthImage& depth, const pcl::io::Image* color) {
+  const unsigned int width = depth.getWidth(), height = depth.getHeight();
+  const auto images = std::make_shared<LoadedView>();
+  images->depth16.resize(static_cast<int>(width), static_cast<int>(height));
+  depth.fillDepthImageRaw(width, height, images->depth16.data.data());
+  const auto unmeasured = [&](std::uint16_t z) { return z == depth.getShadowValue() || z == depth.getNoSampleValue(); };
+  std::replace_if(images->depth16.data.begin(), images->depth16.data.end(), unmeasured, 0);
+  const auto fits = [&] {
+    return (color->getWidth() == width && color->getHeight() == height) ||
+           color->isResizingSupported(color->getWidth(), color->getHeight(), width, height);
+  };
+  if (color && fits()) {
+    images->color.resize(static_cast<int>(width), static_cast<int>(height));
+    color->fillRGB(width, height, &images->color.data[0].r);
+  }
+  return images;
+}
+
 }  // namespace
+
+void connectDepthGrabber(pcl::Grabber& grabber, const ImageReceiver& receive) {
+  using PairCallback = void(const pcl::io::Image::Ptr&, const pcl::io::DepthImage::Ptr&, float);
+  using DepthCallback = void(const pcl::io::DepthImage::Ptr&);
+  const auto deliver = [receive](const pcl::io::DepthImage& depth, const pcl::io::Image* color) {
+    receive(depth.getTimestamp() ? depth.getTimestamp() : arrivalTime(), imagesOf(depth, color));
+  };
+  if (grabber.providesCallback<PairCallback>()) {
+    const std::function<PairCallback> on_pair =
+        [deliver](const pcl::io::Image::Ptr& color, const pcl::io::DepthImage::Ptr& depth,
+                  float /*reciprocal_focal_length*/) { deliver(*depth, color.get()); };
+    grabber.registerCallback(on_pair);
+  } else if (grabber.providesCallback<DepthCallback>()) {
+    const std::function<DepthCallback> on_depth = [deliver](const pcl::io::DepthImage::Ptr& depth) {
+      deliver(*depth, nullptr);
+    };
+    grabber.registerCallback(on_depth);
+  } else {
+    throw InputError(grabber.getName() + ": delivers no depth images");
+  }
+}
 
 void connectGrabber(pcl::Grabber& grabber, const CloudReceiver& receive) {
   if (!connectAs<pcl::PointXYZRGB>(grabber, receive) && !connectAs<pcl::PointXYZRGBA>(grabber, receive) &&

@@ -5,6 +5,8 @@
 #include "io/error.h"
 #include "io/image_io.h"
 
+#include <pcl/io/ifs_io.h>
+#include <pcl/io/obj_io.h>
 #include <pcl/io/vtk_io.h>
 
 #include <vtkJPEGWriter.h>
@@ -12,14 +14,18 @@
 #include <vtkOggTheoraWriter.h>
 #include <vtkWindowToImageFilter.h>
 
+#include <algorithm>
+#include <cstring>
 #include <filesystem>
+#include <fstream>
 
 namespace fuse_flow::viewing {
 namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kJpegQuality = 88;  // of 100
+constexpr int kJpegQuality = 88;        // of 100
+constexpr unsigned int kObjDigits = 9;  // tell one float from the next
 
 void makeFolder(const fs::path& folder) {
   if (folder.empty()) return;
@@ -72,6 +78,49 @@ class Video : public PictureSequence {
   bool started_{false};
 };
 
+/** \brief Positions alone, without gaps: PCL writes the bytes of a cloud into an IFS as they are, and reads 12 a point. */
+pcl::PCLPointCloud2 positionsOf(const Cloud& cloud) {
+  pcl::PCLPointCloud2 blob;
+  blob.width = static_cast<std::uint32_t>(cloud.size());
+  blob.height = 1;
+  blob.is_dense = true;
+  blob.point_step = 3 * sizeof(float);
+  blob.row_step = blob.point_step * blob.width;
+  blob.data.resize(blob.row_step);
+  for (const char* axis : {"x", "y", "z"}) {
+    pcl::PCLPointField field;
+    field.name = axis;
+    field.offset = static_cast<std::uint32_t>(blob.fields.size() * sizeof(float));
+    field.datatype = pcl::PCLPointField::FLOAT32;
+    field.count = 1;
+    blob.fields.push_back(field);
+  }
+  for (std::size_t k = 0; k < cloud.size(); ++k)
+    std::memcpy(&blob.data[k * blob.point_step], cloud[k].data, blob.point_step);
+  return blob;
+}
+
+/** \brief PCL opens and fills some files without asking whether it could: an OBJ is whole if its last line is there. */
+bool endsWith(const std::string& path, const std::string& line) {
+  std::ifstream file(path, std::ios::binary);
+  file.seekg(-static_cast<std::streamoff>(line.size()), std::ios::end);
+  std::string end(line.size(), '\0');
+  return file.read(end.data(), static_cast<std::streamsize>(end.size())) && end == line;
+}
+
+/** \brief Whether it could. */
+bool writeWithPcl(const std::string& path, const std::string& extension, const Cloud& cloud) {
+  if (extension == ".ifs") return pcl::io::saveIFSFile(path, positionsOf(cloud)) == 0;
+  if (extension == ".obj") {
+    pcl::PolygonMesh mesh;  // without polygons: PCL writes OBJ for meshes only
+    mesh.cloud = positionsOf(cloud);
+    return pcl::io::saveOBJFile(path, mesh, kObjDigits) == 0 && endsWith(path, "# End of File\n");
+  }
+  pcl::PCLPointCloud2 blob;
+  pcl::toPCLPointCloud2(cloud, blob);
+  return pcl::io::saveVTKFile(path, blob) == 0 && fs::file_size(path) > 0;
+}
+
 }  // namespace
 
 void writeScreenshot(const std::string& path, vtkRenderWindow* window) {
@@ -88,17 +137,36 @@ void writeScreenshot(const std::string& path, vtkRenderWindow* window) {
   if (writer->GetErrorCode() != 0) throw io::OutputError(path + ": cannot be written");
 }
 
+const std::vector<std::string>& cloudFormats() {
+  static const std::vector<std::string> formats{"ply", "pcd", "vtk", "ifs", "obj"};
+  return formats;
+}
+
 bool isCloudFile(const std::string& path) {
   const std::string extension = fs::path(path).extension().string();
-  return extension == ".ply" || extension == ".pcd" || extension == ".vtk";
+  return std::any_of(cloudFormats().begin(), cloudFormats().end(),
+                     [&](const std::string& format) { return extension == "." + format; });
 }
 
 void writeShownCloud(const std::string& path, const Cloud& cloud) {
   makeFolder(fs::path(path).parent_path());
-  if (fs::path(path).extension() != ".vtk") return io::writeCloud(path, cloud);
-  pcl::PCLPointCloud2 blob;
-  pcl::toPCLPointCloud2(cloud, blob);
-  if (pcl::io::saveVTKFile(path, blob) < 0) throw io::OutputError(path + ": cannot be written");
+  const std::string extension = fs::path(path).extension().string();
+  if (extension == ".ply" || extension == ".pcd") return io::writeCloud(path, cloud);
+  if (cloud.empty())
+    throw io::OutputError(path + ": the cloud has no points, without which PCL writes no " + extension);
+  const io::SilencePcl silence;
+  const std::string part = path + ".part" + extension;
+  bool written = false;
+  try {
+    written = writeWithPcl(part, extension, cloud);
+  } catch (const std::exception&) {  // of the mapped file that PCL writes IFS into
+  }
+  std::error_code error;
+  if (written) fs::rename(part, path, error);
+  if (written && !error) return;
+  std::error_code ignored;
+  fs::remove(part, ignored);
+  throw io::OutputError(path + ": cannot be written" + (error ? ": " + error.message() : ""));
 }
 
 std::unique_ptr<PictureSequence> makePictureSequence(const std::string& path) {

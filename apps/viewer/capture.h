@@ -8,15 +8,19 @@
 
 #include <memory>
 #include <string>
+#include <vector>
 
 namespace fuse_flow::viewing {
 
 /** \brief Writes what the window shows: a JPEG if the extension is .jpg, else a PNG. Throws io::OutputError. */
 void writeScreenshot(const std::string& path, vtkRenderWindow* window);
 
-/** \brief Whether writeShownCloud() knows the extension: .ply, .pcd, .vtk. */
+/** \brief What writeShownCloud() writes: "ply", "pcd", "vtk", "ifs", "obj". */
+const std::vector<std::string>& cloudFormats();
+/** \brief Whether the extension is one of them. */
 bool isCloudFile(const std::string& path);
-/** \brief Writes a cloud, in the format that the extension says. Throws io::OutputError. */
+/** \brief Writes a cloud, in the format that the extension says. PLY and PCD hold all of it, VTK what PCL writes of it, IFS and OBJ
+ *  the positions. The file appears complete or not at all. Throws io::OutputError. */
 void writeShownCloud(const std::string& path, const Cloud& cloud);
 
 /** \brief Pictures one after another: numbered PNGs in a folder, or a video. */

@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 
 #include <optional>
+#include <vector>
 
 namespace fuse_flow::viewing {
 
@@ -15,5 +16,9 @@ namespace fuse_flow::viewing {
  *  \param radius half axes of an ellipse, in the same units */
 std::optional<std::size_t> pointDrawnAt(const Cloud& cloud, const Eigen::Matrix4f& projection,
                                         const Eigen::Vector2f& at, const Eigen::Vector2f& radius);
+
+/** \brief All points that are drawn within a rectangle, hidden ones included.  \param low, high its corners, −1 … 1 */
+std::vector<std::size_t> pointsDrawnIn(const Cloud& cloud, const Eigen::Matrix4f& projection,
+                                       const Eigen::Vector2f& low, const Eigen::Vector2f& high);
 
 }  // namespace fuse_flow::viewing

@@ -6,6 +6,7 @@
 
 #include <fuse_flow/impl/host/parallel.hpp>
 
+#include <algorithm>
 #include <chrono>
 
 namespace fuse_flow::viewing {
@@ -13,6 +14,21 @@ namespace {
 
 constexpr int kThumbnailHeight = 240;  // pixels: of the largest strip; drawn smaller where the window is small
 constexpr int kCoverageStep = 4;       // every fourth pixel each way tells coverage well enough to look at
+
+CameraMotion motionBetween(std::size_t number, const Camera& old, const Camera& now) {
+  CameraMotion motion;
+  motion.camera = number;
+  motion.T_new_old = now.T_world_camera * old.T_world_camera.inverse();
+  motion.translation = (now.T_world_camera.translation() - old.T_world_camera.translation()).norm();
+  motion.rotation = Eigen::AngleAxisd(motion.T_new_old.linear()).angle();
+  return motion;
+}
+
+void keepLatest(std::vector<CameraMotion>& motions, const CameraMotion& latest) {
+  const auto same = [&](const CameraMotion& motion) { return motion.camera == latest.camera; };
+  motions.erase(std::remove_if(motions.begin(), motions.end(), same), motions.end());
+  motions.push_back(latest);
+}
 
 int threadsOf(const FusionSetting& setting) { return host::resolveThreads(static_cast<int>(setting.options.threads)); }
 
@@ -26,7 +42,31 @@ void FrameFuser::readFrame(std::size_t frame) {
   read_ms_ = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
   thumbnails_.clear();
   for (const DepthView& view : loaded_.rig.views) thumbnails_.push_back(thumbnailOf(view, kThumbnailHeight));
+  given_ = loaded_.rig.cameras;
+  placed_ = false;
   loaded_frame_ = frame;
+}
+
+/** \brief Switched off, what was learned is forgotten: the next time begins with the given poses again. */
+void FrameFuser::placeCameras(bool refine) {
+  if (placed_ && refine == refined_.has_value()) return;
+  std::vector<CameraMotion> moved;
+  if (refined_) moved = std::move(refined_->moved);
+  refined_.reset();
+  loaded_.rig.cameras = given_;
+  for (Pane& pane : panes_) pane.frame.reset();  // its cloud was fused with other poses
+  if (!refine) {
+    extrinsics_.reset();
+  } else {
+    if (!extrinsics_) extrinsics_ = std::make_unique<io::LiveExtrinsics>();
+    extrinsics_->place(loaded_.rig);
+    refined_.emplace();
+    for (std::size_t i = 0; i < given_.size(); ++i)
+      refined_->corrections.push_back(motionBetween(i, given_[i], loaded_.rig.cameras[i]));
+    refined_->moved = std::move(moved);
+    for (const CameraMotion& motion : extrinsics_->moved()) keepLatest(refined_->moved, motion);
+  }
+  placed_ = true;
 }
 
 void FrameFuser::fuseCloud(const FusionRequest& request, Pane& pane, const FusionSettingPtr& setting) {
@@ -60,7 +100,7 @@ void FrameFuser::measure(const FusionRequest& request, Pane& pane) {
 
 void FrameFuser::color(const FusionRequest& request, Pane& pane) {
   FusedCloud& fused = pane.fused;
-  if (pane.colored_by == request.color_by && pane.coarse_points == request.coarse_points) return;
+  if (pane.colored_by == request.color_by) return;
   const int threads = threadsOf(*pane.setting);
   const bool by_normal = request.color_by == ColorBy::Normal;
   if ((by_normal || request.color_by == ColorBy::Camera) && fused.attributes.origins.empty())
@@ -69,12 +109,8 @@ void FrameFuser::color(const FusionRequest& request, Pane& pane) {
     fused.attributes.normals = normalsOf(fused.attributes.origins, loaded_.rig, threads);
   if (request.color_by == ColorBy::TruthDistance && fused.attributes.truth_distances.empty() && source_->knowsTruth())
     fused.attributes.truth_distances = truthDistances(*fused.cloud, source_->truth(request.frame), threads);
-  const std::vector<Rgb8> colors = colorsOf(*fused.cloud, request.color_by, fused.attributes);
-  fused.points = toPolyData(*fused.cloud, colors);
-  const std::size_t stride = 1 + fused.cloud->size() / std::max<std::size_t>(1, request.coarse_points);
-  fused.coarse = stride == 1 ? fused.points : toPolyData(*fused.cloud, colors, stride);
+  fused.slices = slicesOf(*fused.cloud, colorsOf(*fused.cloud, request.color_by, fused.attributes));
   pane.colored_by = request.color_by;
-  pane.coarse_points = request.coarse_points;
   pane.published.reset();
 }
 
@@ -93,10 +129,12 @@ std::shared_ptr<const FusedFrame> FrameFuser::fuse(const FusionRequest& request,
     answer->ended = true;
     return failed(error.what());
   }
-  answer->cameras = loaded_.rig.cameras;
   answer->thumbnails = thumbnails_;
   answer->read_ms = read_ms_;
   try {
+    placeCameras(request.refine_extrinsics);
+    answer->cameras = loaded_.rig.cameras;
+    answer->refined = refined_;
     for (std::size_t k = 0; k < kPanes; ++k) {
       Pane& pane = panes_[k];
       if (!request.settings[k]) continue;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "io/live_extrinsics.h"
 #include "viewer/frame_source.h"
 #include "viewer/fusion_job.h"
 
@@ -25,11 +26,11 @@ class FrameFuser {
     std::optional<std::size_t> frame;  ///< that the cloud was made from
     FusedCloud fused;
     std::optional<ColorBy> colored_by;
-    std::size_t coarse_points{0};
     std::shared_ptr<const FusedCloud> published;
   };
 
   void readFrame(std::size_t frame);
+  void placeCameras(bool refine);
   void fuseCloud(const FusionRequest& request, Pane& pane, const FusionSettingPtr& setting);
   void measure(const FusionRequest& request, Pane& pane);
   void color(const FusionRequest& request, Pane& pane);
@@ -37,6 +38,10 @@ class FrameFuser {
   std::unique_ptr<FrameSource> source_;
   io::LoadedFrame loaded_;
   std::optional<std::size_t> loaded_frame_;
+  std::vector<Camera> given_;  ///< as the loaded frame came
+  bool placed_{false};         ///< the loaded frame's cameras are where the last request wanted them
+  std::optional<RefinedExtrinsics> refined_;
+  std::unique_ptr<io::LiveExtrinsics> extrinsics_;
   double read_ms_{0};
   std::vector<io::ColorImage> thumbnails_;
   std::array<Pane, kPanes> panes_;

@@ -5,6 +5,7 @@
 #include "viewer/coloring.h"
 
 #include <fuse_flow/multi_camera_consistency.h>
+#include <fuse_flow/pose_filter.h>
 
 #include <vtkPolyData.h>
 #include <vtkSmartPointer.h>
@@ -36,8 +37,8 @@ struct FusionRequest {
   std::size_t frame{0};
   std::array<FusionSettingPtr, kPanes> settings;  ///< null: that view is not shown
   ColorBy color_by{ColorBy::Rgb};
-  bool measure_quality{true};         ///< E_MC takes time of its own
-  std::size_t coarse_points{100000};  ///< of FusedCloud::coarse, about
+  bool refine_extrinsics{false};  ///< with poses that follow what the cameras see, not as given
+  bool measure_quality{true};     ///< E_MC takes time of its own
 };
 
 /** \brief One cloud, ready to be drawn. */
@@ -47,8 +48,14 @@ struct FusedCloud {
   FrameStatistics statistics;
   std::optional<Quality> quality;
   PointAttributes attributes;
-  vtkSmartPointer<vtkPolyData> points;  ///< all of them
-  vtkSmartPointer<vtkPolyData> coarse;  ///< every n-th, for while the view moves; the same object if that is all
+  std::vector<vtkSmartPointer<vtkPolyData>> slices;  ///< see slicesOf()
+};
+
+/** \brief What became of the poses that were given. */
+struct RefinedExtrinsics {
+  std::vector<CameraMotion>
+      corrections;                  ///< of each camera: from its given pose to that which the frame was fused with
+  std::vector<CameraMotion> moved;  ///< the latest of each camera that was found to have moved as it played
 };
 
 /** \brief The answer to a request. */
@@ -58,7 +65,8 @@ struct FusedFrame {
   std::string error;  ///< one line; then the clouds are null, and what was shown stays
   bool ended{false};  ///< the error: this frame could not be read
   std::vector<Camera> cameras;
-  std::vector<io::ColorImage> thumbnails;  ///< empty: the camera is missing
+  std::optional<RefinedExtrinsics> refined;  ///< absent: the poses are as given
+  std::vector<io::ColorImage> thumbnails;    ///< empty: the camera is missing
   double read_ms{0};
   std::array<std::shared_ptr<const FusedCloud>, kPanes> clouds;
 };

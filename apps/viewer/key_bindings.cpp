@@ -21,6 +21,10 @@ KeyBinding pclKey(const std::string& label, const std::vector<std::string>& keys
   return {"View", label, keys, help, [](Viewer& v) { v.passKeyToPcl(); }};
 }
 
+KeyBinding formKey(const std::string& label, const std::string& key, Form form, const std::string& help) {
+  return {"View", label, {key}, help, [form](Viewer& v) { v.drawAs(form); }};
+}
+
 void step(Viewer& viewer, long frames) { viewer.playback().step(frames); }
 
 std::vector<KeyBinding> makeBindings() {
@@ -34,10 +38,11 @@ std::vector<KeyBinding> makeBindings() {
       {"Play", "", {"End"}, "", [](Viewer& v) { v.playback().seekEnd(); }},
       {"Play", "], [", {"bracketright"}, "twice, half as fast", [](Viewer& v) { v.changeSpeed(2); }},
       {"Play", "", {"bracketleft"}, "", [](Viewer& v) { v.changeSpeed(0.5); }},
-      {"Play", "l", {"l"}, "loop", [](Viewer& v) { v.playback().setLoop(!v.playback().loop()); }},
+      {"Play", "Ctrl l", {"ctrl+l"}, "loop", [](Viewer& v) { v.playback().setLoop(!v.playback().loop()); }},
       componentKey("1", Component::MeasurementConfidence, "MF, measurement confidence"),
       componentKey("2", Component::DistanceConsistency, "DC, distance consistency"),
       componentKey("3", Component::SpatialHash, "SA, spatial hash aggregation"),
+      {"Fusion", "0", {"0"}, "poses: refined as it plays, given", [](Viewer& v) { v.toggleRefinement(); }},
       {"Fusion", "k", {"k"}, "sliders: tau, sigma, cells, weight", [](Viewer& v) { v.toggleSliders(); }},
       {"Fusion", "b", {"b"}, "crop box with handles", [](Viewer& v) { v.toggleCropBox(); }},
       {"Fusion", "Backspace", {"BackSpace"}, "parameters as at the start", [](Viewer& v) { v.resetParameters(); }},
@@ -50,13 +55,20 @@ std::vector<KeyBinding> makeBindings() {
       colorKey("7", ColorBy::Camera, "camera of origin"),
       colorKey("8", ColorBy::TruthDistance, "distance to truth, where known"),
       colorKey("9", ColorBy::Normal, "normal"),
+      {"Colour by", "l", {"l"}, "list the colours and their keys", [](Viewer& v) { v.listColors(); }},
       {"Colour by", "u", {"u"}, "legend", [](Viewer& v) { v.toggleLegend(); }},
       {"View", "r", {"r"}, "reset the camera", [](Viewer& v) { v.resetView(); }},
+      {"View", "Alt r", {"alt+r"}, "from the next of the rig's cameras", [](Viewer& v) { v.lookFromNextCamera(); }},
       {"View", "f", {"f"}, "fly to the point under the cursor", [](Viewer& v) { v.flyToCursor(); }},
       {"View", "+, -", {"plus", "KP_Add"}, "larger, smaller points", [](Viewer& v) { v.changePointSize(1); }},
       {"View", "", {"minus", "KP_Subtract"}, "", [](Viewer& v) { v.changePointSize(-1); }},
       pclKey("Alt+, Alt-", {"alt+plus", "alt+minus"}, "zoom in, out"),
+      pclKey("Alt f", {"alt+f"}, "largest window, and back"),
+      pclKey("Alt s", {"alt+s"}, "stereo for coloured glasses"),
       pclKey("o", {"o"}, "perspective, parallel projection"),
+      formKey("p, w, s", "p", Form::Points, "cameras, boxes: dots, lines, solid"),
+      formKey("", "w", Form::Lines, ""),
+      formKey("", "s", Form::Solid, ""),
       {"View", "g", {"g"}, "grid, metres", [](Viewer& v) { v.toggleGrid(); }},
       pclKey("c", {"c"}, "print the camera"),
       pclKey("Ctrl s, Ctrl r", {"ctrl+s", "ctrl+r"}, "save, restore the camera"),
@@ -66,10 +78,11 @@ std::vector<KeyBinding> makeBindings() {
       {"View", "i", {"i"}, "images of the cameras", [](Viewer& v) { v.toggleImages(); }},
       {"View", "t", {"t"}, "text", [](Viewer& v) { v.toggleText(); }},
       {"Measure", "m", {"m"}, "mark the point under the cursor", [](Viewer& v) { v.markCursor(); }},
+      {"Measure", "x", {"x"}, "drag a rectangle: what is in it", [](Viewer& v) { v.toggleSelecting(); }},
       {"Measure", "Esc", {"Escape"}, "forget the marks", [](Viewer& v) { v.clearMarks(); }},
-      {"Export", "w", {"w"}, "write the clouds", [](Viewer& v) { v.exportClouds(); }},
-      {"Export", "j", {"j"}, "screenshot", [](Viewer& v) { v.exportScreenshot(); }},
-      {"Export", "p", {"p"}, "film: once around (again: stop)", [](Viewer& v) { v.toggleOrbit(); }},
+      {"Export", "Ctrl w", {"ctrl+w"}, "write the clouds", [](Viewer& v) { v.exportClouds(); }},
+      {"Export", "j", {"j"}, "screenshot, and its camera", [](Viewer& v) { v.exportScreenshot(); }},
+      {"Export", "Ctrl p", {"ctrl+p"}, "film: once around (again: stop)", [](Viewer& v) { v.toggleOrbit(); }},
       {"Program", "h", {"h"}, "this help", [](Viewer& v) { v.toggleHelp(); }},
       {"Program", "q, e", {"q", "e"}, "quit", [](Viewer& v) { v.quit(); }},
   };
@@ -92,6 +105,9 @@ std::vector<std::string> helpLines() {
   }
   lines.push_back("Mouse");
   for (const auto& [label, help] : mouseBindings()) addLine(lines, label, help);
+  lines.push_back("Unlike in pcl_viewer");
+  addLine(lines, "0 ... 9", "there: its handlers of colours");
+  addLine(lines, "g", "there: a scale without units");
   return lines;
 }
 

@@ -1,13 +1,15 @@
 #include "viewer/panes.h"
 
+#include "viewer/point_data.h"
+
 #include <vtkActor2D.h>
+#include <vtkActorCollection.h>
 #include <vtkBoundingBox.h>
 #include <vtkCoordinate.h>
 #include <vtkLineSource.h>
 #include <vtkMath.h>
 #include <vtkNew.h>
 #include <vtkPolyDataMapper2D.h>
-#include <vtkProperty.h>
 #include <vtkProperty2D.h>
 #include <vtkRendererCollection.h>
 
@@ -38,19 +40,14 @@ vtkSmartPointer<vtkActor2D> makeLine() {
 
 }  // namespace
 
-Panes::Panes(Window& window) : window_(window), line_(makeLine()) {
+Panes::Panes(Window& window, std::function<void()> on_slice)
+    : window_(window), on_slice_(std::move(on_slice)), line_(makeLine()) {
   for (std::size_t k = 0; k < kPanes; ++k) {
     int viewport = 0;
     window.visualizer().createViewPort(0, 0, 1, 1, viewport);  // with the camera of those before it
     renderers_[k] = static_cast<vtkRenderer*>(window.visualizer().getRendererCollection()->GetItemAsObject(viewport));
-    for (auto* mappers : {&fine_, &coarse_}) {
-      (*mappers)[k] = vtkSmartPointer<vtkPolyDataMapper>::New();
-      (*mappers)[k]->SetInputData(vtkNew<vtkPolyData>());
-    }
-    actors_[k] = vtkSmartPointer<vtkActor>::New();
-    actors_[k]->SetMapper(fine_[k]);
-    actors_[k]->GetProperty()->SetLighting(false);
-    renderers_[k]->AddActor(actors_[k]);
+    properties_[k] = vtkSmartPointer<vtkProperty>::New();
+    properties_[k]->SetLighting(false);
     observers_[k] = renderers_[k]->AddObserver(vtkCommand::StartEvent, this, &Panes::aimAt);
   }
   window.overlay()->AddActor2D(line_);
@@ -59,32 +56,82 @@ Panes::Panes(Window& window) : window_(window), line_(makeLine()) {
 
 Panes::~Panes() {
   for (std::size_t k = 0; k < kPanes; ++k) renderers_[k]->RemoveObserver(observers_[k]);
+  for (const auto& slices : slices_)
+    for (const Slice& slice : slices) slice.mapper->RemoveAllObservers();
 }
+
+void Panes::addSlice(std::size_t pane) {
+  Slice slice{vtkSmartPointer<vtkActor>::New(), vtkSmartPointer<vtkPolyDataMapper>::New()};
+  slice.mapper->AddObserver(vtkCommand::EndEvent, this, &Panes::onSlice);
+  slice.actor->SetMapper(slice.mapper);
+  slice.actor->SetProperty(properties_[pane]);
+  renderers_[pane]->AddActor(slice.actor);
+  slices_[pane].push_back(slice);
+}
+
+void Panes::onSlice(vtkObject*, unsigned long, void*) { on_slice_(); }
 
 void Panes::setCloud(std::size_t pane, std::shared_ptr<const FusedCloud> cloud) {
   if (clouds_[pane] == cloud) return;
   clouds_[pane] = std::move(cloud);
-  updateMappers();
+  updateSlices();
 }
 
 /** \brief Only what is about to be drawn is handed to VTK, so that a moving view never waits for all points. */
-void Panes::updateMappers() {
+void Panes::updateSlices() {
+  const double share =
+      coarse_ ? static_cast<double>(coarse_points_) / static_cast<double>(std::max<std::size_t>(1, allPoints())) : 1;
   for (std::size_t k = 0; k < kPanes; ++k) {
-    if (clouds_[k]) {
-      if (show_coarse_)
-        coarse_[k]->SetInputData(clouds_[k]->coarse);
-      else
-        fine_[k]->SetInputData(clouds_[k]->points);
+    const std::size_t count = clouds_[k] ? clouds_[k]->slices.size() : 0;
+    const long wanted_slices = std::lround(std::min(1.0, share) * static_cast<double>(count));
+    std::size_t drawn = std::min(count, static_cast<std::size_t>(std::max(1L, wanted_slices)));
+    if (drawn < count) drawn = std::min(drawn, thinSlices(count));
+    while (slices_[k].size() < count) addSlice(k);
+    for (std::size_t i = 0; i < slices_[k].size(); ++i) {
+      const Slice& slice = slices_[k][i];
+      slice.actor->SetVisibility(i < drawn);
+      vtkPolyData* wanted = i >= count                     ? nullptr
+                            : slice.actor->GetVisibility() ? clouds_[k]->slices[i].Get()
+                                                           : slice.mapper->GetInput();
+      if (slice.mapper->GetInput() != wanted) slice.mapper->SetInputData(wanted);
     }
-    actors_[k]->SetMapper(show_coarse_ ? coarse_[k] : fine_[k]);
-    actors_[k]->SetVisibility(clouds_[k] != nullptr);
   }
 }
 
 void Panes::setCoarse(bool coarse) {
-  if (show_coarse_ == coarse) return;
-  show_coarse_ = coarse;
-  updateMappers();
+  if (coarse_ == coarse) return;
+  coarse_ = coarse;
+  updateSlices();
+}
+
+void Panes::setCoarsePoints(std::size_t points) {
+  coarse_points_ = points;
+  if (coarse_) updateSlices();
+}
+
+std::size_t Panes::allPoints() const {
+  std::size_t points = 0;
+  for (std::size_t k = 0; k < kPanes; ++k)
+    if (draws(k)) points += clouds_[k]->cloud->size();
+  return points;
+}
+
+std::size_t Panes::drawnPoints() const {
+  vtkIdType points = 0;
+  for (std::size_t k = 0; k < kPanes; ++k)
+    for (const Slice& slice : slices_[k])
+      if (draws(k) && slice.actor->GetVisibility()) points += slice.mapper->GetInput()->GetNumberOfPoints();
+  return static_cast<std::size_t>(points);
+}
+
+std::optional<std::array<double, 6>> Panes::bounds(std::size_t pane) const {
+  vtkBoundingBox box;
+  if (clouds_[pane])
+    for (const auto& slice : clouds_[pane]->slices) box.AddBounds(slice->GetBounds());
+  if (!box.IsValid()) return std::nullopt;
+  std::array<double, 6> bounds{};
+  box.GetBounds(bounds.data());
+  return bounds;
 }
 
 void Panes::setComparing(bool comparing) {
@@ -151,7 +198,16 @@ bool Panes::nearSplit(int x) const {
 std::size_t Panes::paneAt(int x) const { return comparing_ && x >= extent(1)[0] * window_.width() ? 1 : 0; }
 
 void Panes::setPointSize(double pixels) {
-  for (const auto& actor : actors_) actor->GetProperty()->SetPointSize(static_cast<float>(pixels));
+  for (const auto& property : properties_) property->SetPointSize(static_cast<float>(pixels));
+}
+
+void Panes::setForm(Form form) {
+  const int representation = form == Form::Points ? VTK_POINTS : form == Form::Lines ? VTK_WIREFRAME : VTK_SURFACE;
+  for (const auto& renderer : renderers_) {
+    vtkActorCollection* actors = renderer->GetActors();
+    actors->InitTraversal();
+    while (vtkActor* actor = actors->GetNextActor()) actor->GetProperty()->SetRepresentation(representation);
+  }
 }
 
 void Panes::setBackground(double r, double g, double b) { window_.visualizer().setBackgroundColor(r, g, b, 0); }

@@ -6,21 +6,28 @@
 #include <vtkActor.h>
 #include <vtkActor2D.h>
 #include <vtkPolyDataMapper.h>
+#include <vtkProperty.h>
 #include <vtkSmartPointer.h>
 
 #include <array>
+#include <functional>
 #include <optional>
+#include <vector>
 
 namespace fuse_flow::viewing {
 
 /** \brief How the two clouds share the window. */
 enum class Layout { SideBySide, Split };
 
+/** \brief What lines and faces are drawn as; clouds are points whatever is said. */
+enum class Form { Points, Lines, Solid };
+
 /** \brief The two views of the world: one camera, each with a cloud of its own. Side by side both show the whole; in a split
  *  they are two parts of one picture, and a line between them can be dragged. */
 class Panes {
  public:
-  explicit Panes(Window& window);
+  /** \param on_slice called while a picture is drawn, before each slice of a cloud */
+  Panes(Window& window, std::function<void()> on_slice);
   ~Panes();
   Panes(const Panes&) = delete;
   Panes& operator=(const Panes&) = delete;
@@ -38,14 +45,23 @@ class Panes {
   /** \brief Whether a column of the window is so near to the line that dragging it is meant. */
   bool nearSplit(int x) const;
 
-  /** \brief Coarse clouds while the view moves, all points when it stands. */
+  /** \brief A part of the points while the view moves, all of them when it stands. */
   void setCoarse(bool coarse);
+  bool coarse() const { return coarse_; }
+  /** \brief About how many points of both clouds together are drawn of coarse ones; at least a slice each. */
+  void setCoarsePoints(std::size_t points);
+  /** \brief Of the clouds that are shown. */
+  std::size_t allPoints() const;
+  std::size_t drawnPoints() const;
+  /** \brief Around a cloud, low and high of x, y, z; absent: it has no points. */
+  std::optional<std::array<double, 6>> bounds(std::size_t pane) const;
   void setPointSize(double pixels);
+  /** \brief Of what is in the panes now. */
+  void setForm(Form form);
   void setBackground(double r, double g, double b);
 
   vtkCamera* camera() { return renderers_[0]->GetActiveCamera(); }
   vtkRenderer* renderer(std::size_t pane) { return renderers_[pane]; }
-  vtkActor* actor(std::size_t pane) { return actors_[pane]; }
   /** \brief The pane under a column of the window. */
   std::size_t paneAt(int x) const;
   /** \brief Where a pane begins and ends, as shares of the window's width. */
@@ -58,19 +74,29 @@ class Panes {
  private:
   /** \brief A renderer is about to draw. */
   void aimAt(vtkObject* renderer, unsigned long event, void* data);
+  /** \brief VTK has looked for new data of a slice, and draws it next. */
+  void onSlice(vtkObject* mapper, unsigned long event, void* data);
   void arrange();
-  void updateMappers();
+  void updateSlices();
+  void addSlice(std::size_t pane);
+  bool draws(std::size_t pane) const { return clouds_[pane] && (pane == 0 || comparing_); }
 
   Window& window_;
   std::array<vtkSmartPointer<vtkRenderer>, kPanes> renderers_;
-  std::array<vtkSmartPointer<vtkActor>, kPanes> actors_;
-  /** \brief Each keeps what it has sent to the GPU. */
-  std::array<vtkSmartPointer<vtkPolyDataMapper>, kPanes> fine_, coarse_;
+  /** \brief A slice of a pane's cloud; the mapper keeps what it has sent to the GPU. */
+  struct Slice {
+    vtkSmartPointer<vtkActor> actor;
+    vtkSmartPointer<vtkPolyDataMapper> mapper;
+  };
+  std::array<std::vector<Slice>, kPanes> slices_;
+  std::array<vtkSmartPointer<vtkProperty>, kPanes> properties_;  ///< of a pane's slices
+  std::function<void()> on_slice_;
   std::array<unsigned long, kPanes> observers_{};
   std::array<std::shared_ptr<const FusedCloud>, kPanes> clouds_;
   vtkSmartPointer<vtkActor2D> line_;
   bool comparing_{false};
-  bool show_coarse_{false};
+  bool coarse_{false};
+  std::size_t coarse_points_{100000};
   Layout layout_{Layout::SideBySide};
   double split_{0.5};
 };

@@ -33,21 +33,29 @@ Probe::Probe(Panes& panes)
   draw();
 }
 
+Eigen::Matrix4f Probe::projectionOf(std::size_t pane) {
+  panes_.aimCamera(pane);
+  const double aspect = panes_.renderer(pane)->GetTiledAspectRatio();
+  // VTK's matrices are row by row.
+  const Eigen::Matrix4d projection = Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(
+      panes_.camera()->GetCompositeProjectionTransformMatrix(aspect, -1, 1)->GetData());
+  return projection.cast<float>();
+}
+
+Eigen::Vector2f Probe::clipPlace(std::size_t pane, double x, double y) {
+  const int* origin = panes_.renderer(pane)->GetOrigin();
+  const int* size = panes_.renderer(pane)->GetSize();
+  return Eigen::Vector2d(2 * (x - origin[0] + 0.5) / size[0] - 1, 2 * (y - origin[1] + 0.5) / size[1] - 1)
+      .cast<float>();
+}
+
 std::optional<PickedPoint> Probe::pick(int x, int y) {
   const std::size_t pane = panes_.paneAt(x);
   const std::shared_ptr<const FusedCloud>& shown = panes_.cloud(pane);
   if (!shown || shown->cloud->empty()) return std::nullopt;
-  panes_.aimCamera(pane);
-  vtkRenderer* renderer = panes_.renderer(pane);
-  const int* origin = renderer->GetOrigin();
-  const int* size = renderer->GetSize();
-  // VTK's matrices are row by row.
-  const Eigen::Matrix4d projection = Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(
-      panes_.camera()->GetCompositeProjectionTransformMatrix(renderer->GetTiledAspectRatio(), -1, 1)->GetData());
-  const Eigen::Array2d pixel(2.0 / size[0], 2.0 / size[1]);
-  const Eigen::Array2d at = pixel * (Eigen::Array2d(x - origin[0], y - origin[1]) + 0.5) - 1.0;
-  const std::optional<std::size_t> index = pointDrawnAt(
-      *shown->cloud, projection.cast<float>(), at.matrix().cast<float>(), (kTolerance * pixel).matrix().cast<float>());
+  const Eigen::Vector2f at = clipPlace(pane, x, y);
+  const Eigen::Vector2f radius = clipPlace(pane, x + kTolerance, y + kTolerance) - at;
+  const std::optional<std::size_t> index = pointDrawnAt(*shown->cloud, projectionOf(pane), at, radius);
   if (!index) return std::nullopt;
   return PickedPoint{pane, *index, (*shown->cloud)[*index].getVector3fMap()};
 }
@@ -57,6 +65,35 @@ std::string Probe::describe(const PickedPoint& point) const {
   std::ostringstream text;
   text << std::fixed << std::setprecision(3) << "x " << p.x << ", y " << p.y << ", z " << p.z << " m, omega "
        << std::setprecision(2) << p.confidence << ", " << p.view_count << (p.view_count == 1 ? " view" : " views");
+  return text.str();
+}
+
+SelectedPoints Probe::select(const std::array<int, 2>& from, const std::array<int, 2>& to) {
+  SelectedPoints selected;
+  selected.pane = panes_.paneAt(from[0]);
+  const std::shared_ptr<const FusedCloud>& shown = panes_.cloud(selected.pane);
+  if (!shown) return selected;
+  const Eigen::Vector2f a = clipPlace(selected.pane, from[0], from[1]), b = clipPlace(selected.pane, to[0], to[1]);
+  const std::vector<std::size_t> inside =
+      pointsDrawnIn(*shown->cloud, projectionOf(selected.pane), a.cwiseMin(b), a.cwiseMax(b));
+  selected.count = inside.size();
+  for (const std::size_t k : inside) {
+    const PointFused& p = (*shown->cloud)[k];
+    selected.box.extend(p.getVector3fMap());
+    selected.mean_confidence += static_cast<double>(p.confidence) / static_cast<double>(inside.size());
+    selected.mean_view_count += static_cast<double>(p.view_count) / static_cast<double>(inside.size());
+  }
+  return selected;
+}
+
+std::string Probe::describe(const SelectedPoints& points) const {
+  if (points.count == 0) return "there is no point in the rectangle";
+  const Eigen::Vector3f size = points.box.sizes();
+  std::ostringstream text;
+  text << points.count << (points.count == 1 ? " point of " : " points of ")
+       << panes_.cloud(points.pane)->setting->title << std::fixed << std::setprecision(3) << ", " << size.x() << " x "
+       << size.y() << " x " << size.z() << " m, omega " << std::setprecision(2) << points.mean_confidence << ", "
+       << std::setprecision(1) << points.mean_view_count << " views";
   return text.str();
 }
 

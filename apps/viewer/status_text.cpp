@@ -1,11 +1,16 @@
 #include "viewer/status_text.h"
 
+#include "io/live_extrinsics.h"
+
+#include <algorithm>
 #include <cmath>
 #include <iomanip>
 #include <sstream>
 
 namespace fuse_flow::viewing {
 namespace {
+
+constexpr std::size_t kCorrections = 3;  // cameras that the overlay has a line for
 
 std::ostringstream fixedPoint(int decimals) {
   std::ostringstream text;
@@ -21,6 +26,20 @@ std::string millimetres(double metres) {
 }
 
 }  // namespace
+
+std::string refinementText(const RefinedExtrinsics& refined, const std::vector<Camera>& cameras) {
+  std::vector<CameraMotion> corrections = refined.corrections;
+  std::sort(corrections.begin(), corrections.end(),
+            [](const CameraMotion& a, const CameraMotion& b) { return a.translation > b.translation; });
+  std::ostringstream text = fixedPoint(1);
+  for (std::size_t k = 0; k < corrections.size() && k < kCorrections; ++k)
+    text << (k == 0 ? "\n  " : ", ") << cameras[corrections[k].camera].name << " by "
+         << 1000 * corrections[k].translation << " mm, " << std::setprecision(2) << corrections[k].rotation * 180 / M_PI
+         << std::setprecision(1) << " deg";
+  if (corrections.size() > kCorrections) text << ", " << corrections.size() - kCorrections << " others by less";
+  for (const CameraMotion& motion : refined.moved) text << "\n" << io::describe(motion, cameras);
+  return text.str();
+}
 
 std::string cloudText(const FusedCloud& cloud) {
   std::ostringstream text = fixedPoint(1);
@@ -50,6 +69,8 @@ std::string statusText(const Playback& playback, const Rates& rates, const Fusio
   const auto state = [&](Component component) { return controls.uses(component) ? "on" : "OFF"; };
   text << "1 MF " << state(Component::MeasurementConfidence) << "  2 DC " << state(Component::DistanceConsistency)
        << "  3 SA " << state(Component::SpatialHash);
+  text << "  0 poses " << (shown.refined ? "refined" : "given");
+  if (shown.refined) text << refinementText(*shown.refined, shown.cameras);
   for (const auto& cloud : shown.clouds)
     if (cloud) text << "\n" << cloudText(*cloud);
   return text.str();

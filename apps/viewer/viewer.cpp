@@ -1,5 +1,6 @@
 #include "viewer/viewer.h"
 
+#include "drawing/display.h"
 #include "io/tool.h"
 
 #include <thread>
@@ -9,6 +10,7 @@ namespace {
 
 constexpr std::chrono::milliseconds kTick{5};  // between two looks for events
 constexpr double kRest = 0.08;                 // seconds: a cursor that rests so long asks what is under it
+constexpr double kRefine = 0.25;               // seconds: all points again, so long after the view moved
 
 }  // namespace
 
@@ -18,11 +20,12 @@ Viewer::Viewer(std::unique_ptr<FrameSource> source, const ViewerOptions& options
       playback_(source->frameCount(), options.frames_per_second),
       controls_(options.method, options.method_options),
       window_("FUSE-Flow: " + source->name(), options.width, options.height, options.offscreen),
-      panes_(window_),
+      panes_(window_, [this] { onSlice(); }),
       overlay_(window_),
       frusta_(panes_),
       axes_(panes_),
       probe_(panes_),
+      rubber_band_(window_),
       sliders_(window_,
                [this](const SliderParameter& parameter, float value) {
                  changeParameters([&](FuseFlowParameters& p) { parameter.member(p) = value; });
@@ -33,6 +36,7 @@ Viewer::Viewer(std::unique_ptr<FrameSource> source, const ViewerOptions& options
                 }),
       timeline_(window_, [this](std::size_t frame) { playback_.seek(frame); }),
       worker_(std::move(source)),
+      refine_extrinsics_(options.refine_extrinsics),
       color_by_(options.color_by),
       point_size_(options.point_size),
       last_tick_(Clock::now()),
@@ -56,6 +60,7 @@ Viewer::Viewer(std::unique_ptr<FrameSource> source, const ViewerOptions& options
 /** \brief An event loop of our own: VTK's, once told to end, still asks a display that it has closed. */
 void Viewer::run() {
   last_tick_ = Clock::now();
+  if (!somebody_waits_) setInterrupt([this] { return drawing::eventsWait(window_.renderWindow()); });
   if (!shown_) overlay_.setStatus("the first frame is being read and fused ...");
   while (!quitting_ && !io::interrupt_requested) {
     window_.interactor()->ProcessEvents();
@@ -84,7 +89,25 @@ void Viewer::tick(double elapsed) {
     dirty_ = true;
   }
   if (orbit_) stepOrbit();
-  if (dirty_) render();
+  if (dirty_) renderUnlessInterrupted();
+}
+
+void Viewer::renderUnlessInterrupted() {
+  interruptible_ = !panes_.coarse();
+  render();
+  interruptible_ = false;
+  if (!window_.renderWindow()->GetAbortRender()) return;
+  refine_in_ = kRefine;  // the window still shows the picture before
+  if (!outdated_) return;
+  panes_.setCoarse(true);
+  dirty_ = true;
+}
+
+void Viewer::onSlice() {
+  if (!interruptible_ || !somebody_waits_) return;
+  // Else all slices wait in the driver's queue soon, and none can be called back.
+  window_.renderWindow()->WaitForCompletion();
+  if (somebody_waits_()) window_.renderWindow()->SetAbortRender(1);
 }
 
 FusionRequest Viewer::wanted() const {
@@ -92,20 +115,25 @@ FusionRequest Viewer::wanted() const {
   request.frame = playback_.frame();
   request.settings = {controls_.fused(), controls_.comparison()};
   request.color_by = color_by_;
+  request.refine_extrinsics = refine_extrinsics_;
   request.measure_quality = show_text_;
-  request.coarse_points = coarse_points_;
   return request;
 }
 
 void Viewer::postWhatIsWanted() {
   FusionRequest request = wanted();
   if (posted_ && request.frame == posted_->frame && request.settings == posted_->settings &&
-      request.color_by == posted_->color_by && request.measure_quality == posted_->measure_quality &&
-      request.coarse_points == posted_->coarse_points)
+      request.color_by == posted_->color_by && request.refine_extrinsics == posted_->refine_extrinsics &&
+      request.measure_quality == posted_->measure_quality)
     return;
   request.number = posted_ ? posted_->number + 1 : 1;
   posted_ = request;
   worker_.post(std::move(request));
+}
+
+void Viewer::viewMoves() {
+  panes_.setCoarse(true);
+  refine_in_ = kRefine;
 }
 
 void Viewer::settle() {
@@ -147,12 +175,12 @@ void Viewer::show(const std::shared_ptr<const FusedFrame>& answer) {
   overlay_.setImages(frame.thumbnails, names);
   if (color_by_ == ColorBy::Camera) updateLegend();
   cursor_probed_ = false;
-  if (frame.clouds[0] && !frame.clouds[0]->cloud->empty()) axes_.setExtent(frame.clouds[0]->points->GetBounds());
+  if (const auto bounds = panes_.bounds(0)) axes_.setExtent(bounds->data());
   first ? resetView() : panes_.fitClippingRange();
   timeline_.setFrame(frame.frame, playback_.frames());
   updateStatus();
   if (first) arrange();
-  dirty_ = true;
+  redraw();
 }
 
 void Viewer::render() {
@@ -165,7 +193,7 @@ void Viewer::arrange() {
   overlay_.arrange(panes_);
   sliders_.arrange();
   timeline_.arrange(overlay_.aboveImages() + 45);
-  dirty_ = true;
+  redraw();
 }
 
 void Viewer::updateStatus() {

@@ -10,6 +10,7 @@
 #include "viewer/parameter_sliders.h"
 #include "viewer/playback.h"
 #include "viewer/probe.h"
+#include "viewer/rubber_band.h"
 #include "viewer/running_rate.h"
 #include "viewer/status_text.h"
 #include "viewer/timeline.h"
@@ -34,7 +35,9 @@ struct ViewerOptions {
   bool play{true};
   bool loop{true};
   std::size_t first_frame{0};
-  std::string compare{"none"};  ///< one of FusionControls::comparisonNames()
+  bool refine_extrinsics{false};  ///< poses follow what the cameras see
+  bool fixed_rig{true};           ///< false: the cameras move from frame to frame, and there is nothing to follow
+  std::string compare{"none"};    ///< one of FusionControls::comparisonNames()
   Layout layout{Layout::SideBySide};
   double split{0.5};
   ColorBy color_by{ColorBy::Rgb};
@@ -45,7 +48,7 @@ struct ViewerOptions {
   int height{800};
   bool offscreen{false};
   std::string folder{"."};    ///< of what the keys export
-  std::string format{"ply"};  ///< of exported clouds: "ply", "pcd", "vtk"
+  std::string format{"ply"};  ///< of exported clouds: one of cloudFormats()
   int orbit_pictures{120};
 };
 
@@ -62,6 +65,9 @@ class Viewer {
   void settle();
   /** \brief Lets that much time pass, as run() does between events; seconds. */
   void tick(double seconds);
+  /** \brief While tick() draws all points, it asks this again and again, and abandons the picture when it hears yes: somebody waits
+   *  for something else. run() asks for the window's events. */
+  void setInterrupt(std::function<bool()> somebody_waits) { somebody_waits_ = std::move(somebody_waits); }
   /** \brief See FusionWorker::stopWithin(). */
   bool stopWithin(std::chrono::milliseconds limit) { return worker_.stopWithin(limit); }
   /** \brief What went wrong with the frame that was asked for last; empty: nothing. */
@@ -90,6 +96,7 @@ class Viewer {
   void changeSpeed(double factor);
   void toggle(Component component);
   void resetParameters();
+  void toggleRefinement();
   void toggleSliders();
   void toggleCropBox();
   void compareWith(const std::string& name);
@@ -97,10 +104,13 @@ class Viewer {
   void keepSetting();
   void toggleLayout();
   void colorBy(ColorBy what);
+  void listColors();
   void toggleLegend();
   void resetView();
+  void lookFromNextCamera();
   void flyToCursor();
   void changePointSize(double pixels);
+  void drawAs(Form form);
   void toggleAxes();
   void toggleGrid();
   void toggleBackground();
@@ -111,6 +121,7 @@ class Viewer {
   void passKeyToPcl();
   void markCursor();
   void clearMarks();
+  void toggleSelecting();
   void exportClouds();
   void exportScreenshot();
   void toggleOrbit();
@@ -119,6 +130,8 @@ class Viewer {
 
   /** \brief Draws the window as it now is. */
   void render();
+  /** \brief The next tick() draws the window. */
+  void redraw() { dirty_ = outdated_ = true; }
   /** \brief Says something in the overlay. */
   void say(const std::string& message);
   /** \brief Films a camera path around the cloud, a frame further with each picture if it plays. Throws io::OutputError. */
@@ -140,6 +153,9 @@ class Viewer {
 
   FusionRequest wanted() const;
   void postWhatIsWanted();
+  void onSlice();
+  /** \brief Draws the window, or abandons it where all points take so long that somebody waits. */
+  void renderUnlessInterrupted();
   /** \brief Fewer points until it has stood for a while. */
   void viewMoves();
   void show(const std::shared_ptr<const FusedFrame>& answer);
@@ -161,16 +177,20 @@ class Viewer {
   Frusta frusta_;
   WorldAxes axes_;
   Probe probe_;
+  RubberBand rubber_band_;
   ParameterSliders sliders_;
   CropBox crop_box_;
   Timeline timeline_;
   FusionWorker worker_;
 
+  bool refine_extrinsics_;
   ColorBy color_by_;
   double point_size_;
   bool show_axes_{false}, show_grid_{false}, show_frusta_{true}, show_images_{true}, show_text_{true},
       show_legend_{true};
   bool show_help_{false}, day_{false};
+  bool selecting_{false};       ///< the left button drags a rectangle
+  std::size_t next_camera_{0};  ///< from which lookFromNextCamera() looks
   std::unique_ptr<Orbit> orbit_;
 
   std::optional<FusionRequest> posted_;
@@ -180,7 +200,7 @@ class Viewer {
   std::string message_;
   double message_seconds_{0};  ///< for which the message is still shown
 
-  std::size_t coarse_points_{100000};
+  double coarse_points_{100000};  ///< that a moving view may have
   RunningRate cloud_rate_, picture_rate_;
   Clock::time_point render_start_, last_tick_, last_cloud_;
   double rest_seconds_{0};    ///< since the cursor moved
@@ -191,6 +211,9 @@ class Viewer {
   bool interacting_{false};
   bool quitting_{false};
   bool dirty_{true};
+  bool outdated_{true};        ///< the world in the window is no longer as it was drawn; else only what lies over it
+  bool interruptible_{false};  ///< the picture that is being drawn
+  std::function<bool()> somebody_waits_;
   std::array<int, 2> arranged_size_{0, 0};
 };
 

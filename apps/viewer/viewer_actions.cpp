@@ -1,8 +1,11 @@
+#include "io/error.h"
 #include "viewer/key_bindings.h"
 #include "viewer/viewer.h"
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
+#include <iostream>
 
 namespace fuse_flow::viewing {
 namespace {
@@ -39,6 +42,12 @@ void Viewer::toggle(Component component) { controls_.toggle(component); }
 void Viewer::resetParameters() {
   controls_.reset();
   sliders_.setValues(controls_.parameters());
+}
+
+void Viewer::toggleRefinement() {
+  if (!options_.fixed_rig) return say("the views of this recording slide: there is no rig to follow");
+  refine_extrinsics_ = !refine_extrinsics_;
+  say(refine_extrinsics_ ? "poses follow what the cameras see" : "poses as given");
 }
 
 void Viewer::toggleSliders() {
@@ -87,6 +96,15 @@ void Viewer::colorBy(ColorBy what) {
   arrange();
 }
 
+void Viewer::listColors() {
+  constexpr std::size_t first_key = 4;
+  std::string list;
+  for (std::size_t k = 0; k < colorByNames().size(); ++k)
+    list += (k > 0 ? ", " : "") + colorByNames()[k] + " (" + std::to_string(first_key + k) + ")";
+  std::cout << "colours: " << list << std::endl;
+  say("colours: " + list);
+}
+
 void Viewer::toggleLegend() {
   show_legend_ = !show_legend_;
   overlay_.showLegend(show_legend_);
@@ -108,7 +126,23 @@ void Viewer::resetView() {
   camera->SetViewUp(view.up.data());
   camera->SetViewAngle(30 / options_.zoom);
   panes_.fitClippingRange();
-  dirty_ = true;
+  redraw();
+}
+
+void Viewer::lookFromNextCamera() {
+  if (!shown_ || shown_->cameras.empty()) return;
+  const Camera& from = shown_->cameras[next_camera_++ % shown_->cameras.size()];
+  const Eigen::Isometry3d& T = from.T_world_camera;
+  const Eigen::Vector3d centre = T.translation(), at = T * Eigen::Vector3d::UnitZ();
+  const Eigen::Vector3d up = -(T.linear() * Eigen::Vector3d::UnitY());
+  vtkCamera* camera = panes_.camera();
+  camera->SetPosition(centre.data());
+  camera->SetFocalPoint(at.data());
+  camera->SetViewUp(up.data());
+  const double rows = from.intrinsics.height, focal = static_cast<double>(from.intrinsics.fy);
+  camera->SetViewAngle(2 * std::atan(rows / (2 * focal)) * 180 / M_PI);
+  panes_.fitClippingRange();
+  say("from " + from.name);
 }
 
 void Viewer::flyToCursor() {
@@ -124,6 +158,8 @@ void Viewer::changePointSize(double pixels) {
   point_size_ = std::clamp(point_size_ + pixels, 1.0, 20.0);
   panes_.setPointSize(point_size_);
 }
+
+void Viewer::drawAs(Form form) { panes_.setForm(form); }
 
 void Viewer::toggleAxes() {
   show_axes_ = !show_axes_;
@@ -163,7 +199,10 @@ void Viewer::toggleHelp() {
   overlay_.setHelp(show_help_ ? helpText() : "");
 }
 
-void Viewer::passKeyToPcl() { window_.style()->passKeyToPcl(); }
+void Viewer::passKeyToPcl() {
+  viewMoves();  // PCL draws, more than once
+  window_.style()->passKeyToPcl();
+}
 
 void Viewer::markCursor() {
   const int* at = window_.interactor()->GetEventPosition();
@@ -176,6 +215,11 @@ void Viewer::markCursor() {
 void Viewer::clearMarks() {
   probe_.clear();
   probeCursor();
+}
+
+void Viewer::toggleSelecting() {
+  selecting_ = !selecting_;
+  say(selecting_ ? "the left button drags a rectangle; x: it turns the view again" : "the left button turns the view");
 }
 
 std::string Viewer::unusedPath(const std::string& stem, const std::string& extension) const {
@@ -204,6 +248,8 @@ void Viewer::exportClouds() {
 void Viewer::exportScreenshot() {
   const std::string path = unusedPath("screenshot", ".png");
   writeScreenshot(path, window_.renderWindow());
+  const std::string camera = fs::path(path).replace_extension(".cam").string();
+  if (!window_.style()->saveCameraParameters(camera)) throw io::OutputError(camera + ": cannot be written");
   say("wrote " + path);
 }
 
@@ -239,7 +285,7 @@ void Viewer::stepOrbit() {
   }
   panes_.fitClippingRange();
   playback_.advance(1.0 / kVideoRate);
-  dirty_ = true;
+  redraw();
   if (!orbit_->done()) return;
   orbit_.reset();
   say("the film is done");

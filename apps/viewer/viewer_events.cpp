@@ -7,9 +7,8 @@
 namespace fuse_flow::viewing {
 namespace {
 
-constexpr double kRefine = 0.25;           // seconds: all points again, so long after the view moved
-constexpr double kMoving = 0.02;           // seconds that a picture of a moving view may take
-constexpr std::size_t kFewPoints = 20000;  // too few to tell how fast points are drawn
+constexpr double kMoving = 0.02;      // seconds that a picture of a moving view may take
+constexpr double kFewPoints = 20000;  // too few to tell how fast points are drawn
 
 }  // namespace
 
@@ -33,22 +32,21 @@ void Viewer::onRenderStart(vtkObject*, unsigned long, void*) { render_start_ = C
 /** \brief Learns how many points can be drawn while the view moves. */
 void Viewer::onRenderEnd(vtkObject*, unsigned long, void*) {
   window_.renderWindow()->WaitForCompletion();
+  if (window_.renderWindow()->GetAbortRender()) return;
   const Clock::duration taken = Clock::now() - render_start_;
   picture_rate_.add(taken);
-  if (refine_in_ >= 0 || interacting_) return;
-  std::size_t drawn = 0, largest = 0, clouds = 0;
-  for (std::size_t k = 0; k < kPanes; ++k) {
-    if (!panes_.cloud(k)) continue;
-    ++clouds;
-    drawn += panes_.cloud(k)->cloud->size();
-    largest = std::max(largest, panes_.cloud(k)->cloud->size());
-  }
+  if (!panes_.coarse()) outdated_ = false;
+  const auto all = static_cast<double>(panes_.allPoints()), drawn = static_cast<double>(panes_.drawnPoints());
   if (drawn < kFewPoints) return;
-  const double budget = static_cast<double>(drawn) * kMoving / std::chrono::duration<double>(taken).count();
-  const std::size_t each = std::max(kFewPoints, static_cast<std::size_t>(budget / static_cast<double>(clouds)));
-  if (std::min(each, coarse_points_) >= largest) return;  // nothing is left out, then or now
-  const double change = static_cast<double>(each) / static_cast<double>(coarse_points_);
-  if (change > 1.5 || change < 0.7) coarse_points_ = each;  // else the clouds would be thinned anew all the time
+  const double could = drawn * kMoving / std::chrono::duration<double>(taken).count();
+  if (!panes_.coarse())
+    coarse_points_ = could >= all ? std::max(all, coarse_points_) : std::min(could, coarse_points_);
+  else if (could >= all)
+    coarse_points_ = all;
+  else if (could < drawn || could > 1.25 * drawn)
+    coarse_points_ = drawn * std::clamp(could / drawn, 0.5, 1.5);
+  coarse_points_ = std::max(coarse_points_, kFewPoints);
+  panes_.setCoarsePoints(static_cast<std::size_t>(coarse_points_));
 }
 
 void Viewer::onInteractionStart(vtkObject*, unsigned long, void*) {
@@ -60,11 +58,6 @@ void Viewer::onInteractionEnd(vtkObject*, unsigned long, void*) {
   interacting_ = false;
   viewMoves();
   cursor_probed_ = false;
-}
-
-void Viewer::viewMoves() {
-  panes_.setCoarse(true);
-  refine_in_ = kRefine;
 }
 
 void Viewer::onKey() {
@@ -81,16 +74,20 @@ void Viewer::onKey() {
     say(error.what());
   }
   updateStatus();
-  dirty_ = true;
+  redraw();
 }
 
 bool Viewer::onPress() {
-  const int x = window_.interactor()->GetEventPosition()[0];
+  const int* at = window_.interactor()->GetEventPosition();
   if (window_.interactor()->GetShiftKey()) {
     markCursor();
     return true;
   }
-  dragging_split_ = panes_.nearSplit(x);
+  if (selecting_) {
+    rubber_band_.begin({at[0], at[1]});
+    return true;
+  }
+  dragging_split_ = panes_.nearSplit(at[0]);
   return dragging_split_;
 }
 
@@ -98,6 +95,13 @@ bool Viewer::onMove() {
   rest_seconds_ = 0;
   cursor_probed_ = false;
   cursor_seen_ = true;
+  if (rubber_band_.dragged()) {
+    const int* at = window_.interactor()->GetEventPosition();
+    rubber_band_.moveTo({at[0], at[1]});
+    viewMoves();
+    dirty_ = true;
+    return true;
+  }
   if (!dragging_split_) return false;
   panes_.setSplit(static_cast<double>(window_.interactor()->GetEventPosition()[0]) / window_.width());
   viewMoves();
@@ -105,7 +109,14 @@ bool Viewer::onMove() {
   return true;
 }
 
-bool Viewer::onRelease() { return std::exchange(dragging_split_, false); }
+bool Viewer::onRelease() {
+  if (rubber_band_.dragged()) {
+    const auto [from, to] = rubber_band_.end();
+    say(probe_.describe(probe_.select(from, to)));
+    return true;
+  }
+  return std::exchange(dragging_split_, false);
+}
 
 void Viewer::probeCursor() {
   cursor_probed_ = true;

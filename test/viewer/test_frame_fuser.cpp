@@ -11,6 +11,7 @@
 
 #include <condition_variable>
 #include <mutex>
+#include <set>
 
 namespace viewer_test {
 namespace {
@@ -51,7 +52,9 @@ TEST_F(FrameFusing, TheAnswerHasTheCloudItsFiguresAndTheCameras) {
   EXPECT_EQ(answer->thumbnails.size(), 2u);
   for (const PointFused& p : *answer->clouds[0]->cloud) EXPECT_NEAR(p.z, 2, 0.005);
   EXPECT_LT(answer->clouds[0]->quality->error, 0.005);
-  EXPECT_EQ(answer->clouds[0]->points->GetNumberOfPoints(), static_cast<vtkIdType>(answer->clouds[0]->cloud->size()));
+  vtkIdType drawn = 0;
+  for (const auto& slice : answer->clouds[0]->slices) drawn += slice->GetNumberOfPoints();
+  EXPECT_EQ(drawn, static_cast<vtkIdType>(answer->clouds[0]->cloud->size()));
 }
 
 TEST_F(FrameFusing, AnotherColorFusesNothingAgain) {
@@ -61,7 +64,7 @@ TEST_F(FrameFusing, AnotherColorFusesNothingAgain) {
   const auto second = fuser_->fuse(request, stop_);
   EXPECT_EQ(source_->reads, 1);
   EXPECT_EQ(second->clouds[0]->cloud, first->clouds[0]->cloud);
-  EXPECT_NE(second->clouds[0]->points, first->clouds[0]->points);
+  EXPECT_NE(second->clouds[0]->slices, first->clouds[0]->slices);
 }
 
 TEST_F(FrameFusing, AnotherSettingReadsNothingAgain) {
@@ -99,24 +102,12 @@ TEST_F(FrameFusing, AParameterOutOfRangeIsAnAnswerThatNamesIt) {
   EXPECT_TRUE(fuser_->fuse(requestOf(*controls_), stop_)->clouds[0]);
 }
 
-TEST_F(FrameFusing, TheCoarseCloudHasAboutAsManyPointsAsWanted) {
-  controls_->toggle(Component::SpatialHash);  // tens of thousands of points
-  FusionRequest request = requestOf(*controls_);
-  request.coarse_points = 1000;
-  const auto coarse = fuser_->fuse(request, stop_)->clouds[0];
-  EXPECT_LE(coarse->coarse->GetNumberOfPoints(), 1000);
-  EXPECT_GE(coarse->coarse->GetNumberOfPoints(), 800);
-  request.coarse_points = 100000;
-  const auto whole = fuser_->fuse(request, stop_)->clouds[0];
-  EXPECT_EQ(whole->coarse, whole->points) << "nothing to leave out";
-}
-
 TEST_F(FrameFusing, ItStopsBetweenTwoSteps) {
   stop_ = true;
   EXPECT_EQ(fuser_->fuse(requestOf(*controls_), stop_), nullptr);
 }
 
-TEST(PointData, HasThePositionsAndColorsOfEveryNthPoint) {
+TEST(PointData, HasThePositionsAndColorsOfThePointsAskedFor) {
   Cloud cloud;
   std::vector<Rgb8> colors;
   for (int k = 0; k < 7; ++k) {
@@ -124,12 +115,101 @@ TEST(PointData, HasThePositionsAndColorsOfEveryNthPoint) {
     cloud[static_cast<std::size_t>(k)].x = static_cast<float>(k);
     colors.push_back({static_cast<std::uint8_t>(10 * k), 0, 0});
   }
-  const auto data = toPolyData(cloud, colors, 3);
+  const auto data = toPolyData(cloud, colors, {0, 3, 6});
   ASSERT_EQ(data->GetNumberOfPoints(), 3);
   EXPECT_EQ(data->GetNumberOfVerts(), 1) << "one cell holds them";
   EXPECT_EQ(data->GetPoint(2)[0], 6);
   EXPECT_EQ(data->GetPointData()->GetScalars()->GetComponent(1, 0), 30);
-  EXPECT_EQ(toPolyData(Cloud(), {})->GetNumberOfPoints(), 0);
+  EXPECT_EQ(toPolyData(Cloud(), {}, {})->GetNumberOfPoints(), 0);
+}
+
+TEST(PointData, SlicesHoldEveryPointOnceAndTheFirstFewAreSpreadEvenly) {
+  constexpr int kPoints = 1000;
+  Cloud cloud(kPoints, 1);
+  for (int k = 0; k < kPoints; ++k) cloud[static_cast<std::size_t>(k)].x = static_cast<float>(k);
+  const auto slices = slicesOf(cloud, std::vector<Rgb8>(kPoints), 52);
+  ASSERT_EQ(slices.size(), 21u) << "20 of 50 points, made odd";
+  std::set<int> seen;
+  std::size_t drawn = 0;
+  for (const auto& slice : slices) {
+    for (vtkIdType k = 0; k < slice->GetNumberOfPoints(); ++k)
+      EXPECT_TRUE(seen.insert(static_cast<int>(slice->GetPoint(k)[0])).second);
+    EXPECT_LE(slice->GetNumberOfPoints(), 52);
+    if (++drawn != thinSlices(slices.size())) continue;
+    for (auto at = seen.begin(); std::next(at) != seen.end(); ++at)
+      EXPECT_LE(*std::next(at) - *at, 8) << "gap at " << *at;
+  }
+  EXPECT_EQ(seen.size(), static_cast<std::size_t>(kPoints));
+  EXPECT_EQ(slicesOf(Cloud(), {}).size(), 1u);
+  EXPECT_LE(slicesOf(cloud, std::vector<Rgb8>(kPoints), 1).size(), kMaxSlices + 1);
+}
+
+/** \brief Three cameras in a room, each calibrated 20 mm and 0.5 degrees off unless said otherwise. */
+class Refining : public testing::Test {
+ protected:
+  Refining() {
+    options_.scene = "room";
+    options_.rig = "ring-3";
+    options_.scale = 0.5;
+    options_.sensor = "ideal";
+    options_.faults.position_error = 0.02;
+    options_.faults.rotation_error = 0.5 * M_PI / 180;
+  }
+  std::shared_ptr<const FusedFrame> fuse(bool refine, std::size_t frame = 0) {
+    if (!fuser_) fuser_ = std::make_unique<FrameFuser>(makeSimulatedSource(options_));
+    FusionRequest request = requestOf(controls_, frame);
+    request.refine_extrinsics = refine;
+    return fuser_->fuse(request, stop_);
+  }
+  /** \brief How far the second camera is from where it should be, seen from the first; metres. */
+  double relativeError(const std::vector<Camera>& cameras) const {
+    const std::vector<Camera> truth = simulation::Simulator(options_).trueCameras();
+    const auto place = [](const std::vector<Camera>& c) {
+      return Eigen::Vector3d((c[0].T_world_camera.inverse() * c[1].T_world_camera).translation());
+    };
+    return (place(cameras) - place(truth)).norm();
+  }
+
+  simulation::SimulationOptions options_;
+  FusionControls controls_{"fuse_flow", [] {
+                             io::MethodOptions options;
+                             options.device = "cpu";
+                             return options;
+                           }()};
+  std::atomic<bool> stop_{false};
+  std::unique_ptr<FrameFuser> fuser_;
+};
+
+TEST_F(Refining, BringsTheViewsOfAStandingFrameTogetherAndOffAgainPosesAreAsGiven) {
+  const auto given = fuse(false), refined = fuse(true), again = fuse(false);
+  ASSERT_TRUE(refined->error.empty()) << refined->error;
+  EXPECT_FALSE(given->refined);
+  ASSERT_TRUE(refined->refined);
+  EXPECT_LT(refined->clouds[0]->quality->multi_view_error, 0.7 * given->clouds[0]->quality->multi_view_error);
+  EXPECT_LT(relativeError(refined->cameras), 0.3 * relativeError(given->cameras));
+  ASSERT_EQ(refined->refined->corrections.size(), 3u);
+  for (std::size_t k = 0; k < 3; ++k) {
+    const CameraMotion& correction = refined->refined->corrections[k];
+    EXPECT_TRUE((correction.T_new_old * given->cameras[k].T_world_camera).isApprox(refined->cameras[k].T_world_camera));
+    EXPECT_TRUE(again->cameras[k].T_world_camera.isApprox(given->cameras[k].T_world_camera, 0));
+  }
+  EXPECT_FALSE(again->refined);
+  EXPECT_EQ(again->clouds[0]->quality->error, given->clouds[0]->quality->error);
+}
+
+TEST_F(Refining, TellsAKnockedCameraUntilItIsSwitchedOff) {
+  options_.faults = {};
+  options_.faults.knock = 0.06;
+  options_.faults.knock_rotation = M_PI / 180;
+  options_.faults.knock_frame = 2;
+  EXPECT_TRUE(fuse(true, 1)->refined->moved.empty());
+  std::shared_ptr<const FusedFrame> last;
+  for (std::size_t frame = 2; frame < 9; ++frame) last = fuse(true, frame);
+  ASSERT_EQ(last->refined->moved.size(), 1u);
+  EXPECT_EQ(last->refined->moved[0].camera, 2u);
+  EXPECT_NEAR(last->refined->moved[0].translation, 0.06, 0.02);
+  fuse(false, 9);
+  EXPECT_TRUE(fuse(true, 9)->refined->moved.empty());
 }
 
 /** \brief A source that the test holds: nothing is read until it is let go. */

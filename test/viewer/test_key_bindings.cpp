@@ -2,6 +2,7 @@
 
 #include "viewer_fixture.h"
 
+#include <algorithm>
 #include <fstream>
 #include <iterator>
 #include <set>
@@ -26,15 +27,29 @@ TEST(KeyBindings, TheHelpListsEveryOne) {
     EXPECT_NE(help.find(binding.label), std::string::npos) << binding.keys[0];
     EXPECT_NE(help.find(binding.help), std::string::npos) << binding.keys[0];
   }
+  EXPECT_NE(help.find("Unlike in pcl_viewer"), std::string::npos);
 }
 
-/** \brief A key without a label of its own is listed with the one before it, as in "Right, Left". */
-TEST(KeyBindings, AKeyWithoutALabelIsTheCounterpartOfTheOneBefore) {
-  for (std::size_t k = 0; k < keyBindings().size(); ++k)
-    if (keyBindings()[k].label.empty()) {
-      ASSERT_GT(k, 0u);
-      EXPECT_NE(keyBindings()[k - 1].label.find(", "), std::string::npos) << keyBindings()[k].keys[0];
+/** \brief Keys without a label of their own are listed with the one before them, as in "Right, Left". */
+TEST(KeyBindings, ALabelNamesAsManyKeysAsFollowWithoutOne) {
+  std::size_t named = 0, found = 0;
+  for (const KeyBinding& binding : keyBindings()) {
+    if (!binding.label.empty()) {
+      EXPECT_LE(named, found) << "a key is not there that is named before " << binding.label;
+      named = 1 + static_cast<std::size_t>(std::count(binding.label.begin(), binding.label.end(), ','));
+      found = 0;
     }
+    found += binding.keys.size();
+    EXPECT_GE(named, binding.label.empty() ? 2u : 1u) << binding.keys[0];
+  }
+}
+
+/** \brief What the help of pcl_viewer lists, but for its handlers of geometry and colour, which are the digits. */
+TEST(KeyBindings, EveryKeyOfPclViewerDoesSomething) {
+  for (const char* key :
+       {"p", "w", "s", "j", "c",     "f",      "e",      "q",     "plus",  "minus", "alt+plus", "alt+minus",
+        "g", "u", "o", "r", "alt+r", "ctrl+s", "ctrl+r", "alt+s", "alt+f", "l",     "x",        "h"})
+    EXPECT_TRUE(findBinding(key)) << key;
 }
 
 TEST(KeyBindings, TheDocumentationHasTheSameTable) {
@@ -102,6 +117,7 @@ TEST_P(EveryKey, DoesSomething) {
     viewer_->markCursor();
   }
   if (GetParam() == "ctrl+r") viewer_->window().pressKey("ctrl+s");
+  if (GetParam() == "w" || GetParam() == "s") viewer_->window().pressKey("p");
   if (GetParam() == "ctrl+r" || GetParam() == "r") viewer_->panes().camera()->Azimuth(40);
   viewer_->settle();
   const std::string before = state();

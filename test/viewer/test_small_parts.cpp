@@ -95,9 +95,23 @@ TEST(StatusText, SaysWhatIsShown) {
                             "2.5 clouds/s, 40.0 pictures/s, reading 12.3 ms", "1 MF on  2 DC OFF  3 SA on",
                             "FUSE-Flow: 85 points, E_MC 4.1 mm (2+ views -), covers 75.0 %", "40.0 ms = ", "fuse 30.0"})
     EXPECT_NE(text.find(words), std::string::npos) << "'" << words << "' is not in\n" << text;
+  EXPECT_NE(text.find("0 poses given"), std::string::npos) << text;
   playback.pause();
   EXPECT_EQ(statusText(playback, {2.5, 40}, controls, frame).find("clouds/s"), std::string::npos)
       << "what stands has no rate";
+}
+
+TEST(StatusText, SaysHowFarPosesWentTheLargestFirstAndWhichCameraHasMoved) {
+  std::vector<Camera> cameras(6);
+  RefinedExtrinsics refined;
+  for (std::size_t k = 0; k < cameras.size(); ++k) {
+    cameras[k].name = "cam" + std::to_string(k);
+    refined.corrections.push_back({k, Eigen::Isometry3d::Identity(), 0.001 * static_cast<double>(k), M_PI / 180});
+  }
+  refined.moved = {{2, Eigen::Isometry3d::Identity(), 0.0512, 2 * M_PI / 180}};
+  EXPECT_EQ(refinementText(refined, cameras),
+            "\n  cam5 by 5.0 mm, 1.00 deg, cam4 by 4.0 mm, 1.00 deg, cam3 by 3.0 mm, 1.00 deg, "
+            "3 others by less\ncamera 'cam2' has moved by 51.2 mm and 2.00 degrees");
 }
 
 /** \brief An orthographic view along −z: x and y as they are. */
@@ -119,6 +133,16 @@ TEST(DrawnPoint, IsTheOneInFrontOfThoseWithinTheRadius) {
   EXPECT_EQ(pointDrawnAt(cloud, projection, {0.06f, 0}, radius), 0u);
   EXPECT_EQ(pointDrawnAt(cloud, projection, {-0.5f, 0}, radius), std::nullopt);
   EXPECT_EQ(pointDrawnAt(cloud, projection, {0, 0.7f}, {0.05f, 0.25f}), 4u) << "the radius is an ellipse's";
+}
+
+TEST(DrawnPoint, ARectangleHoldsHiddenPointsTooAndNoneThatIsNotDrawn) {
+  Eigen::Matrix4f projection = Eigen::Matrix4f::Identity();
+  projection(2, 2) = -1;
+  Cloud cloud(6, 1);
+  const float places[6][3] = {{0.1f, 0.2f, 0},   {0.1f, 0.2f, 0.5f}, {0.31f, 0.2f, 0},
+                              {0.1f, -0.01f, 0}, {0.1f, 0.2f, 1.5f}, {0.3f, 0, 0}};
+  for (std::size_t k = 0; k < 6; ++k) cloud[k].getVector3fMap() = Eigen::Vector3f(places[k]);
+  EXPECT_EQ(pointsDrawnIn(cloud, projection, {0, 0}, {0.3f, 0.4f}), (std::vector<std::size_t>{0, 1, 5}));
 }
 
 /** \brief With a perspective, what is behind the viewer would be drawn upside down. */

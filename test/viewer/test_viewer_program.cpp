@@ -82,7 +82,7 @@ TEST_F(ViewerProgram, TakesRealKeysAndEndsWithQ) {
   RunOptions options;
   options.meanwhile = [&](pid_t) {
     pressUntil("j", path("screenshot_000.png"));
-    pressUntil("w", path("frame_0_FUSE_Flow_000.ply"));
+    pressUntil("ctrl+w", path("frame_0_FUSE_Flow_000.ply"));
     EXPECT_EQ(std::system("xdotool key --window $(xdotool search --name FUSE-Flow | head -1) q 2> /dev/null"), 0);
   };
   const ToolResult result = view({"--paused", "--folder", folder_.string()}, options);
@@ -128,9 +128,22 @@ TEST_F(ViewerProgram, AnInterruptEndsItAsItEndsTheOtherTools) {
   EXPECT_EQ(view({}, options).exit_code, 130);
 }
 
+TEST_F(ViewerProgram, RefinesPosesFromTheStart) {
+  for (const char* more : {"--paused", "--refine-extrinsics"})
+    EXPECT_EQ(runProgram(FUSE_FLOW_VIEWER_TOOL, {"--simulate", "table", "--rig", "ring-3", "--scale", "0.2",
+                                                 "--position-error", "20", more, "--width", "320", "--height", "240",
+                                                 "--offscreen", "--screenshot", path(more + std::string(".png"))})
+                  .exit_code,
+              0);
+  io::ColorImage given, refined;
+  io::readColor(path("--paused.png"), given);
+  io::readColor(path("--refine-extrinsics.png"), refined);
+  EXPECT_GT(difference(given, refined), 0.01);
+}
+
 TEST_F(ViewerProgram, PressesKeysByItself) {
-  const ToolResult result = view({"--paused", "--press", "Right,Right,w", "--folder", folder_.string(), "--offscreen",
-                                  "--screenshot", path("shot.png")});
+  const ToolResult result = view({"--paused", "--press", "Right,Right,ctrl+w", "--folder", folder_.string(),
+                                  "--offscreen", "--screenshot", path("shot.png")});
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_TRUE(fs::exists(path("frame_2_FUSE_Flow_000.ply")));
 }
@@ -165,8 +178,9 @@ TEST_F(ViewerProgram, AnOptionThatCannotBeUsedIsNamed) {
   expectError(view({"--press", "3:x"}), 2, {"--press", "3:x"});
   expectError(view({"--screenshot", path("shot.png")}), 2, {"--offscreen"});
   expectError(view({"--offscreen"}), 2, {"--screenshot"});
-  expectError(view({"--offscreen", "--save-cloud", path("cloud.obj")}), 2, {"cloud.obj", ".ply"});
+  expectError(view({"--offscreen", "--save-cloud", path("cloud.stl")}), 2, {"cloud.stl", ".ply", ".ifs"});
   expectError(view({"--rig", "ring-2"}), 2, {"--rig", "--simulate"});
+  expectError(view({"--refine-extrinsics", "--slide", "1"}), 2, {"--refine-extrinsics", "--slide"});
   expectError(view({"--compare", "magic"}), 2, {"--compare", "voxel_grid"});
   expectError(view({"--sigma", "-1"}), 2, {"--sigma", "-1"});
 }

@@ -1,6 +1,9 @@
 #include "io/cloud_io.h"
 #include "viewer_fixture.h"
 
+#include <pcl/io/ifs_io.h>
+#include <pcl/io/obj_io.h>
+
 namespace viewer_test {
 namespace {
 
@@ -81,6 +84,26 @@ TEST_F(ViewerWindow, SwitchingMeasurementConfidenceOffChangesThePictureAndTheTex
   EXPECT_GT(difference(bare(), on), 0.005);
   press("1");
   EXPECT_LT(difference(bare(), on), 0.001);
+}
+
+TEST_F(ViewerWindow, TheKeyThatRefinesPosesLowersTheDisagreementAndGivesThemBack) {
+  error_ = 0.02;
+  openTable();
+  const auto disagreement = [this] { return viewer_->panes().cloud(0)->quality->multi_view_error; };
+  const double given = disagreement();
+  const io::ColorImage before = bare();
+  press("0");
+  EXPECT_TRUE(viewer_->shown()->refined);
+  EXPECT_LT(disagreement(), 0.95 * given);
+  EXPECT_GT(difference(bare(), before), 0.05) << "clouds and frusta are where the new poses put them";
+  press("0");
+  EXPECT_FALSE(viewer_->shown()->refined);
+  EXPECT_EQ(disagreement(), given);
+  options_.fixed_rig = false;
+  openWall();
+  press("0");
+  EXPECT_FALSE(viewer_->shown()->refined);
+  EXPECT_NE(viewer_->message().find("slide"), std::string::npos) << viewer_->message();
 }
 
 TEST_F(ViewerWindow, EachSliderMovesItsParameterOfTheNextFrame) {
@@ -180,6 +203,63 @@ TEST_F(ViewerWindow, TwoMarkedPointsAreAsFarApartAsOnTheWall) {
   EXPECT_FALSE(viewer_->markedDistance());
 }
 
+TEST_F(ViewerWindow, ADraggedRectangleTellsWhatIsInIt) {
+  openWall();
+  press("x");
+  drag(100, 100, 300, 200);
+  const double per_pixel = 2 * 2 * std::tan(15 * M_PI / 180) / kHeight;
+  int points = 0;
+  float width = 0, height = 0;
+  ASSERT_EQ(std::sscanf(viewer_->message().c_str(), "%d points of FUSE-Flow, %f x %f x", &points, &width, &height), 3)
+      << viewer_->message();
+  EXPECT_NEAR(width, 200 * per_pixel, 0.03);
+  EXPECT_NEAR(height, 100 * per_pixel, 0.03);
+  const Eigen::Vector3d before(viewer_->panes().camera()->GetPosition());
+  int expected = 0;
+  for (const PointFused& p : *viewer_->panes().cloud(0)->cloud) {
+    const std::array<int, 2> at = drawnAt(p.getVector3fMap().cast<double>());
+    if (at[0] >= 100 && at[0] <= 300 && at[1] >= 100 && at[1] <= 200) ++expected;
+  }
+  EXPECT_NEAR(points, expected, 0.03 * expected) << "but for the rectangle's border";
+  EXPECT_EQ(Eigen::Vector3d(viewer_->panes().camera()->GetPosition()), before);
+  press("x");
+  drag(100, 100, 300, 200);
+  EXPECT_GT((Eigen::Vector3d(viewer_->panes().camera()->GetPosition()) - before).norm(), 0.1) << "it turns again";
+}
+
+TEST_F(ViewerWindow, AltRGoesToTheCamerasOfTheRigOneAfterAnother) {
+  openWall();
+  for (const double x : {-0.1, 0.1, -0.1}) {
+    press("alt+r");
+    EXPECT_NEAR(viewer_->panes().camera()->GetPosition()[0], x, 1e-9);
+    EXPECT_NEAR(viewer_->panes().camera()->GetFocalPoint()[2], 1, 1e-9) << "along its axis";
+    EXPECT_EQ(viewer_->panes().camera()->GetViewUp()[1], -1);
+    EXPECT_NEAR(viewer_->panes().camera()->GetViewAngle(), 2 * std::atan(0.3) * 180 / M_PI, 1e-4)
+        << "120 rows, a focal length of 200";
+  }
+}
+
+TEST_F(ViewerWindow, AltFMakesTheWindowAsLargeAsTheScreenAndBack) {
+  openWall();
+  const int* screen = viewer_->window().renderWindow()->GetScreenSize();
+  press("alt+f");
+  EXPECT_EQ(viewer_->window().width(), screen[0]);
+  EXPECT_EQ(viewer_->window().height(), screen[1]);
+  press("alt+f");
+  EXPECT_EQ(viewer_->window().width(), kWidth);
+  EXPECT_EQ(viewer_->window().height(), kHeight);
+}
+
+TEST_F(ViewerWindow, AltSDrawsForTwoEyes) {
+  openTable();
+  const io::ColorImage one = bare();
+  press("alt+s");
+  EXPECT_TRUE(viewer_->window().renderWindow()->GetStereoRender());
+  EXPECT_GT(difference(bare(), one), 0.05);
+  press("alt+s");
+  EXPECT_LT(difference(bare(), one), 0.001);
+}
+
 TEST_F(ViewerWindow, APointPickedInTheRightViewIsOfTheRightCloud) {
   options_.compare = "concatenate";
   options_.layout = Layout::Split;
@@ -205,19 +285,44 @@ TEST_F(ViewerWindow, ADamagedFrameIsNamedAndTheRecordingIsPlayedUpToIt) {
 
 TEST_F(ViewerWindow, WrittenCloudsHaveThePointsThatAreShown) {
   options_.compare = "concatenate";
-  for (const std::string format : {"ply", "pcd", "vtk"}) {
+  for (const std::string& format : cloudFormats()) {
     options_.format = format;
     openWall();
-    press("w");
+    press("ctrl+w");
     const fs::path file = folder_ / ("frame_0_FUSE_Flow_000." + format);
     ASSERT_TRUE(fs::exists(file)) << viewer_->message();
     EXPECT_TRUE(fs::exists(folder_ / ("frame_0_concatenated_000." + format)));
     if (format == "vtk") continue;  // PCL has no reader of points for it
-    Cloud cloud;
-    io::readCloud(file.string(), cloud);
-    EXPECT_EQ(cloud.size(), viewer_->panes().cloud(0)->cloud->size());
-    EXPECT_EQ(cloud[0].getVector3fMap(), (*viewer_->panes().cloud(0)->cloud)[0].getVector3fMap());
+    pcl::PointCloud<pcl::PointXYZ> cloud;
+    if (format == "ifs") {
+      ASSERT_EQ(pcl::io::loadIFSFile(file.string(), cloud), 0);
+    } else if (format == "obj") {
+      ASSERT_EQ(pcl::io::loadOBJFile(file.string(), cloud), 0);
+    } else {
+      io::readCloud(file.string(), cloud);
+    }
+    const Cloud& shown = *viewer_->panes().cloud(0)->cloud;
+    ASSERT_EQ(cloud.size(), shown.size()) << format;
+    for (std::size_t k = 0; k < shown.size(); ++k)
+      ASSERT_EQ(cloud[k].getVector3fMap(), shown[k].getVector3fMap()) << format << ", point " << k;
   }
+}
+
+TEST_F(ViewerWindow, ACloudThatCannotBeWrittenIsNamedAndLeavesNothing) {
+  openWall();
+  const Cloud& cloud = *viewer_->panes().cloud(0)->cloud;
+  for (const std::string& format : cloudFormats()) {
+    fs::create_directory(folder_ / ("taken." + format));
+    try {
+      writeShownCloud((folder_ / ("taken." + format)).string(), cloud);
+      ADD_FAILURE() << format;
+    } catch (const io::OutputError& error) {
+      EXPECT_NE(std::string(error.what()).find("taken." + format), std::string::npos) << error.what();
+    }
+  }
+  EXPECT_EQ(files(), cloudFormats().size()) << "no part of a file is left";
+  for (const std::string format : {"ifs", "obj", "vtk"})
+    EXPECT_THROW(writeShownCloud((folder_ / ("empty." + format)).string(), Cloud()), io::OutputError) << format;
 }
 
 TEST_F(ViewerWindow, AScreenshotIsWhatTheWindowShowsAndOverwritesNothing) {
@@ -226,6 +331,9 @@ TEST_F(ViewerWindow, AScreenshotIsWhatTheWindowShowsAndOverwritesNothing) {
   press("j");
   press("j");
   EXPECT_TRUE(fs::exists(folder_ / "screenshot_001.png"));
+  viewer_->panes().camera()->Azimuth(40);
+  EXPECT_TRUE(viewer_->window().style()->loadCameraParameters((folder_ / "screenshot_000.cam").string()));
+  EXPECT_NEAR(viewer_->panes().camera()->GetPosition()[2], 0, 1e-4) << "where it was taken from";
   io::ColorImage written;
   io::readColor((folder_ / "screenshot_000.png").string(), written);
   EXPECT_EQ(difference(written, shown), 0);
@@ -278,14 +386,57 @@ TEST_F(ViewerWindow, WhilePlayingTheNextFramesAreShown) {
 }
 
 TEST_F(ViewerWindow, AMovingViewDrawsFewerPointsAndAStandingOneAll) {
-  openTable();
+  openThreeSlices();
+  const std::size_t all = viewer_->panes().cloud(0)->cloud->size();
+  EXPECT_EQ(viewer_->panes().drawnPoints(), all);
+  viewer_->panes().setCoarsePoints(2 * all / 3);
   viewer_->window().style()->InvokeEvent(vtkCommand::StartInteractionEvent);
-  EXPECT_EQ(vtkPolyData::SafeDownCast(viewer_->panes().actor(0)->GetMapper()->GetInput()),
-            viewer_->panes().cloud(0)->coarse);
+  EXPECT_EQ(viewer_->panes().drawnPoints(), all / 3) << "the one slice that is spread over all of the cloud";
+  viewer_->panes().setCoarsePoints(all);
+  EXPECT_EQ(viewer_->panes().drawnPoints(), all);
+  viewer_->panes().setCoarsePoints(1);
+  EXPECT_EQ(viewer_->panes().drawnPoints(), all / 3) << "never nothing";
   viewer_->window().style()->InvokeEvent(vtkCommand::EndInteractionEvent);
   viewer_->tick(1);
-  EXPECT_EQ(vtkPolyData::SafeDownCast(viewer_->panes().actor(0)->GetMapper()->GetInput()),
-            viewer_->panes().cloud(0)->points);
+  EXPECT_EQ(viewer_->panes().drawnPoints(), all);
+}
+
+/** \brief What the window shows is left as it is, then drawn coarse, and whole again when nobody waits any more. */
+TEST_F(ViewerWindow, APictureOfAllPointsIsAbandonedWhenSomebodyWaits) {
+  openThreeSlices();
+  int asked = 0;
+  bool waits = true;
+  viewer_->setInterrupt([&] {
+    ++asked;
+    return waits;
+  });
+  viewer_->panes().camera()->Azimuth(20);
+  viewer_->redraw();
+  viewer_->tick(0);
+  EXPECT_EQ(asked, 1) << "the first slice, and no further one";
+  EXPECT_TRUE(viewer_->panes().coarse());
+  viewer_->tick(0);
+  EXPECT_EQ(asked, 1) << "a coarse picture is never abandoned";
+  viewer_->tick(0.3);
+  EXPECT_EQ(asked, 2) << "tried again, once it has stood for a while";
+  waits = false;
+  viewer_->tick(0);
+  viewer_->tick(0.3);
+  EXPECT_EQ(asked, 5);
+  EXPECT_FALSE(viewer_->panes().coarse());
+  waits = true;
+  picture();
+  EXPECT_EQ(asked, 5) << "nor what is written to a file";
+}
+
+TEST_F(ViewerWindow, ANewTextOverAPictureOfAllPointsThatIsAbandonedLeavesItAsItIs) {
+  openThreeSlices();
+  viewer_->setInterrupt([] { return true; });
+  viewer_->say("new");
+  viewer_->tick(0);
+  EXPECT_FALSE(viewer_->panes().coarse()) << "all points are in the window";
+  viewer_->tick(0.3);
+  EXPECT_FALSE(viewer_->panes().coarse());
 }
 
 TEST_F(ViewerWindow, ClosingTheWindowEndsTheViewer) {

@@ -48,13 +48,20 @@ class ViewerWindow : public testing::Test {
     viewer_->settle();
   }
 
-  /** \brief Three simulated structured-light cameras, 2 mm off, around a table. */
+  /** \brief All measurements before the wall: 38,400 points, in three slices. */
+  void openThreeSlices() {
+    options_.method = "concatenate";
+    openWall();
+    ASSERT_EQ(viewer_->panes().cloud(0)->slices.size(), 3u);
+  }
+
+  /** \brief Three simulated structured-light cameras, error_ off, around a table. */
   void openTable() {
     simulation::SimulationOptions simulation;
     simulation.scene = "table";
     simulation.rig = "ring-3";
     simulation.scale = 0.2;
-    simulation.faults.position_error = 0.002;
+    simulation.faults.position_error = error_;
     options_.from = options_.at = options_.up = {};
     viewer_ = std::make_unique<Viewer>(makeSimulatedSource(simulation), options_);
     viewer_->settle();
@@ -105,6 +112,7 @@ class ViewerWindow : public testing::Test {
 
   std::size_t files() const { return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder_), {})); }
 
+  double error_{0.002};  ///< metres
   fs::path folder_;
   ViewerOptions options_;
   std::unique_ptr<Viewer> viewer_;
