@@ -206,8 +206,8 @@ void scratch() {
           peers_right += samePlaces(estimation.estimate(peer.T_world_camera).T_world_camera, expected) ? 1 : 0;
         }
         const int trials = static_cast<int>(seeds);
-        std::printf("| %s | %s | %s | %d of %d | %d | %d | %.0f | %d of %d | %.0f |\n", scene, rig, sensor.c_str(), right,
-                    trials, open, trials - right - open, bench::median(ms), peers_right, trials,
+        std::printf("| %s | %s | %s | %d of %d | %d | %d | %.0f | %d of %d | %.0f |\n", scene, rig, sensor.c_str(),
+                    right, trials, open, trials - right - open, bench::median(ms), peers_right, trials,
                     bench::median(peers_ms));
         std::fflush(stdout);
       }
@@ -332,12 +332,14 @@ void knock() {
 }  // namespace
 
 int main(int argc, char** argv) {
-  const std::vector<std::pair<std::string, void (*)()>> tables{
-      {"accuracy", accuracy}, {"peers", peers}, {"scratch", scratch}, {"real", real}, {"beside", beside}, {"knock", knock}};
+  const std::vector<std::pair<std::string, void (*)()>> tables{{"accuracy", accuracy}, {"peers", peers},
+                                                               {"scratch", scratch},   {"real", real},
+                                                               {"beside", beside},     {"knock", knock}};
   std::vector<std::string> wanted(argv + 1, argv + argc);
   for (const std::string& name : wanted)
     if (std::none_of(tables.begin(), tables.end(), [&](const auto& t) { return t.first == name; })) {
-      std::fprintf(stderr, "fuse_flow_calibration_bench: '%s' is none of accuracy, peers, scratch, real, beside, knock\n",
+      std::fprintf(stderr,
+                   "fuse_flow_calibration_bench: '%s' is none of accuracy, peers, scratch, real, beside, knock\n",
                    name.c_str());
       return 2;
     }

@@ -17,7 +17,7 @@ namespace host {
 struct AlignmentSample {
   Vec3 p;
   Vec3 n;
-  float noise;  ///< along the normal, metres
+  float noise;                                     ///< along the normal, metres
   std::array<float, AlignmentView::kScales> luma;  ///< the finest scale first; negative: none
 };
 
@@ -29,7 +29,7 @@ struct AlignmentGates {
   float reach;        ///< … but at least this, metres: what is well aligned already must not cast out what is not yet
   float color_tukey;  ///< the same for colour, grey levels
   bool color;         ///< whether colour is compared …
-  std::size_t scale;   ///< … and at which of AlignmentView's scales
+  std::size_t scale;  ///< … and at which of AlignmentView's scales
   std::size_t stride;  ///< every so many-th sample is asked
 };
 
@@ -44,7 +44,7 @@ struct PairSums {
 /** \brief What the points of a part of one camera's image add up to, of one instant. */
 struct AlignmentCluster {
   std::size_t camera{0};
-  std::size_t part{0};  ///< of the image; the same number is about the same part at all instants
+  std::size_t part{0};                         ///< of the image; the same number is about the same part at all instants
   std::vector<AlignmentSums> geometry, color;  ///< neighbour by neighbour
 };
 
