@@ -3,14 +3,20 @@
 #include <fuse_flow/impl/host/frame_views.hpp>
 
 #include <pcl/common/transforms.h>
+#include <pcl/features/fpfh_omp.h>
+#include <pcl/features/normal_3d_omp.h>
 #include <pcl/filters/voxel_grid.h>
 #include <pcl/kdtree/kdtree_flann.h>
 #include <pcl/point_types.h>
 #include <pcl/registration/gicp.h>
 #include <pcl/registration/lum.h>
+#include <pcl/registration/sample_consensus_prerejective.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstdlib>
+#include <map>
 
 namespace bench {
 namespace {
@@ -130,6 +136,63 @@ PeerResult lum(const fuse_flow::RigFrame& frame, const std::vector<Eigen::Isomet
   }
   for (Eigen::Isometry3d& T : result.T_world_camera)
     T.linear() = Eigen::Quaterniond(T.linear()).normalized().toRotationMatrix();
+  result.milliseconds = since(start);
+  return result;
+}
+
+PeerResult fpfhAlongTree(const fuse_flow::RigFrame& frame, float leaf) {
+  using Features = pcl::PointCloud<pcl::FPFHSignature33>;
+  const auto start = Clock::now();
+  const std::vector<Cloud::Ptr> clouds = thinned(frame, leaf);
+  std::vector<Features::Ptr> features;
+  for (const Cloud::Ptr& cloud : clouds) {
+    const auto normals = std::make_shared<pcl::PointCloud<pcl::Normal>>();
+    pcl::NormalEstimationOMP<pcl::PointXYZ, pcl::Normal> normal_estimation;
+    normal_estimation.setInputCloud(cloud);  // the camera is at the origin, where normals are turned to
+    normal_estimation.setRadiusSearch(2 * static_cast<double>(leaf));
+    normal_estimation.compute(*normals);
+    features.push_back(std::make_shared<Features>());
+    pcl::FPFHEstimationOMP<pcl::PointXYZ, pcl::Normal, pcl::FPFHSignature33> feature_estimation;
+    feature_estimation.setInputCloud(cloud);
+    feature_estimation.setInputNormals(normals);
+    feature_estimation.setRadiusSearch(5 * static_cast<double>(leaf));
+    feature_estimation.compute(*features.back());
+  }
+  struct Edge {
+    std::size_t inliers;
+    Eigen::Isometry3d T;  // second camera → first
+  };
+  std::map<std::pair<std::size_t, std::size_t>, Edge> edges;
+  std::srand(1);  // PCL's sampling draws from it
+  for (std::size_t i = 0; i < clouds.size(); ++i)
+    for (std::size_t j = i + 1; j < clouds.size(); ++j) {
+      pcl::SampleConsensusPrerejective<pcl::PointXYZ, pcl::PointXYZ, pcl::FPFHSignature33> consensus;
+      consensus.setInputSource(clouds[j]);
+      consensus.setSourceFeatures(features[j]);
+      consensus.setInputTarget(clouds[i]);
+      consensus.setTargetFeatures(features[i]);
+      consensus.setMaximumIterations(50000);
+      consensus.setNumberOfSamples(3);
+      consensus.setCorrespondenceRandomness(5);
+      consensus.setSimilarityThreshold(0.9f);
+      consensus.setMaxCorrespondenceDistance(1.5 * static_cast<double>(leaf));
+      consensus.setInlierFraction(0.25f);
+      Cloud aligned;
+      consensus.align(aligned);
+      if (!consensus.hasConverged()) continue;
+      Eigen::Isometry3d T(consensus.getFinalTransformation().cast<double>());
+      T.linear() = Eigen::Quaterniond(T.linear()).normalized().toRotationMatrix();
+      edges[{i, j}] = {consensus.getInliers().size(), T};
+    }
+  Pairs best_first;
+  for (const auto& [pair, edge] : edges) best_first.push_back(pair);
+  std::stable_sort(best_first.begin(), best_first.end(),
+                   [&](const auto& a, const auto& b) { return edges[a].inliers > edges[b].inliers; });
+  PeerResult result{std::vector<Eigen::Isometry3d>(clouds.size(), Eigen::Isometry3d::Identity()), 0};
+  for (const auto& [from, to] : spanningTree(clouds.size(), best_first)) {
+    const Eigen::Isometry3d& T = edges[std::minmax(from, to)].T;
+    result.T_world_camera[to] = result.T_world_camera[from] * (from < to ? T : T.inverse());
+  }
   result.milliseconds = since(start);
   return result;
 }

@@ -1,7 +1,7 @@
 #pragma once
 
 /** \file
- *  \brief What PCL has for the poses of a rig: GICP from pair to pair, and LUM over all pairs. */
+ *  \brief What PCL has for the poses of a rig: GICP from pair to pair, and LUM over all pairs; without poses, FPFH. */
 
 #include <fuse_flow/rig_frame.h>
 
@@ -27,5 +27,9 @@ PeerResult gicpAlongTree(const fuse_flow::RigFrame& frame, const std::vector<Eig
 PeerResult lum(const fuse_flow::RigFrame& frame, const std::vector<Eigen::Isometry3d>& initial,
                const std::vector<std::pair<std::size_t, std::size_t>>& overlaps, float leaf, float max_distance,
                int rounds);
+
+/** \brief Poses from nothing: FPFH of every pair of clouds matched by pcl::SampleConsensusPrerejective; then along the maximum
+ *  spanning tree of the inliers, from camera 0 on. A camera that no pair connects stays at the identity. */
+PeerResult fpfhAlongTree(const fuse_flow::RigFrame& frame, float leaf);
 
 }  // namespace bench

@@ -45,4 +45,23 @@ inline std::vector<Eigen::Isometry3d> poses(const std::vector<fuse_flow::Camera>
   return result;
 }
 
+/** \brief Grey levels that change over the world as given. */
+template <typename Grey>
+void paintWorld(Scene& scene, const Grey& grey) {
+  scene.color.resize(scene.depth.size());
+  for (std::size_t i = 0; i < scene.depth.size(); ++i) {
+    const fuse_flow::Intrinsics& K = scene.rig.cameras[i].intrinsics;
+    scene.color[i].resize(K.width, K.height);
+    for (int v = 0; v < K.height; ++v)
+      for (int u = 0; u < K.width; ++u) {
+        const fuse_flow::Vec3 p = fuse_flow::pointOnRay(
+            fuse_flow::unproject(K, {static_cast<float>(u), static_cast<float>(v)}), scene.depth[i].at(u, v));
+        const Vector3d x = scene.rig.cameras[i].T_world_camera * Vector3d(p.x, p.y, p.z);
+        const auto level = static_cast<std::uint8_t>(grey(x));
+        scene.color[i].at(u, v) = {level, level, level};
+      }
+  }
+  scene.attach();
+}
+
 }  // namespace scenes

@@ -1,4 +1,4 @@
-#include "scenes.h"
+#include "rigs.h"
 
 #include <fuse_flow/coarse_alignment.h>
 
@@ -64,6 +64,21 @@ Scene unposed(const std::vector<fuse_flow::Camera>& cameras, const Surface& surf
   scenes::addNoise(scene, 0.002f);
   for (fuse_flow::Camera& camera : scene.rig.cameras) camera.T_world_camera.setIdentity();
   return scene;
+}
+
+/** \brief The same after half a turn about its middle, but for how bright it is. */
+Surface halfTurnedRoom() {
+  std::vector<Surface> surfaces{scenes::plane({0, 1, 0}, 1.1),          scenes::plane({0, 1, 0}, -1.3),
+                                scenes::plane({1, 0, 0}, 2.1),          scenes::plane({1, 0, 0}, -2.1),
+                                scenes::plane({0, 0, 1}, 1.7),          scenes::plane({0, 0, 1}, -1.7),
+                                box({-0.5, 0.4, -0.3}, {0.5, 1.1, 0.3})};
+  for (const double side : {-1.0, 1.0}) {
+    const Vector3d seat(side * 0.9, 0.85, side * 0.7), shelf(side * 1.8, 0.3, side * 0.4);
+    surfaces.push_back(box(seat - Vector3d(0.2, 0.25, 0.3), seat + Vector3d(0.2, 0.25, 0.3)));
+    surfaces.push_back(box(shelf - Vector3d(0.3, 0.8, 0.35), shelf + Vector3d(0.3, 0.8, 0.35)));
+    surfaces.push_back(scenes::sphere({side * 0.3, 0.25, side * 0.1}, 0.15));
+  }
+  return scenes::nearest(surfaces);
 }
 
 CoarseAlignmentResult align(const Scene& scene, unsigned int threads = 2) {
@@ -151,6 +166,23 @@ TEST(CoarseAlignment, OneWallAloneIsAmbiguous) {
   EXPECT_EQ(result.placements[0], Placement::Ambiguous);
   EXPECT_EQ(result.placements[1], Placement::Ambiguous);
   EXPECT_FALSE(result.complete());
+}
+
+TEST(CoarseAlignment, ColourKeepsCamerasFromBeingPlacedHalfATurnAway) {
+  const auto cameras = around({10, 45, 85, 120});
+  Scene scene = scenes::makeScene(cameras, halfTurnedRoom());
+  scenes::addNoise(scene, 0.002f);
+  // No wall differs from the one opposite by more than exposures may.
+  scenes::paintWorld(scene, [](const Vector3d& x) { return 128 + 6 * x.x() - 4 * x.z(); });
+  for (fuse_flow::Camera& camera : scene.rig.cameras) camera.T_world_camera.setIdentity();
+  const CoarseAlignmentResult result = align(scene);
+  expectPose(result, cameras, 1);
+  for (std::size_t i = 2; i < cameras.size(); ++i)
+    if (result.groups[i] == 0) expectPose(result, cameras, i);  // or it is said to be open
+}
+
+TEST(CoarseAlignment, OfARoomThatLooksAlikeAfterHalfATurnNotAllIsToldWithoutColour) {
+  EXPECT_FALSE(align(unposed(around({10, 45, 85, 120}), halfTurnedRoom())).complete());
 }
 
 TEST(CoarseAlignment, OneCameraIsARigOfItsOwn) {

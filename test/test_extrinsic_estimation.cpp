@@ -29,25 +29,6 @@ std::vector<Eigen::Isometry3d> disturbed(const std::vector<Camera>& cameras) {
   return initial;
 }
 
-/** \brief Grey levels that change over the world as given. */
-template <typename Grey>
-void paintWorld(Scene& scene, const Grey& grey) {
-  scene.color.resize(scene.depth.size());
-  for (std::size_t i = 0; i < scene.depth.size(); ++i) {
-    const Intrinsics& K = scene.rig.cameras[i].intrinsics;
-    scene.color[i].resize(K.width, K.height);
-    for (int v = 0; v < K.height; ++v)
-      for (int u = 0; u < K.width; ++u) {
-        const Vec3 p =
-            pointOnRay(unproject(K, {static_cast<float>(u), static_cast<float>(v)}), scene.depth[i].at(u, v));
-        const Vector3d x = scene.rig.cameras[i].T_world_camera * Vector3d(p.x, p.y, p.z);
-        const auto level = static_cast<std::uint8_t>(grey(x));
-        scene.color[i].at(u, v) = {level, level, level};
-      }
-  }
-  scene.attach();
-}
-
 TEST(ExtrinsicEstimation, CamerasSomeCentimetresOffComeBack) {
   const std::vector<Camera> cameras = cornerCameras(4);
   const Scene scene = makeScene(cameras, cornerAndBall());
@@ -146,6 +127,47 @@ TEST(ExtrinsicEstimation, ColourTellsWhatAPlaneDoesNot) {
   ExtrinsicParameters depth_alone;
   depth_alone.use_color = false;
   EXPECT_GT(apart(estimate(scene, initial, depth_alone).T_world_camera[1], cameras[1].T_world_camera), 0.015);
+}
+
+TEST(ExtrinsicEstimation, APatternThatRepeatsItselfIsNotTakenForItsNeighbour) {
+  const std::vector<Camera> cameras = cameraRow(2, 160, 120, 150);
+  Scene scene = makeScene(cameras, plane({0, 0, 1}, 1.5));
+  addNoise(scene, 0.002f);
+  const double often = 2 * M_PI / 0.1, seldom = 2 * M_PI / 1.1;
+  paintWorld(scene, [&](const Vector3d& x) {
+    return 128 + 30 * (std::sin(often * x.x()) + std::sin(often * x.y())) +
+           30 * (std::sin(seldom * x.x()) + std::sin(seldom * x.y()));
+  });
+  std::vector<Eigen::Isometry3d> initial = poses(cameras);
+  initial[1] = moved(initial[1], {0.06, -0.055, 0.0});  // nearer to the next stripe than to the right one
+  const ExtrinsicResult result = estimate(scene, initial);
+  EXPECT_LT(apart(result.T_world_camera[1], cameras[1].T_world_camera), 0.003);
+}
+
+TEST(ExtrinsicEstimation, NoiseThatNeighboursShareMakesItLessSure) {
+  const std::vector<Camera> cameras = cornerCameras(3);
+  Scene independent = makeScene(cameras, cornerAndBall()), shared = makeScene(cameras, cornerAndBall());
+  std::mt19937 random(7);
+  std::normal_distribution<float> normal(0.0f, 0.004f);
+  constexpr int patch = 16;  // pixels
+  for (std::size_t i = 0; i < cameras.size(); ++i) {
+    std::vector<float> of_patch;
+    for (int k = 0; k < 10 * 8; ++k) of_patch.push_back(normal(random));
+    for (int v = 0; v < 120; ++v)
+      for (int u = 0; u < 160; ++u) {
+        independent.depth[i].at(u, v) += normal(random);
+        shared.depth[i].at(u, v) += of_patch[static_cast<std::size_t>(v / patch * 10 + u / patch)];
+      }
+  }
+  independent.attach();
+  shared.attach();
+  const ExtrinsicResult sure = estimate(independent, poses(cameras)), unsure = estimate(shared, poses(cameras));
+  for (std::size_t i = 1; i < cameras.size(); ++i) {
+    const auto error = [&](const ExtrinsicResult& r) { return apart(r.T_world_camera[i], cameras[i].T_world_camera); };
+    EXPECT_GT(unsure.corrections[i].translation_deviation, 2 * sure.corrections[i].translation_deviation) << i;
+    EXPECT_LT(error(sure), 4 * sure.corrections[i].translation_deviation) << i;
+    EXPECT_LT(error(unsure), 4 * unsure.corrections[i].translation_deviation) << i;
+  }
 }
 
 TEST(ExtrinsicEstimation, ACameraBrighterThanTheOtherIsNoHindrance) {

@@ -53,12 +53,17 @@ struct ViewAgreement {
   double unlike{0};
   /** \brief Points where the other view saw through. */
   double contradicted{0};
+  /** \brief How much the brightness of both views differs from point to point where they confirm each other, standard deviation,
+   *  grey levels; that one is brighter than the other as a whole does not count. 0: too few points with colour. */
+  double color_spread{0};
+  /** \brief How well that fits two views of the same, given how views of this rig differ; (0, 1]. 1 without colour. */
+  double likeness{1};
   /** \brief What a pose is judged by. Confirmations are worth less the more there are: of a wall, many are one. A few
    *  contradictions in a hundred are noise. */
   double score() const {
     constexpr double many = 100, noise = 0.04, weight = 3;
     const double alike = std::max(0.0, confirmed - unlike);
-    return many * (1 - std::exp(-alike / many)) - weight * std::max(0.0, contradicted - noise * confirmed);
+    return likeness * many * (1 - std::exp(-alike / many)) - weight * std::max(0.0, contradicted - noise * confirmed);
   }
 };
 
@@ -99,8 +104,9 @@ struct CoarseAlignmentResult {
  *  through counts against it. Then the cameras are placed one by one, the least ambiguous first, each where it agrees best with all
  *  that are placed.
  *
- *  Neighbours need to share furniture or corners, not only one wall. A room that after half a turn looks the same but for small
- *  things may be taken for its turned self, and that is not always noticed: look at the result.
+ *  Neighbours need to share furniture or corners, not only one wall. Of a room that after half a turn has the same shape but for
+ *  small things, colour tells which way round it is. Without colour it may be taken for its turned self, and that is not always
+ *  noticed: look at the result.
  *
  *  \code
  *  fuse_flow::CoarseAlignment alignment;

@@ -22,8 +22,9 @@ struct CameraCorrection {
   double translation{0};
   /** \brief By how much it turned, radians. */
   double rotation{0};
-  /** \brief Standard deviation of the centre relative to camera 0, along what the data tell, metres; from the residuals, as if
-   *  they were independent. */
+  /** \brief Standard deviation of the centre relative to camera 0, along what the data tell, metres; from how much parts of the
+   *  images disagree, so that noise that neighbouring pixels share counts. Of where the search ended: that it may be a wrong
+   *  place altogether is not in it. */
   double translation_deviation{0};
   double rotation_deviation{0};  ///< the same of its orientation, radians
   /** \brief Of its twist about the scene's centre relative to camera 0: translation, metres, and rotation times the scene's

@@ -7,6 +7,7 @@
 
 #include <Eigen/Geometry>
 
+#include <array>
 #include <vector>
 
 namespace fuse_flow {
@@ -16,8 +17,8 @@ namespace host {
 struct AlignmentSample {
   Vec3 p;
   Vec3 n;
-  float noise;  ///< along the normal, metres
-  float luma;   ///< negative: none
+  float noise;                                     ///< along the normal, metres
+  std::array<float, AlignmentView::kScales> luma;  ///< the finest scale first; negative: none
 };
 
 /** \brief Which correspondences count, and how much. */
@@ -27,7 +28,8 @@ struct AlignmentGates {
   float tukey;          ///< c of tukeyWeight(), in standard deviations …
   float reach;        ///< … but at least this, metres: what is well aligned already must not cast out what is not yet
   float color_tukey;  ///< the same for colour, grey levels
-  bool color;         ///< whether colour is compared
+  bool color;         ///< whether colour is compared …
+  std::size_t scale;  ///< … and at which of AlignmentView's scales
   std::size_t stride;  ///< every so many-th sample is asked
 };
 
@@ -37,6 +39,13 @@ struct PairSums {
   std::uint32_t j{0};
   AlignmentSums geometry{};
   AlignmentSums color{};
+};
+
+/** \brief What the points of a part of one camera's image add up to, of one instant. */
+struct AlignmentCluster {
+  std::size_t camera{0};
+  std::size_t part{0};                         ///< of the image; the same number is about the same part at all instants
+  std::vector<AlignmentSums> geometry, color;  ///< neighbour by neighbour
 };
 
 /** \brief The views of several instants of one rig, and what they say about its poses. */
@@ -49,6 +58,13 @@ class AlignmentSystem {
   std::size_t instants() const { return instants_; }
   const AlignmentView& view(std::size_t instant, std::size_t camera) const {
     return views_[instant * cameras_ + camera];
+  }
+
+  /** \brief Whether any view has colour that may be used. */
+  bool hasColor() const {
+    for (std::size_t k = 0; k < instants_ * cameras_; ++k)
+      if (!views_[k].missing() && views_[k].hasColor()) return true;
+    return false;
   }
 
   void clear() { instants_ = cameras_ = 0; }
@@ -131,28 +147,28 @@ class AlignmentSystem {
     for (std::size_t t = 0; t < instants_; ++t)
       for (std::size_t i = 0; i < cameras_; ++i)
         for (std::size_t k = 0; k < samples(t, i).size(); k += chunk) tasks.push_back({t, i, k});
-    struct Output {
-      std::vector<AlignmentSums> geometry, color;
-      std::vector<std::uint32_t> counts;
-    };
-    std::vector<Output> outputs(tasks.size());
+    std::vector<std::vector<std::uint32_t>> histograms(tasks.size());
+    clusters_.resize(tasks.size());
     const float per_radius = static_cast<float>(1 / radius);
     parallelFor(threads_, tasks.size(), [&](std::size_t k, int) {
       const Task& task = tasks[k];
       const std::vector<AlignmentSample>& all = samples(task.instant, task.camera);
       const std::size_t end = std::min(all.size(), task.begin + chunk);
       const std::vector<std::uint32_t>& neighbours = neighbours_[task.camera];
-      Output& out = outputs[k];
+      AlignmentCluster& out = clusters_[k];
+      out.camera = task.camera;
+      out.part = task.begin / chunk;
       out.geometry.assign(neighbours.size(), AlignmentSums{});
       out.color.assign(neighbours.size(), AlignmentSums{});
-      out.counts.assign(kNoiseBins, 0);
+      std::vector<std::uint32_t>& histogram = histograms[k];
+      histogram.assign(kNoiseBins, 0);
       for (std::size_t slot = 0; slot < neighbours.size(); ++slot) {
         const float offset = offsets_[begin_[task.camera] + slot];
         if (view(task.instant, neighbours[slot]).missing()) continue;
         for (std::size_t s = task.begin; s < end; s += gates.stride) {
           Match match;
           if (!find(task.instant, task.camera, neighbours[slot], all[s], gates, match)) continue;
-          ++out.counts[static_cast<std::size_t>(noiseBin(std::fabs(match.r) * match.per_sigma))];
+          ++histogram[static_cast<std::size_t>(noiseBin(std::fabs(match.r) * match.per_sigma))];
           const float w = tukeyWeight(match.r, std::max(gates.tukey / match.per_sigma, gates.reach)) * match.per_sigma *
                           match.per_sigma;
           const Vec3 x = per_radius * match.x;
@@ -165,11 +181,11 @@ class AlignmentSystem {
     for (PairSums& pair : pairs_) pair.geometry = pair.color = AlignmentSums{};
     std::vector<std::uint32_t> counts(kNoiseBins, 0);
     for (std::size_t k = 0; k < tasks.size(); ++k) {
-      for (std::size_t slot = 0; slot < outputs[k].geometry.size(); ++slot) {
-        pairs_[begin_[tasks[k].camera] + slot].geometry += outputs[k].geometry[slot];
-        pairs_[begin_[tasks[k].camera] + slot].color += outputs[k].color[slot];
+      for (std::size_t slot = 0; slot < clusters_[k].geometry.size(); ++slot) {
+        pairs_[begin_[tasks[k].camera] + slot].geometry += clusters_[k].geometry[slot];
+        pairs_[begin_[tasks[k].camera] + slot].color += clusters_[k].color[slot];
       }
-      for (std::size_t b = 0; b < counts.size(); ++b) counts[b] += outputs[k].counts[b];
+      for (std::size_t b = 0; b < counts.size(); ++b) counts[b] += histograms[k][b];
     }
     for (std::size_t k = 0; k < pairs_.size(); ++k)
       if (pairs_[k].color.w > 0) offsets_[k] += static_cast<float>(pairs_[k].color.wr / pairs_[k].color.w);
@@ -177,6 +193,10 @@ class AlignmentSystem {
   }
 
   const std::vector<PairSums>& pairs() const { return pairs_; }
+  /** \brief What the last evaluate() added up to pairs(), part by part of the images. */
+  const std::vector<AlignmentCluster>& clusters() const { return clusters_; }
+  /** \brief The pair that a camera's first neighbour makes with it; those of the others follow. */
+  std::size_t firstPair(std::size_t camera) const { return begin_[camera]; }
   /** \brief Of |r| over its standard deviation, in the last evaluate(); 0 if there was none. */
   float medianResidual() const { return median_; }
 
@@ -202,10 +222,29 @@ class AlignmentSystem {
           bins.add(rotate(T, view.normal(u, v)), static_cast<std::uint32_t>(view.index(u, v)));
     std::vector<std::uint32_t> chosen;
     bins.choose(static_cast<std::size_t>(count), chosen);
+    // Neighbours in the image become neighbours in the list, so that a stretch of it is a part of the image.
+    const auto along = [&](std::uint32_t index) {
+      return mortonCode(index % static_cast<std::uint32_t>(view.width()),
+                        index / static_cast<std::uint32_t>(view.width()));
+    };
+    std::sort(chosen.begin(), chosen.end(), [&](std::uint32_t a, std::uint32_t b) { return along(a) < along(b); });
     for (const std::uint32_t index : chosen) {
       const int u = static_cast<int>(index) % view.width(), v = static_cast<int>(index) / view.width();
-      out.push_back({view.point(u, v), view.normal(u, v), view.noise(u, v), view.hasColor() ? view.luma(u, v) : -1.0f});
+      out.push_back({view.point(u, v), view.normal(u, v), view.noise(u, v), {}});
+      for (std::size_t scale = 0; scale < AlignmentView::kScales; ++scale)
+        out.back().luma[scale] = view.hasColor() ? view.luma(u, v, scale) : -1.0f;
     }
+  }
+
+  /** \brief Place of a pixel along a curve through all squares, within them through all of their quarters, and so on. */
+  static std::uint32_t mortonCode(std::uint32_t u, std::uint32_t v) {
+    const auto spread = [](std::uint32_t x) {
+      x = (x | x << 8) & 0x00ff00ffu;
+      x = (x | x << 4) & 0x0f0f0f0fu;
+      x = (x | x << 2) & 0x33333333u;
+      return (x | x << 1) & 0x55555555u;
+    };
+    return spread(u) | spread(v) << 1;
   }
 
   void place(const std::vector<Eigen::Isometry3d>& poses) {
@@ -239,11 +278,13 @@ class AlignmentSystem {
   void addColor(std::size_t instant, std::size_t j, const AlignmentSample& sample, const Match& match, const Vec3& x,
                 float offset, const AlignmentGates& gates, AlignmentSums& sums) const {
     const AlignmentView& other = view(instant, j);
-    if (!other.hasColor() || sample.luma < 0) return;
+    if (!other.hasColor() || sample.luma[0] < 0) return;
     const int u = match.u, v = match.v;
     if (u < 1 || v < 1 || u + 1 >= other.width() || v + 1 >= other.height()) return;
-    const float left = other.luma(u - 1, v), right = other.luma(u + 1, v), above = other.luma(u, v - 1),
-                below = other.luma(u, v + 1), here = other.luma(u, v);
+    const std::size_t scale = gates.scale;
+    const float left = other.luma(u - 1, v, scale), right = other.luma(u + 1, v, scale),
+                above = other.luma(u, v - 1, scale), below = other.luma(u, v + 1, scale),
+                here = other.luma(u, v, scale);
     if (left < 0 || right < 0 || above < 0 || below < 0 || here < 0) return;
     const float du = 0.5f * (right - left), dv = 0.5f * (below - above);
     const Intrinsics& K = other.geometry().intrinsics;
@@ -251,7 +292,7 @@ class AlignmentSystem {
     const float per_block = 1.0f / static_cast<float>(other.reduction());
     const float a = (pixel.u + 0.5f) * per_block - 0.5f - static_cast<float>(u);
     const float b = (pixel.v + 0.5f) * per_block - 0.5f - static_cast<float>(v);
-    const float r = here + a * du + b * dv - sample.luma - offset;
+    const float r = here + a * du + b * dv - sample.luma[scale] - offset;
     const float gu = du * per_block * K.fx / match.q.z, gv = dv * per_block * K.fy / match.q.z;
     const Vec3 gradient{gu, gv, -(gu * match.q.x + gv * match.q.y) / match.q.z};
     const float w = tukeyWeight(r, gates.color_tukey) / (kGreyNoise * kGreyNoise);
@@ -282,6 +323,7 @@ class AlignmentSystem {
   std::vector<std::vector<AlignmentSample>> samples_;
   std::vector<std::vector<std::uint32_t>> neighbours_;
   std::vector<PairSums> pairs_;
+  std::vector<AlignmentCluster> clusters_;
   std::vector<float> offsets_;  ///< how much brighter j's image is than i's, pair by pair, grey levels
   std::vector<std::size_t> begin_;
   std::vector<RigidTransform> to_world_, to_camera_;

@@ -6,6 +6,7 @@
 #include <fuse_flow/impl/host/rig_geometry.hpp>
 
 #include <algorithm>
+#include <array>
 #include <vector>
 
 namespace fuse_flow {
@@ -23,8 +24,10 @@ class AlignmentView {
     average(p);
     smooth(p);
     findNormals(p);
-    lumas_.clear();
-    if (view.color && p.use_color) averageLuma(view);
+    for (std::vector<float>& luma : lumas_) luma.clear();
+    if (!view.color || !p.use_color) return;
+    averageLuma(view);
+    for (std::size_t scale = 1; scale < kScales; ++scale) blurLuma(scale, 1 << (scale - 1));
   }
   void clear() { z_.clear(); }
 
@@ -33,7 +36,9 @@ class AlignmentView {
   int height() const { return z_.height(); }
   int reduction() const { return reduction_; }
   const ViewGeometry& geometry() const { return geometry_; }
-  bool hasColor() const { return !lumas_.empty(); }
+  bool hasColor() const { return !lumas_[0].empty(); }
+  /** \brief Scales at which grey levels are compared; each blurred twice as far as the one before. */
+  static constexpr std::size_t kScales = 5;
 
   std::size_t index(int u, int v) const {
     return static_cast<std::size_t>(v) * static_cast<std::size_t>(width()) + static_cast<std::size_t>(u);
@@ -59,7 +64,7 @@ class AlignmentView {
     return noise_scale_ * axialNoise(noise_, z) * std::fabs(normal(u, v).z);
   }
   /** \brief 0 … 255; negative where there is none. */
-  float luma(int u, int v) const { return lumas_[index(u, v)]; }
+  float luma(int u, int v, std::size_t scale = 0) const { return lumas_[scale][index(u, v)]; }
   /** \brief Median sine of the angle between normals that are independent of each other, over √2. */
   float normalNoise() const { return normal_noise_; }
 
@@ -161,7 +166,7 @@ class AlignmentView {
   }
 
   void averageLuma(const DepthView& view) {
-    lumas_.assign(rays_.size(), -1.0f);
+    lumas_[0].assign(rays_.size(), -1.0f);
     for (int v = 0; v < height(); ++v)
       for (int u = 0; u < width(); ++u) {
         const float z = z_.row(v)[u];
@@ -173,9 +178,38 @@ class AlignmentView {
             const Vec3 c = viewColor(geometry_, view.color, a, b, geometry_.ray(a, b), z);
             sum += 0.299f * c.x + 0.587f * c.y + 0.114f * c.z;
           }
-        lumas_[index(u, v)] = sum / static_cast<float>(reduction_ * reduction_);
+        lumas_[0][index(u, v)] = sum / static_cast<float>(reduction_ * reduction_);
       }
   }
+
+  /** \brief Over the same surface only: what lies behind it is another thing in every view. */
+  void blurLuma(std::size_t scale, int spacing) {
+    static constexpr float kernel[] = {1, 4, 6, 4, 1};
+    std::vector<float>& out = lumas_[scale];
+    std::vector<float> rows(rays_.size(), -1.0f);
+    out.assign(rays_.size(), -1.0f);
+    const auto pass = [&](const std::vector<float>& from, std::vector<float>& to, int du, int dv) {
+      for (int v = 0; v < height(); ++v)
+        for (int u = 0; u < width(); ++u) {
+          const float z = z_.row(v)[u];
+          if (!(z > 0)) continue;
+          float sum = 0, weights = 0;
+          for (int k = -2; k <= 2; ++k) {
+            const int a = u + k * du, b = v + k * dv;
+            if (a < 0 || b < 0 || a >= width() || b >= height()) continue;
+            if (!(std::fabs(z_.row(b)[a] - z) < kSameSurface * z)) continue;
+            sum += kernel[k + 2] * from[index(a, b)];
+            weights += kernel[k + 2];
+          }
+          to[index(u, v)] = sum / weights;
+        }
+    };
+    pass(lumas_[scale - 1], rows, spacing, 0);
+    pass(rows, out, 0, spacing);
+  }
+
+  /** \brief Share of its depth by which a surface may differ within the reach of a blur. */
+  static constexpr float kSameSurface = 0.05f;
 
   ViewGeometry geometry_;
   int reduction_{1};
@@ -187,7 +221,7 @@ class AlignmentView {
   DepthMap scratch_[2];
   std::vector<Ray> rays_;
   std::vector<Vec3> normals_;
-  std::vector<float> lumas_;
+  std::array<std::vector<float>, kScales> lumas_;
 };
 
 }  // namespace host

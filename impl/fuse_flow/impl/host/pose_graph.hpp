@@ -62,7 +62,7 @@ class PoseGraph {
     addGradient(g_color_, i, j, Vector6d(sums.g));
   }
 
-  /** \brief \param min_information λ under which a motion is left alone */
+  /** \brief Which motions geometry tells. \param min_information λ under which a motion is left alone */
   void decompose(double min_information) {
     const double ridge =
         1e-9 * (1e-300 + S_.trace() + H_.trace()) / static_cast<double>(std::max<Eigen::Index>(1, size_));
@@ -71,15 +71,43 @@ class PoseGraph {
     const Eigen::MatrixXd left = cholesky.matrixL().solve(H_);
     const Eigen::MatrixXd M = cholesky.matrixL().solve(left.transpose());
     const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(0.5 * (M + M.transpose()));
-    information_ = eigen.eigenvalues();
-    modes_ = cholesky.matrixU().solve(eigen.eigenvectors());  // ξ = L⁻ᵀ v
+    const Eigen::MatrixXd modes = cholesky.matrixU().solve(eigen.eigenvectors());  // ξ = L⁻ᵀ v
     free_ = 0;
-    while (free_ < size_ && information_[free_] < min_information) ++free_;
+    while (free_ < size_ && eigen.eigenvalues()[free_] < min_information) ++free_;
+    told_ = modes.rightCols(size_ - free_);
+    curvature_ = eigen.eigenvalues().tail(size_ - free_).asDiagonal();
+    geometry_ = size_ - free_;
+    colored_ = 0;
     if (free_ > 0)
-      free_motions_ = modes_.leftCols(free_).householderQr().householderQ() * Eigen::MatrixXd::Identity(size_, free_);
+      free_motions_ = modes.leftCols(free_).householderQr().householderQ() * Eigen::MatrixXd::Identity(size_, free_);
     else
       free_motions_.resize(size_, 0);
   }
+
+  /** \brief After decompose(): colour joins in where geometry tells little, and stands alone along free motions that it tells.
+   *  \param enough information of geometry from which on colour is not asked: it is seldom registered as well as depth
+   *  \param max_deviation what colour must tell a free motion to, in the unit of the twists */
+  void joinColor(double enough, double max_deviation) {
+    while (colored_ < geometry_ && curvature_(colored_, colored_) < enough) ++colored_;
+    const Eigen::MatrixXd W = told_.leftCols(colored_);
+    curvature_.topLeftCorner(colored_, colored_) += W.transpose() * C_ * W;
+    if (free_ == 0) return;
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(free_motions_.transpose() * C_ * free_motions_);
+    const Eigen::MatrixXd motions = free_motions_ * eigen.eigenvectors();
+    Eigen::Index untold = 0;  // in rising order: these come first
+    while (untold < free_ && eigen.eigenvalues()[untold] * max_deviation * max_deviation <= 1) ++untold;
+    free_motions_ = motions.leftCols(untold);
+    const Eigen::Index found = free_ - untold;
+    told_.conservativeResize(size_, geometry_ + found);
+    told_.rightCols(found) = motions.rightCols(found);
+    Eigen::MatrixXd curvature = Eigen::MatrixXd::Zero(told_.cols(), told_.cols());
+    curvature.topLeftCorner(geometry_, geometry_) = curvature_;
+    curvature.diagonal().tail(found) = eigen.eigenvalues().tail(found);
+    curvature_ = curvature;
+  }
+
+  /** \brief After joinColor(): whether there is anything that geometry does not tell well. */
+  bool asksColor() const { return colored_ > 0 || free_ > 0; }
 
   /** \brief How many joint motions the geometry does not tell. */
   Eigen::Index freeMotions() const { return free_; }
@@ -94,63 +122,36 @@ class PoseGraph {
     return directions;
   }
 
-  /** \brief The step that lowers the squared residuals of the geometry most, camera by camera; zero along free motions. */
-  Eigen::VectorXd step() const {
-    Eigen::VectorXd along = -modes_.transpose() * g_;
-    for (Eigen::Index k = 0; k < size_; ++k) along[k] = k < free_ ? 0.0 : along[k] / information_[k];
-    return modes_ * along;
+  /** \brief The step that lowers the squared residuals most, camera by camera; zero along free motions. */
+  Eigen::VectorXd step() const { return told_ * curvature_.ldlt().solve(-scores(g_, g_color_)); }
+
+  /** \brief The motions that are told, columns; not of unit length. */
+  const Eigen::MatrixXd& told() const { return told_; }
+  /** \brief Of the squared residuals along told(). */
+  const Eigen::MatrixXd& curvature() const { return curvature_; }
+  /** \brief The slopes along told() that gradients of geometry and of colour add up to. */
+  Eigen::VectorXd scores(const Eigen::VectorXd& geometry, const Eigen::VectorXd& color) const {
+    Eigen::VectorXd result = told_.transpose() * geometry;
+    result.head(colored_) += told_.leftCols(colored_).transpose() * color;
+    result.tail(told_.cols() - geometry_) = told_.rightCols(told_.cols() - geometry_).transpose() * color;
+    return result;
+  }
+  /** \brief How fast scores() change along told(), less what noise of the normals only makes believe. */
+  Eigen::MatrixXd sensitivity() const {
+    Eigen::MatrixXd result = curvature_;
+    for (Eigen::Index k = 0; k < geometry_; ++k) result(k, k) -= std::min(1.0, 0.9 * result(k, k));
+    return result;
   }
 
-  /** \brief The same with colour, which joins in where geometry tells little and stands alone along free motions.
-   *  \param enough information of geometry from which on colour is not asked: it is seldom registered as well as depth
-   *  \param max_deviation what colour must tell a free motion to, in the unit of the twists */
-  Eigen::VectorXd stepWithColor(double enough, double max_deviation) {
-    Eigen::Index weak = free_;
-    while (weak < size_ && information_[weak] < enough) ++weak;
-    Eigen::VectorXd along = -modes_.transpose() * g_;
-    along.head(free_).setZero();
-    along.tail(size_ - weak).array() /= information_.tail(size_ - weak).array();
-    if (weak > free_) {
-      const Eigen::MatrixXd W = modes_.middleCols(free_, weak - free_);
-      Eigen::MatrixXd both = W.transpose() * C_ * W;
-      both.diagonal() += information_.segment(free_, weak - free_);
-      along.segment(free_, weak - free_) =
-          both.ldlt().solve(along.segment(free_, weak - free_) - W.transpose() * g_color_);
-    }
-    return modes_ * along + stepOfColor(max_deviation);
-  }
-
-  /** \brief Covariance of a camera's twist relative to camera 0, along what the data tell, for unit residual variance. */
-  Matrix6d covariance(std::size_t camera) const {
-    Matrix6d sum = Matrix6d::Zero();
-    if (camera == 0) return sum;
-    for (Eigen::Index k = free_; k < size_; ++k) {
-      const Vector6d v = modes_.col(k).segment<6>(begin(camera));
-      sum += v * v.transpose() / information_[k];
-    }
-    return sum;
+  Eigen::Index size() const { return size_; }
+  /** \brief Where a camera's twist begins among those of all; camera > 0. */
+  static Eigen::Index begin(std::size_t camera) { return 6 * (static_cast<Eigen::Index>(camera) - 1); }
+  static void addGradient(Eigen::VectorXd& g, std::size_t i, std::size_t j, const Vector6d& a) {
+    if (i > 0) g.segment<6>(begin(i)) += a;
+    if (j > 0) g.segment<6>(begin(j)) -= a;
   }
 
  private:
-  static Eigen::Index begin(std::size_t camera) { return 6 * (static_cast<Eigen::Index>(camera) - 1); }
-
-  Eigen::VectorXd stepOfColor(double max_deviation) {
-    Eigen::VectorXd step = Eigen::VectorXd::Zero(size_);
-    if (free_ == 0) return step;
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(free_motions_.transpose() * C_ * free_motions_);
-    const Eigen::MatrixXd motions = free_motions_ * eigen.eigenvectors();
-    Eigen::Index untold = 0;
-    for (Eigen::Index k = 0; k < free_; ++k) {
-      if (eigen.eigenvalues()[k] * max_deviation * max_deviation > 1) {
-        step -= motions.col(k) * (motions.col(k).dot(g_color_) / eigen.eigenvalues()[k]);
-      } else {
-        ++untold;  // in rising order: these come first
-      }
-    }
-    free_motions_ = motions.leftCols(untold);
-    return step;
-  }
-
   static void addBlocks(Eigen::MatrixXd& M, std::size_t i, std::size_t j, const Matrix6d& A) {
     if (i > 0) M.block<6, 6>(begin(i), begin(i)) += A;
     if (j > 0) M.block<6, 6>(begin(j), begin(j)) += A;
@@ -158,19 +159,16 @@ class PoseGraph {
     M.block<6, 6>(begin(i), begin(j)) -= A;
     M.block<6, 6>(begin(j), begin(i)) -= A;
   }
-  static void addGradient(Eigen::VectorXd& g, std::size_t i, std::size_t j, const Vector6d& a) {
-    if (i > 0) g.segment<6>(begin(i)) += a;
-    if (j > 0) g.segment<6>(begin(j)) -= a;
-  }
-
   /** \brief A camera has a part in a motion if its twist is over this share of it, squared. */
   static constexpr double kPart = 1e-3;
 
   Eigen::Index size_;
   Eigen::MatrixXd H_, S_, C_;
   Eigen::VectorXd g_, g_color_;
-  Eigen::VectorXd information_;
-  Eigen::MatrixXd modes_;
+  Eigen::MatrixXd told_;       ///< motions that geometry tells, the weakest first, then those that only colour does
+  Eigen::MatrixXd curvature_;  ///< of the squared residuals along them
+  Eigen::Index geometry_{0};   ///< of told_, those that geometry tells
+  Eigen::Index colored_{0};    ///< of these, those in which colour joins in
   Eigen::Index free_{0};
   Eigen::MatrixXd free_motions_;  ///< orthonormal columns
 };

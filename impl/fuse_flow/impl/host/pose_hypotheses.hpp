@@ -35,7 +35,9 @@ class PoseHypotheses {
     for (PoseHypothesis& h : found) {
       h.T = comparison_.refine(second, h.T, {first}, poses,
                                {0.25f, 0.25f, 0.2f, 0.15f, 0.12f, 0.1f, 0.08f, 0.06f, 0.05f, 0.04f, 0.03f, 0.03f});
-      h.score = comparison_.compare(first, second, h.T).score();
+      const ViewAgreement agreement = comparison_.compare(first, second, h.T);
+      h.score = agreement.score();
+      h.color_spread = agreement.color_spread;
     }
     return best(found, static_cast<std::size_t>(p_.hypotheses), 0.1, 0.06);
   }

@@ -3,6 +3,7 @@
 #include <fuse_flow/extrinsic_estimation.h>
 #include <fuse_flow/impl/host/alignment_system.hpp>
 #include <fuse_flow/impl/host/pose_graph.hpp>
+#include <fuse_flow/impl/host/pose_uncertainty.hpp>
 #include <fuse_flow/impl/host/twist.hpp>
 
 #include <cmath>
@@ -22,23 +23,30 @@ class RigAlignment {
   ExtrinsicResult run() {
     system_.sample(initial_, p_.samples);
     findCenter();
-    AlignmentGates gates{p_.max_distance, std::cos(p_.max_normal_angle), kNoLimit, 0.0f, kGreyLimit, false, kHurry};
+    AlignmentGates gates{p_.max_distance, std::cos(p_.max_normal_angle), kNoLimit, 0.0f, kGreyLimit, false, 0, kHurry};
     system_.findNeighbours(poses_, gates, p_.max_neighbours);
     measure(&CameraOverlap::residual_before, result_.residual_before);
     PoseGraph graph(system_.cameras());
     double information = std::max(kFirstInformation, static_cast<double>(p_.min_information));
     bool polishing = false;
     int settling = 0;
+    int at_scale = 0;
     result_.converged = system_.cameras() < 2;  // nothing to move
     for (result_.iterations = 1; !result_.converged && result_.iterations <= p_.max_iterations; ++result_.iterations) {
       if (result_.iterations == kSecondLook) system_.findNeighbours(poses_, gates, p_.max_neighbours);
       system_.evaluate(poses_, result_.scene_radius, gates);
       graph = linearize();
       graph.decompose(information);
-      const Eigen::VectorXd step =
-          gates.color ? graph.stepWithColor(kEnoughForColor, kMaxColorDeviation) : graph.step();
-      const double moved = apply(step);
-      if (polishing && moved < kStill) {
+      if (gates.color) graph.joinColor(kEnoughForColor, maxColorDeviation(gates.scale));
+      const double moved = apply(graph.step());
+      if (gates.color && gates.scale > 0) {
+        if (!graph.asksColor()) {
+          gates.scale = 0;
+        } else if (moved < kSettled || ++at_scale >= patience(gates.scale)) {
+          --gates.scale;
+          at_scale = 0;
+        }
+      } else if (polishing && moved < kStill) {
         result_.converged = true;
         break;  // before the count goes on
       }
@@ -50,7 +58,10 @@ class RigAlignment {
       gates.tukey = kTukey * std::max(1.0f, 1.4826f * system_.medianResidual());
       gates.reach = polishing ? 0.0f : 0.5f * gates.distance;
       gates.stride = polishing ? 1 : kHurry;
-      gates.color = polishing && p_.use_color;
+      if (polishing && !gates.color && system_.hasColor()) {
+        gates.color = true;
+        gates.scale = AlignmentView::kScales - 1;
+      }
     }
     result_.iterations = std::min(result_.iterations, p_.max_iterations);
     fixGauge();
@@ -106,6 +117,17 @@ class RigAlignment {
     return count > 0 ? std::sqrt(squares / count) : 1.0;
   }
 
+  /** \brief Iterations for a scale of the colours; all scales must have their turn. */
+  int patience(std::size_t scale) const {
+    return std::min(kScalePatience, (p_.max_iterations - result_.iterations) / (static_cast<int>(scale) + 2));
+  }
+
+  /** \brief What colour must tell a motion to that geometry leaves open: so well that the next finer scale, which repeats itself
+   *  sooner, finds the right place. */
+  static double maxColorDeviation(std::size_t scale) {
+    return kMaxColorDeviation * std::pow(kScaleTolerance, static_cast<double>(scale));
+  }
+
   /** \brief How far the camera moved that moved most, metres at the scene's radius. */
   double apply(const Eigen::VectorXd& step) {
     double most = 0;
@@ -154,7 +176,7 @@ class RigAlignment {
   }
 
   void describe(const PoseGraph& graph) {
-    const double scale = 1.4826 * system_.medianResidual();
+    const PoseUncertainty uncertainty(graph, system_, kFewest, 1.4826 * static_cast<double>(system_.medianResidual()));
     for (std::size_t i = 0; i < poses_.size(); ++i) {
       CameraCorrection c;
       const Eigen::Translation3d center(result_.scene_center);
@@ -163,7 +185,7 @@ class RigAlignment {
       const Eigen::Vector3d place = poses_[i].translation();
       c.translation = (place - (initial_[i].translation() - result_.scene_center)).norm();
       c.rotation = Eigen::AngleAxisd(correction(i).linear()).angle();
-      c.covariance = scale * scale * graph.covariance(i);
+      c.covariance = uncertainty.covariance(i);
       const Eigen::Vector3d lever = place / result_.scene_radius;
       Eigen::Matrix<double, 3, 6> J = Eigen::Matrix<double, 3, 6>::Zero();
       J.leftCols<3>().setIdentity();
@@ -184,7 +206,7 @@ class RigAlignment {
   /** \brief Root mean squares with everything that max_distance lets correspond, so that before and after compare. */
   void measure(double CameraOverlap::*residual, double& total) {
     system_.evaluate(poses_, result_.scene_radius,
-                     {p_.max_distance, std::cos(p_.max_normal_angle), kNoLimit, 0.0f, kGreyLimit, false, 1});
+                     {p_.max_distance, std::cos(p_.max_normal_angle), kNoLimit, 0.0f, kGreyLimit, false, 0, 1});
     AlignmentSums all{};
     const auto rms = [](const AlignmentSums& sums) { return sums.w > 0 ? std::sqrt(sums.wrr / sums.w) : 0.0; };
     for (CameraOverlap& overlap : result_.overlaps) overlap.matches = 0;
@@ -217,6 +239,8 @@ class RigAlignment {
   static constexpr float kReach = 5.0f;     ///< gate over the last motion
   static constexpr double kEnoughForColor = 100;      ///< of information
   static constexpr double kMaxColorDeviation = 1e-3;  ///< metres at the scene's radius
+  static constexpr double kScaleTolerance = 4;        ///< deviation over that of the next finer scale
+  static constexpr int kScalePatience = 5;            ///< iterations; along weak motions colour is slow
   static constexpr int kPatience = 10;                ///< iterations; noisy data never come to rest
   static constexpr int kSecondLook = 6;               ///< iteration after which neighbours are known
 

@@ -14,6 +14,24 @@ class HypothesisTable {
  public:
   explicit HypothesisTable(std::size_t cameras) : cameras_(cameras), table_(cameras * cameras) {}
   std::size_t cameras() const { return cameras_; }
+  /** \brief How much views of the same differ in brightness in this rig, grey levels. Of neighbours some plausible pose is right:
+   *  the least that their views differ by. Of cameras that share nothing none is: so of all pairs the lower quartile. */
+  double colorNoise() const {
+    constexpr double least = 2,
+                     most = 12;  // of cameras without noise; of some that differ in vignetting and white balance
+    std::vector<double> spreads;
+    for (const std::vector<PoseHypothesis>& hypotheses : table_) {
+      double smallest = 0;
+      for (const PoseHypothesis& h : hypotheses)
+        if (h.score > kPlausible && h.color_spread > 0 && (smallest == 0 || h.color_spread < smallest))
+          smallest = h.color_spread;
+      if (smallest > 0) spreads.push_back(smallest);
+    }
+    if (spreads.empty()) return most;
+    const auto quartile = spreads.begin() + static_cast<std::ptrdiff_t>(spreads.size() / 4);
+    std::nth_element(spreads.begin(), quartile, spreads.end());
+    return std::min(most, std::max(least, *quartile));
+  }
   std::vector<PoseHypothesis>& operator()(std::size_t i, std::size_t j) { return table_[i * cameras_ + j]; }
   /** \brief Where the camera could be, beside another that is at T; the best first. */
   void append(std::size_t camera, std::size_t beside, const Eigen::Isometry3d& T,
@@ -23,6 +41,8 @@ class HypothesisTable {
   }
 
  private:
+  static constexpr double kPlausible = 20;  ///< score
+
   std::size_t cameras_;
   std::vector<std::vector<PoseHypothesis>> table_;
 };
@@ -40,7 +60,9 @@ struct PlacedGroup {
 class RigPlacement {
  public:
   RigPlacement(const AlignmentSystem& system, const CoarseAlignmentParameters& parameters, const HypothesisTable& table)
-      : system_(system), p_(parameters), table_(table), comparison_(system, parameters) {}
+      : system_(system), p_(parameters), table_(table), comparison_(system, parameters) {
+    comparison_.setColorNoise(table.colorNoise());
+  }
 
   /** \brief The largest score that the cameras reach together; without members if no two belong together. */
   PlacedGroup place(const std::vector<std::size_t>& cameras, int threads) const {

@@ -12,6 +12,7 @@ namespace host {
 struct PoseHypothesis {
   Eigen::Isometry3d T{Eigen::Isometry3d::Identity()};
   double score{0};
+  double color_spread{0};  ///< of ViewAgreement
 };
 
 /** \brief Whether two poses would be told apart. */
@@ -34,26 +35,36 @@ class ViewComparison {
   /** \param T_first_second pose of the second camera in the frame of the first */
   ViewAgreement compare(std::size_t first, std::size_t second, const Eigen::Isometry3d& T_first_second) const {
     ViewAgreement sum;
+    Differences differences;
     forEachView(first, second, T_first_second,
                 [&](const AlignmentView& view, std::size_t t, std::size_t other, const RigidTransform& T) {
-                  addSurfaces(view, system_.samples(t, other), T, 0, 1, sum);
+                  differences.sign = other == first ? 1 : -1;
+                  addSurfaces(view, system_.samples(t, other), T, 0, 1, sum, differences);
                   addDetails(view, details_[t * system_.cameras() + other], T, sum);
                 });
     const double instants = static_cast<double>(system_.instants());
     sum.confirmed /= instants;
     sum.unlike /= instants;
     sum.contradicted /= instants;
+    sum.color_spread = differences.deviation();
+    // Two views of one surface differ as views of this rig do; how two places differ that only have one shape is anyone's guess.
+    const double excess = std::pow(sum.color_spread / color_noise_, 2) - 1;
+    sum.likeness = excess > 0 ? std::exp(-0.5 * excess) : 1.0;
     return sum;
   }
+
+  /** \brief How much the brightness of views differs that see the same, grey levels. */
+  void setColorNoise(double noise) { color_noise_ = noise; }
 
   /** \brief The same for a first guess, from every other point and without the details, which demand more. \param error of the
    *  guess, metres */
   double compareRoughly(std::size_t first, std::size_t second, const Eigen::Isometry3d& T_first_second,
                         float error) const {
     ViewAgreement sum;
+    Differences differences;
     forEachView(first, second, T_first_second,
                 [&](const AlignmentView& view, std::size_t t, std::size_t other, const RigidTransform& T) {
-                  addSurfaces(view, system_.samples(t, other), T, error, 2, sum);
+                  addSurfaces(view, system_.samples(t, other), T, error, 2, sum, differences);
                 });
     return sum.confirmed - sum.unlike - kRoughContradiction * sum.contradicted;
   }
@@ -93,6 +104,22 @@ class ViewComparison {
   using Matrix6 = Eigen::Matrix<double, 6, 6>;
   using Vector6 = Eigen::Matrix<double, 6, 1>;
 
+  /** \brief Between the brightness of two views, point by point. */
+  struct Differences {
+    double sign{1};
+    double count{0}, sum{0}, squares{0};
+    void add(double difference) {
+      count += 1;
+      sum += sign * difference;
+      squares += difference * difference;
+    }
+    double deviation() const {
+      constexpr double enough = 30;
+      if (count < enough) return 0;
+      return std::sqrt(std::max(0.0, squares / count - std::pow(sum / count, 2)));
+    }
+  };
+
   /** \brief Cosine of the largest angle between the normals of counterparts. */
   static constexpr float kNormalCosine = 0.5f;
   /** \brief Standard deviation where nothing is smooth, over depth. */
@@ -101,6 +128,8 @@ class ViewComparison {
   static constexpr double kRoughContradiction = 3;
   /** \brief Difference of grey levels that two cameras' exposures may make. */
   static constexpr float kGreyLimit = 40;
+  /** \brief Of AlignmentView's scales the one at which some centimetres do not matter. */
+  static constexpr std::size_t kColorScale = 2;
   /** \brief Noise that a point may be off, standard deviations. */
   static constexpr float kDeviations = 3;
 
@@ -129,7 +158,7 @@ class ViewComparison {
   }
 
   void addSurfaces(const AlignmentView& view, const std::vector<AlignmentSample>& samples, const RigidTransform& T,
-                   float error, std::size_t stride, ViewAgreement& sum) const {
+                   float error, std::size_t stride, ViewAgreement& sum, Differences& differences) const {
     for (std::size_t k = 0; k < samples.size(); k += stride) {
       const AlignmentSample& s = samples[k];
       const Vec3 q = T * s.p;
@@ -144,8 +173,11 @@ class ViewComparison {
       const float reach = tolerance_ + error + kDeviations * std::sqrt(s.noise * s.noise + noise * noise);
       if (smooth && std::fabs(dot(n, q - d)) < reach) {
         if (dot(n_q, q) > 0) continue;  // the other side of something thin
-        const bool painted = view.hasColor() && s.luma >= 0 && std::fabs(view.luma(u, v) - s.luma) > kGreyLimit;
-        ++(painted || dot(n, n_q) < kNormalCosine ? sum.unlike : sum.confirmed);
+        const bool painted = view.hasColor() && s.luma[0] >= 0 && std::fabs(view.luma(u, v) - s.luma[0]) > kGreyLimit;
+        const bool faces = dot(n, n_q) >= kNormalCosine;
+        ++(painted || !faces ? sum.unlike : sum.confirmed);
+        if (faces && view.hasColor() && s.luma[0] >= 0)
+          differences.add(static_cast<double>(s.luma[kColorScale] - view.luma(u, v, kColorScale)));
       } else if (q.z < d.z && seenThrough(view, u, v, q.z + 2 * reach)) {
         ++sum.contradicted;
       }
@@ -205,6 +237,7 @@ class ViewComparison {
 
   const AlignmentSystem& system_;
   float tolerance_;
+  double color_noise_{6};
   std::vector<std::vector<Vec3>> details_;  ///< instant by instant, camera by camera
 };
 
