@@ -116,7 +116,7 @@ class PoseGraph {
     std::vector<Vector6d> directions;
     if (camera == 0 || free_motions_.cols() == 0) return directions;
     const Eigen::MatrixXd part = free_motions_.middleRows<6>(begin(camera));
-    const Eigen::SelfAdjointEigenSolver<Matrix6d> eigen(part * part.transpose());
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(part * part.transpose());
     for (Eigen::Index k = 5; k >= 0; --k)
       if (eigen.eigenvalues()[k] > kPart) directions.push_back(eigen.eigenvectors().col(k));
     return directions;

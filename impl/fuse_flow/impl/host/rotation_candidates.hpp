@@ -46,6 +46,20 @@ class RotationCandidates {
     return std::acos(std::max(-1.0, std::min(1.0, a.dot(b))));
   }
 
+  /** \brief The smallest rotation that brings one unit vector onto another. Not Eigen's FromTwoVectors(), whose singular
+   *  value decomposition takes seconds to compile. */
+  static Eigen::Matrix3d shortestTurn(const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
+    const double cosine = from.dot(to);
+    const Eigen::Vector3d axis = from.cross(to);
+    if (cosine < -1 + 1e-12) {  // half a turn about anything across
+      const Eigen::Vector3d across = from.unitOrthogonal();
+      return 2 * across * across.transpose() - Eigen::Matrix3d::Identity();
+    }
+    Eigen::Matrix3d K;
+    K << 0, -axis.z(), axis.y(), axis.z(), 0, -axis.x(), -axis.y(), axis.x(), 0;
+    return Eigen::Matrix3d::Identity() + K + K * K / (1 + cosine);
+  }
+
   /** \brief Between the two directions, so that the errors of both count alike. */
   static Eigen::Matrix3d frame(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
     Eigen::Matrix3d F;
@@ -68,7 +82,7 @@ class RotationCandidates {
   void addFromTurns(const std::vector<Eigen::Vector3d>& first, const std::vector<Eigen::Vector3d>& second) {
     for (std::size_t a = 0; a < std::min(kStrongest, first.size()); ++a)
       for (std::size_t c = 0; c < std::min(kStrongest, second.size()); ++c) {
-        const Eigen::Matrix3d R = Eigen::Quaterniond::FromTwoVectors(second[c], first[a]).toRotationMatrix();
+        const Eigen::Matrix3d R = shortestTurn(second[c], first[a]);
         for (int k = 0; k < kTurns; ++k) add(Eigen::AngleAxisd(2 * kPi * k / kTurns, first[a]).toRotationMatrix() * R);
       }
   }
