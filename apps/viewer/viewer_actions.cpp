@@ -191,12 +191,13 @@ void Viewer::toggleImages() {
 void Viewer::toggleText() {
   show_text_ = !show_text_;
   overlay_.showStatus(show_text_);
-  timeline_.setVisible(show_text_);
+  timeline_.setVisible(show_text_ && !show_help_);
 }
 
 void Viewer::toggleHelp() {
   show_help_ = !show_help_;
   overlay_.setHelp(show_help_ ? helpText() : "");
+  timeline_.setVisible(show_text_ && !show_help_);  // it would lie over the help
 }
 
 void Viewer::passKeyToPcl() {
