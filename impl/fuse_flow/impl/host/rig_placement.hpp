@@ -17,8 +17,7 @@ class HypothesisTable {
   /** \brief How much views of the same differ in brightness in this rig, grey levels. Of neighbours some plausible pose is right:
    *  the least that their views differ by. Of cameras that share nothing none is: so of all pairs the lower quartile. */
   double colorNoise() const {
-    constexpr double least = 2,
-                     most = 12;  // of cameras without noise; of some that differ in vignetting and white balance
+    constexpr double least = 2;  // of cameras without noise
     std::vector<double> spreads;
     for (const std::vector<PoseHypothesis>& hypotheses : table_) {
       double smallest = 0;
@@ -27,10 +26,10 @@ class HypothesisTable {
           smallest = h.color_spread;
       if (smallest > 0) spreads.push_back(smallest);
     }
-    if (spreads.empty()) return most;
+    if (spreads.empty()) return std::numeric_limits<double>::infinity();
     const auto quartile = spreads.begin() + static_cast<std::ptrdiff_t>(spreads.size() / 4);
     std::nth_element(spreads.begin(), quartile, spreads.end());
-    return std::min(most, std::max(least, *quartile));
+    return std::max(least, *quartile);
   }
   std::vector<PoseHypothesis>& operator()(std::size_t i, std::size_t j) { return table_[i * cameras_ + j]; }
   /** \brief Where the camera could be, beside another that is at T; the best first. */

@@ -5,6 +5,8 @@
 
 #include <Eigen/Cholesky>
 
+#include <limits>
+
 namespace fuse_flow {
 namespace host {
 
@@ -237,8 +239,8 @@ class ViewComparison {
 
   const AlignmentSystem& system_;
   float tolerance_;
-  double color_noise_{6};
-  std::vector<std::vector<Vec3>> details_;  ///< instant by instant, camera by camera
+  double color_noise_{std::numeric_limits<double>::infinity()};  ///< until it is known, colour has no say
+  std::vector<std::vector<Vec3>> details_;                       ///< instant by instant, camera by camera
 };
 
 }  // namespace host
