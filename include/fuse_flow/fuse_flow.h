@@ -64,7 +64,7 @@ struct FrameStatistics {
   double merge_ms{0};       ///< coarse cells of all views brought together
   double fuse_ms{0};        ///< section 5: representatives, eq. 4–7, 10, 11
   double output_ms{0};      ///< colours, normals, and writing the cloud
-  double total_ms{0};
+  double total_ms{0};       ///< from the frame handed in to the cloud handed out
 };
 
 /** \brief The frame pipeline: the views of one instant to one fused cloud, with no state from frame to frame but

@@ -22,5 +22,6 @@
 /** \brief What functions that are no templates are declared as. */
 #define FUSE_FLOW_INLINE
 #else
+/** \brief What functions that are no templates are declared as. */
 #define FUSE_FLOW_INLINE inline
 #endif

@@ -24,6 +24,7 @@ struct AlignmentSums {
   double wrr;            ///< Σ w r²
   double count;          ///< of correspondences, whatever they weigh
 
+  /** \brief The sums of two sets of correspondences. */
   FUSE_FLOW_HD AlignmentSums& operator+=(const AlignmentSums& o) {
     for (int k = 0; k < kTriangle6; ++k) A[k] += o.A[k];
     for (int k = 0; k < 6; ++k) g[k] += o.g[k];

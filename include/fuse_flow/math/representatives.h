@@ -12,19 +12,18 @@ constexpr int kRepresentatives = 3;  // "the top three points"
 
 /** \brief A point in the world frame and its measurement confidence; C = 0: gated, or no measurement. */
 struct alignas(16) WeightedPoint {
-  Vec3 p{};
-  float C{0};
+  Vec3 p{};    ///< metres
+  float C{0};  ///< eq. 9; [0, 1]
 };
 
 /** \brief One fused point and the measurements it came from. Aligned so that a GPU writes it in three pieces. */
 struct alignas(16) FusedPoint {
-  Vec3 p{};
+  Vec3 p{};  ///< world frame, metres
   /** \brief The mean ω of the representatives, weighted with ω itself. */
   float weight{0};
-  /** \brief The representatives' points, and their shares of eq. 11, which add up to 1; count of them. */
-  std::uint32_t source[kRepresentatives]{};
-  float share[kRepresentatives]{};
-  std::uint32_t count{0};
+  std::uint32_t source[kRepresentatives]{};  ///< numbers of the representatives' points
+  float share[kRepresentatives]{};           ///< of each in eq. 11; they add up to 1
+  std::uint32_t count{0};                    ///< of representatives
   /** \brief Different cameras among the representatives. */
   std::uint32_t views{0};
 };
@@ -32,14 +31,12 @@ struct alignas(16) FusedPoint {
 /** \brief A measurement, or one camera's measurements, that may stand for a cell. Left uninitialised: there are
  *  hundreds of thousands, and filling them with zeros costs more than filling them in. */
 struct Candidate {
-  /** \brief Σ C p and Σ C relative to the coarse cell's corner; of one point unless CameraMeans. */
-  Vec3 sum;
-  float sum_C;
-  float n;
-  /** \brief The most confident point. */
-  float best_C;
-  std::uint32_t best;
-  std::uint32_t camera;
+  Vec3 sum;              ///< Σ C p, metres, from the coarse cell's corner; of one point unless CameraMeans
+  float sum_C;           ///< Σ C
+  float n;               ///< points in the sums
+  float best_C;          ///< of the most confident point
+  std::uint32_t best;    ///< its number
+  std::uint32_t camera;  ///< that they are from
 };
 
 /** \brief Highest C first; ties by camera and pixel, which is the order of the indices. */
@@ -76,7 +73,9 @@ class RepresentativeSelection {
   /** \brief After the last point. */
   FUSE_FLOW_HD void finish() { keepLast(); }
 
+  /** \brief How many representatives there are; up to kRepresentatives. */
   FUSE_FLOW_HD int count() const { return count_; }
+  /** \brief One of them, in no order. */
   FUSE_FLOW_HD Candidate operator[](int k) const {
     Candidate candidate = kept_[0];
     if (k == 1) candidate = kept_[1];
@@ -161,8 +160,11 @@ FUSE_FLOW_HD FusedPoint fuseRepresentatives(const RepresentativeSelection& chose
 /** \brief The ablation's point-wise fusion of one point with the points that other views have in its place. */
 class PointWiseFusion {
  public:
+  /** \param own the point, world frame, metres: what sums are relative to */
   FUSE_FLOW_HD explicit PointWiseFusion(const Vec3& own) : own_(own) {}
 
+  /** \brief One point more, the own one among them. \param source its number  \param p world frame, metres
+   *  \param weight ω of eq. 10 */
   FUSE_FLOW_HD void add(std::uint32_t source, const Vec3& p, float weight) {
     sum_ = sum_ + weight * (p - own_);
     total_ += weight;
@@ -177,6 +179,7 @@ class PointWiseFusion {
     }
   }
 
+  /** \brief Eq. 11 over all that were added; weight 0 where all their weights are. */
   FUSE_FLOW_HD FusedPoint finish() const {
     FusedPoint fused = fused_;
     if (!(total_ > FLT_MIN)) return fused;

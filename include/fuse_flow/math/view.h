@@ -7,18 +7,18 @@ namespace fuse_flow {
 
 /** \brief What the per-pixel maths needs to know of one calibrated view. */
 struct ViewModel {
-  Intrinsics intrinsics;
-  RigidTransform T_world_camera;
-  RigidTransform T_camera_world;
+  Intrinsics intrinsics;          ///< of the depth camera
+  RigidTransform T_world_camera;  ///< camera to world, metres
+  RigidTransform T_camera_world;  ///< its inverse
   /** \brief Of the ideal lens; see locate(). */
   ProjectionMatrix P;
-  bool ideal{true};
+  bool ideal{true};  ///< without distortion
   /** \brief Of the rays of a lens with distortion: the largest x² + y². */
   float max_squared_radius{0};
   /** \brief The colour camera, where it is not the depth camera. */
   bool own_color_camera{false};
-  Intrinsics color_intrinsics;
-  RigidTransform T_color_depth;
+  Intrinsics color_intrinsics;   ///< of that camera
+  RigidTransform T_color_depth;  ///< depth camera to colour camera, metres
 
   /** \brief The pixel nearest to a point in the world frame, and the point's depth. False where the image does not
    *  reach. */
