@@ -470,6 +470,12 @@ TEST(DeviceCloudErrors, AreThoseOfTheHost) {
   EXPECT_THROW(backprojection.filter(output), pcl::PCLException);  // neither view nor cloud
   backprojection.setInputCloud(row);
   EXPECT_THROW(backprojection.filter(output), pcl::BadArgumentException);  // 5x1
+  const auto fitting = std::make_shared<OnDevice<PointFused>>();
+  fitting->upload(Cloud(3, 2));
+  backprojection.setInputCloud(fitting);
+  backprojection.filter(output);
+  backprojection.setView({});  // a camera that misses this frame: not the cloud of an earlier one
+  EXPECT_THROW(backprojection.filter(output), pcl::PCLException);
 
   AdaptiveHashFusion<PointFused, device::Thrust> fusion;
   EXPECT_THROW(fusion.filter(output), pcl::PCLException);

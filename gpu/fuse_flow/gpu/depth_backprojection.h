@@ -94,6 +94,12 @@ class DepthBackprojection<PointT, device::Thrust> : public DepthBackprojection<P
   using DeviceCloud = gpu::DeviceCloud<PointT>;
   using DepthBackprojection<PointT, device::Host>::filter;
 
+  /** \copydoc DepthBackprojection<PointT, device::Host>::setView */
+  void setView(const DepthView& view) {
+    device_input_.reset();
+    DepthBackprojection<PointT, device::Host>::setView(view);
+  }
+
   /** \brief As with a cloud in host memory; its z are read by filter(DeviceCloud&). Forgets the view. */
   void setInputCloud(const typename PointCloud::ConstPtr& cloud) override {
     device_input_.reset();
