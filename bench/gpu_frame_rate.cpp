@@ -1,6 +1,7 @@
 // The GPU pipeline over the number of cameras: device time of every stage beside the time that its bytes take at the measured
 // copy bandwidth, latency, sustained rate, and the CPU pipeline on the same frames.
-//   fuse_flow_gpu_bench [--quick] [--no-cpu] [--dump FOLDER] [CAMERASxWIDTHxHEIGHT …]
+//   fuse_flow_gpu_bench [--quick] [--no-cpu] [--dump FOLDER] [--unusual] [CAMERASxWIDTHxHEIGHT …]
+// With --unusual: frames far from what the pipeline is laid out for, beside an ordinary one.
 
 #include "room.h"
 
@@ -68,6 +69,7 @@ struct Size {
 struct Options {
   bool quick{false};
   bool cpu{true};
+  bool unusual{false};
   std::string dump;
   std::vector<Size> sizes;
 };
@@ -105,6 +107,14 @@ void printStages(const std::map<std::string, std::vector<double>>& ms,
               100 * bound / device, device / bound);
 }
 
+/** \brief The sum of the stages' times, without the bus. */
+double deviceTime(Gpu& fusion) {
+  double sum = 0;
+  for (const auto& stage : fusion.stageTimes().stages())
+    if (std::string(stage.name) != "upload" && std::string(stage.name) != "download") sum += stage.ms;
+  return sum;
+}
+
 void run(const Size& size, const Options& options, const Bandwidth& bandwidth) {
   const bench::Room room(size.cameras, size.width, size.height);
   gpu::PinnedBuffer<char> pinned[kFrames];
@@ -131,12 +141,8 @@ void run(const Size& size, const Options& options, const Bandwidth& bandwidth) {
     for (int k = 0; k < repeats; ++k) {
       fusion.fusePinned(frames[static_cast<std::size_t>(k % kFrames)]);
       stages = fusion.stageTimes().stages();
-      double sum = 0;
-      for (const auto& stage : stages) {
-        stage_ms[stage.name].push_back(stage.ms);
-        if (std::string(stage.name) != "upload" && std::string(stage.name) != "download") sum += stage.ms;
-      }
-      device_ms.push_back(sum);
+      for (const auto& stage : stages) stage_ms[stage.name].push_back(stage.ms);
+      device_ms.push_back(deviceTime(fusion));
     }
     fusion.stageTimes().enabled = false;
     pcl::PointCloud<PointFused> cloud;
@@ -217,6 +223,97 @@ void run(const Size& size, const Options& options, const Bandwidth& bandwidth) {
   std::fflush(stdout);
 }
 
+/** \brief A frame of the room in float metres, all of it larger or smaller. */
+struct ScaledRoom {
+  gpu::PinnedBuffer<float> depth;
+  RigFrame frame;
+
+  ScaledRoom(const bench::Room& room, double scale, bool scattered = false) {
+    std::vector<char> images(room.bytes());
+    frame = room.render(images.data(), 0);
+    depth.resize(room.pixels());
+    const auto* millimetres = reinterpret_cast<const std::uint16_t*>(images.data());
+    for (std::size_t k = 0; k < room.pixels(); ++k) {
+      // Scattered: no two pixels that are neighbours in the image are so in space.
+      const double metres = scattered ? 1.5 + 0.01 * static_cast<double>(k * 7919 % 397) : 0.001 * millimetres[k];
+      depth.data()[k] = static_cast<float>(scale * metres);
+    }
+    for (std::size_t i = 0; i < frame.views.size(); ++i) {
+      frame.cameras[i].T_world_camera.translation() *= scale;
+      const auto& K = frame.cameras[i].intrinsics;
+      frame.views[i] = DepthView();
+      frame.views[i].depth32 = {depth.data() + i * room.pixelsOfCamera(), K.width, K.height};
+    }
+  }
+};
+
+/** \brief 8 × 640×480, float depth without colour: times relative to those of the ordinary frame. */
+void runUnusual() {
+  const bench::Room room(8, 640, 480);
+  const ScaledRoom ordinary(room, 1), tiny(room, 0.1 / 6), vast(room, 1000.0 / 6), scattered(room, 1, true),
+      empty(room, 0);
+  const ScaledRoom small(bench::Room(1, 320, 240), 1);
+
+  FuseFlowParameters usual, of_tiny, of_vast, of_scattered, of_one_cell;
+  const auto scaleRange = [](FuseFlowParameters& parameters, float scale) {
+    parameters.preprocessing.min_range *= scale;
+    parameters.preprocessing.max_range *= scale;
+  };
+  scaleRange(of_tiny, 0.1f / 6);
+  scaleRange(of_vast, 1000.0f / 6);
+  of_scattered.use_measurement_confidence = false;
+  of_scattered.aggregation.cell_size = of_scattered.aggregation.min_cell_size = 0.004f;
+  of_one_cell.aggregation.cell_size = 16.0f;
+  struct Case {
+    const char* name;
+    std::vector<const RigFrame*> frames;
+    const FuseFlowParameters* parameters;
+  };
+  const Case cases[] = {
+      {"ordinary", {&ordinary.frame}, &usual},
+      {"0.1 m across", {&tiny.frame}, &of_tiny},
+      {"1 km across", {&vast.frame}, &of_vast},
+      {"every pixel a cell of its own", {&scattered.frame}, &of_scattered},
+      {"one coarse cell a room", {&ordinary.frame}, &of_one_cell},
+      {"nothing measured", {&empty.frame}, &usual},
+      {"large and small in turn", {&ordinary.frame, &small.frame}, &usual},
+  };
+  std::printf("%-32s %9s %9s %12s %12s %8s %14s %8s\n", "frame", "points", "cells", "first ms", "device ms", "ratio",
+              "latency ms", "ratio");
+  double usual_device = 0, usual_latency = 0;
+  for (const Case& unusual : cases) {
+    const gpu::OwnStream stream;
+    Gpu fusion;
+    fusion.setStream(stream.get());
+    fusion.setParameters(*unusual.parameters);
+    gpu::Execution().wait();
+    const Clock::time_point begin = Clock::now();
+    const std::size_t points = fusion.fusePinned(*unusual.frames[0]).size;
+    const double first = since(begin);
+    const std::size_t cells = fusion.getStatistics().coarse_cells;
+    std::vector<double> device, latency;
+    for (int k = 0; k < 64; ++k) {
+      const std::size_t turn = static_cast<std::size_t>(k) % unusual.frames.size();
+      fusion.stageTimes().enabled = k % 4 > 1;  // which costs latency
+      const Clock::time_point start = Clock::now();
+      fusion.fusePinned(*unusual.frames[turn]);
+      if (turn > 0 || k < 8) continue;
+      if (fusion.stageTimes().enabled) {
+        device.push_back(deviceTime(fusion));
+      } else {
+        latency.push_back(since(start));
+      }
+    }
+    if (usual_device == 0) {
+      usual_device = median(device);
+      usual_latency = median(latency);
+    }
+    std::printf("%-32s %9zu %9zu %12.3f %12.4f %8.2f %14.3f %8.2f\n", unusual.name, points, cells, first,
+                median(device), median(device) / usual_device, median(latency), median(latency) / usual_latency);
+    std::fflush(stdout);
+  }
+}
+
 }  // namespace
 
 int main(int argc, char** argv) try {
@@ -228,6 +325,8 @@ int main(int argc, char** argv) try {
       options.quick = true;
     } else if (argument == "--no-cpu") {
       options.cpu = false;
+    } else if (argument == "--unusual") {
+      options.unusual = true;
     } else if (argument == "--dump" && k + 1 < argc) {
       options.dump = argv[++k];
     } else if (std::sscanf(argument.c_str(), "%dx%dx%d", &size.cameras, &size.width, &size.height) == 3) {
@@ -236,6 +335,10 @@ int main(int argc, char** argv) try {
       std::fprintf(stderr, "fuse_flow_gpu_bench: %s?\n", argument.c_str());
       return 2;
     }
+  }
+  if (options.unusual) {
+    runUnusual();
+    return 0;
   }
   if (options.sizes.empty()) {
     for (const int cameras : {1, 2, 4, 8, 16, 32, 64}) options.sizes.push_back({cameras, 640, 480});

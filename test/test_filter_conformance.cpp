@@ -278,13 +278,23 @@ class IndexFilterConformance : public ::testing::Test {
   Filter filter{true};
 };
 
-using IndexFilterCases =
-    ::testing::Types<ConfidenceCase<pcl::PointXYZ>, ConfidenceCase<pcl::PointXYZI>, ConfidenceCase<pcl::PointXYZRGB>,
-                     ConfidenceCase<pcl::PointXYZRGBNormal>, ConfidenceCase<pcl::PointSurfel>,
-                     ConfidenceCase<PointFused>, ConfidenceCase<OddPoint>, ConsistencyCase<pcl::PointXYZ>,
-                     ConsistencyCase<pcl::PointXYZI>, ConsistencyCase<pcl::PointXYZRGB>,
-                     ConsistencyCase<pcl::PointXYZRGBNormal>, ConsistencyCase<pcl::PointSurfel>,
-                     ConsistencyCase<PointFused>, ConsistencyCase<OddPoint>>;
+// Under sanitizers a few: what differs between the others is found without.
+#if defined(FUSE_FLOW_TEST_FEW_POINT_TYPES)
+using PointTypes = ::testing::Types<pcl::PointXYZ, PointFused, OddPoint>;
+#else
+using PointTypes = ::testing::Types<pcl::PointXYZ, pcl::PointXYZI, pcl::PointXYZRGB, pcl::PointXYZRGBNormal,
+                                    pcl::PointSurfel, PointFused, OddPoint>;
+#endif
+
+template <typename Types>
+struct CasesOf;
+
+template <typename... P>
+struct CasesOf<::testing::Types<P...>> {
+  using Type = ::testing::Types<ConfidenceCase<P>..., ConsistencyCase<P>...>;
+};
+
+using IndexFilterCases = CasesOf<PointTypes>::Type;
 
 template <typename P>
 std::string pointName() {
@@ -506,8 +516,6 @@ TYPED_TEST(IndexFilterConformance, ConfidenceGoesWithItsPointEvenIfAllPointsAreG
 template <typename P>
 class PointConformance : public ::testing::Test {};
 
-using PointTypes = ::testing::Types<pcl::PointXYZ, pcl::PointXYZI, pcl::PointXYZRGB, pcl::PointXYZRGBNormal,
-                                    pcl::PointSurfel, PointFused, OddPoint>;
 TYPED_TEST_SUITE(PointConformance, PointTypes, PointName);
 
 TYPED_TEST(PointConformance, ConfidenceEstimationWritesCToTheConfidenceField) {

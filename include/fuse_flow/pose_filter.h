@@ -1,6 +1,6 @@
 #pragma once
 
-#include <fuse_flow/extrinsic_estimation.h>
+#include <fuse_flow/extrinsic_result.h>
 #include <fuse_flow/precompiled.h>
 
 #include <Eigen/Geometry>

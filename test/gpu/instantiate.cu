@@ -1,4 +1,4 @@
-// Every class for the GPU, for the point types that differ in what they hold: compiled only.
+// Every class for the GPU, compiled only. The tools have the frame pipeline for our own point type.
 #include <fuse_flow/gpu/adaptive_hash_fusion.h>
 #include <fuse_flow/gpu/confidence_estimation.h>
 #include <fuse_flow/gpu/depth_backprojection.h>
@@ -6,8 +6,6 @@
 #include <fuse_flow/gpu/multi_view_consistency.h>
 #include <fuse_flow/point_types.h>
 
-template class fuse_flow::FuseFlow<fuse_flow::PointFused, fuse_flow::device::Thrust>;
-template class fuse_flow::FuseFlow<pcl::PointXYZ, fuse_flow::device::Thrust>;
 template class fuse_flow::FuseFlow<pcl::PointXYZRGBNormal, fuse_flow::device::Thrust>;
 template class fuse_flow::ConfidenceEstimation<fuse_flow::PointFused, fuse_flow::device::Thrust>;
 template class fuse_flow::DepthBackprojection<fuse_flow::PointFused, fuse_flow::device::Thrust>;

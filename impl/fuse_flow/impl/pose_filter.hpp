@@ -1,10 +1,9 @@
 #pragma once
 
+#include <fuse_flow/impl/host/dense_algebra.hpp>
 #include <fuse_flow/impl/host/twist.hpp>
 #include <fuse_flow/impl/parameters.hpp>
 #include <fuse_flow/pose_filter.h>
-
-#include <Eigen/Cholesky>
 
 #include <algorithm>
 
@@ -61,9 +60,9 @@ FUSE_FLOW_INLINE std::vector<CameraMotion> PoseFilter::update(const ExtrinsicRes
     const Twist innovation = host::toTwist(found * poses_[i].inverse(), center, radius);
     const Covariance R = noise(estimate.corrections[i]);
     state.P += static_cast<double>(parameters_.drift) * parameters_.drift * Covariance::Identity();
-    const Eigen::LDLT<Covariance> S(state.P + R);
-    if (innovation.dot(S.solve(innovation)) <= parameters_.gate) {
-      const Covariance gain = S.solve(state.P).transpose();
+    const host::CholeskyFactors S(state.P + R);
+    if (host::squaredMahalanobis(innovation, S) <= parameters_.gate) {
+      const Covariance gain = S.solveColumns(state.P).transpose();
       poses_[i] = host::toMotion(gain * innovation, center, radius) * poses_[i];
       state.P = (Covariance::Identity() - gain) * state.P;
       state.P = 0.5 * (state.P + state.P.transpose().eval());
@@ -71,7 +70,8 @@ FUSE_FLOW_INLINE std::vector<CameraMotion> PoseFilter::update(const ExtrinsicRes
       continue;
     }
     const Twist since = host::toTwist(found * state.odd_pose.inverse(), center, radius);
-    const bool agrees = state.odd > 0 && since.dot((2 * R).ldlt().solve(since)) <= parameters_.gate;
+    const bool agrees =
+        state.odd > 0 && host::squaredMahalanobis(since, host::CholeskyFactors(2 * R)) <= parameters_.gate;
     state.odd = agrees ? state.odd + 1 : 1;
     state.odd_pose = found;
     if (state.odd < parameters_.confirmations) continue;
@@ -101,7 +101,7 @@ FUSE_FLOW_INLINE std::size_t PoseFilter::reference(const std::vector<Twist>& twi
       const Twist apart = twists[i] - twists[k];
       const Covariance S =
           states_[i].P + states_[k].P + noise(estimate.corrections[i]) + noise(estimate.corrections[k]);
-      sum += std::min(static_cast<double>(parameters_.gate), apart.dot(S.ldlt().solve(apart)));
+      sum += std::min(static_cast<double>(parameters_.gate), host::squaredMahalanobis(apart, host::CholeskyFactors(S)));
     }
     if (sum < 0.999 * least) {  // of equals the first
       least = sum;

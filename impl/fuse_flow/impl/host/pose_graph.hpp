@@ -1,9 +1,8 @@
 #pragma once
 
+#include <fuse_flow/impl/host/dense_algebra.hpp>
 #include <fuse_flow/math/alignment.h>
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 
 #include <vector>
@@ -67,21 +66,17 @@ class PoseGraph {
     const double ridge =
         1e-9 * (1e-300 + S_.trace() + H_.trace()) / static_cast<double>(std::max<Eigen::Index>(1, size_));
     S_.diagonal().array() += ridge;
-    const Eigen::LLT<Eigen::MatrixXd> cholesky(S_);
-    const Eigen::MatrixXd left = cholesky.matrixL().solve(H_);
-    const Eigen::MatrixXd M = cholesky.matrixL().solve(left.transpose());
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(0.5 * (M + M.transpose()));
-    const Eigen::MatrixXd modes = cholesky.matrixU().solve(eigen.eigenvectors());  // ξ = L⁻ᵀ v
+    const Eigen::MatrixXd W = CholeskyFactors(S_).whitening();
+    const SymmetricEigen information(transposedProduct(W, product(H_, W)));
+    const Eigen::MatrixXd modes = product(W, information.vectors);
     free_ = 0;
-    while (free_ < size_ && eigen.eigenvalues()[free_] < min_information) ++free_;
-    told_ = modes.rightCols(size_ - free_);
-    curvature_ = eigen.eigenvalues().tail(size_ - free_).asDiagonal();
+    while (free_ < size_ && information.values[free_] < min_information) ++free_;
     geometry_ = size_ - free_;
+    told_ = columns(modes, free_, geometry_);
+    curvature_ = Eigen::MatrixXd::Zero(geometry_, geometry_);
+    for (Eigen::Index k = 0; k < geometry_; ++k) curvature_(k, k) = information.values[free_ + k];
     colored_ = 0;
-    if (free_ > 0)
-      free_motions_ = modes.leftCols(free_).householderQr().householderQ() * Eigen::MatrixXd::Identity(size_, free_);
-    else
-      free_motions_.resize(size_, 0);
+    free_motions_ = orthonormalBasis(columns(modes, 0, free_));
   }
 
   /** \brief After decompose(): colour joins in where geometry tells little, and stands alone along free motions that it tells.
@@ -89,20 +84,22 @@ class PoseGraph {
    *  \param max_deviation what colour must tell a free motion to, in the unit of the twists */
   void joinColor(double enough, double max_deviation) {
     while (colored_ < geometry_ && curvature_(colored_, colored_) < enough) ++colored_;
-    const Eigen::MatrixXd W = told_.leftCols(colored_);
-    curvature_.topLeftCorner(colored_, colored_) += W.transpose() * C_ * W;
+    const Eigen::MatrixXd weak = columns(told_, 0, colored_);
+    curvature_.topLeftCorner(colored_, colored_) += transposedProduct(weak, product(C_, weak));
     if (free_ == 0) return;
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(free_motions_.transpose() * C_ * free_motions_);
-    const Eigen::MatrixXd motions = free_motions_ * eigen.eigenvectors();
+    const SymmetricEigen information(transposedProduct(free_motions_, product(C_, free_motions_)));
+    const Eigen::MatrixXd motions = product(free_motions_, information.vectors);
     Eigen::Index untold = 0;  // in rising order: these come first
-    while (untold < free_ && eigen.eigenvalues()[untold] * max_deviation * max_deviation <= 1) ++untold;
-    free_motions_ = motions.leftCols(untold);
-    const Eigen::Index found = free_ - untold;
-    told_.conservativeResize(size_, geometry_ + found);
-    told_.rightCols(found) = motions.rightCols(found);
-    Eigen::MatrixXd curvature = Eigen::MatrixXd::Zero(told_.cols(), told_.cols());
+    while (untold < free_ && information.values[untold] * max_deviation * max_deviation <= 1) ++untold;
+    free_motions_ = columns(motions, 0, untold);
+    const Eigen::Index told = geometry_ + free_ - untold;
+    told_.conservativeResize(size_, told);
+    Eigen::MatrixXd curvature = Eigen::MatrixXd::Zero(told, told);
     curvature.topLeftCorner(geometry_, geometry_) = curvature_;
-    curvature.diagonal().tail(found) = eigen.eigenvalues().tail(found);
+    for (Eigen::Index k = geometry_; k < told; ++k) {
+      told_.col(k) = motions.col(untold + k - geometry_);
+      curvature(k, k) = information.values[untold + k - geometry_];
+    }
     curvature_ = curvature;
   }
 
@@ -115,15 +112,15 @@ class PoseGraph {
   std::vector<Vector6d> freeDirections(std::size_t camera) const {
     std::vector<Vector6d> directions;
     if (camera == 0 || free_motions_.cols() == 0) return directions;
-    const Eigen::MatrixXd part = free_motions_.middleRows<6>(begin(camera));
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(part * part.transpose());
+    const Eigen::MatrixXd part = free_motions_.middleRows(begin(camera), 6).transpose();
+    const SymmetricEigen eigen(transposedProduct(part, part));
     for (Eigen::Index k = 5; k >= 0; --k)
-      if (eigen.eigenvalues()[k] > kPart) directions.push_back(eigen.eigenvectors().col(k));
+      if (eigen.values[k] > kPart) directions.emplace_back(eigen.vectors.col(k));
     return directions;
   }
 
   /** \brief The step that lowers the squared residuals most, camera by camera; zero along free motions. */
-  Eigen::VectorXd step() const { return told_ * curvature_.ldlt().solve(-scores(g_, g_color_)); }
+  Eigen::VectorXd step() const { return product(told_, CholeskyFactors(curvature_).solve(-scores(g_, g_color_))); }
 
   /** \brief The motions that are told, columns; not of unit length. */
   const Eigen::MatrixXd& told() const { return told_; }
@@ -131,9 +128,15 @@ class PoseGraph {
   const Eigen::MatrixXd& curvature() const { return curvature_; }
   /** \brief The slopes along told() that gradients of geometry and of colour add up to. */
   Eigen::VectorXd scores(const Eigen::VectorXd& geometry, const Eigen::VectorXd& color) const {
-    Eigen::VectorXd result = told_.transpose() * geometry;
-    result.head(colored_) += told_.leftCols(colored_).transpose() * color;
-    result.tail(told_.cols() - geometry_) = told_.rightCols(told_.cols() - geometry_).transpose() * color;
+    Eigen::VectorXd result = transposedProduct(told_, geometry);
+    const Eigen::VectorXd of_color = transposedProduct(told_, color);
+    for (Eigen::Index k = 0; k < result.size(); ++k) {
+      if (k >= geometry_) {
+        result[k] = of_color[k];
+      } else if (k < colored_) {
+        result[k] += of_color[k];
+      }
+    }
     return result;
   }
   /** \brief How fast scores() change along told(), less what noise of the normals only makes believe. */

@@ -42,17 +42,16 @@ class PoseUncertainty {
       const Eigen::VectorXd score = graph.scores(gradients.first, gradients.second) - mean;
       scatter += score * score.transpose();
     }
-    const Eigen::LDLT<Eigen::MatrixXd> J(graph.sensitivity());
-    const Eigen::MatrixXd half = J.solve(scatter);
-    covariance_ = J.solve(half.transpose());
-    covariance_ = 0.5 * (covariance_ + covariance_.transpose()).eval();
+    const CholeskyFactors J(graph.sensitivity());
+    covariance_ = J.solveColumns(J.solveColumns(scatter).transpose());
   }
 
   /** \brief Of a camera's twist relative to camera 0. */
   Matrix6d covariance(std::size_t camera) const {
     if (camera == 0 || told_.cols() == 0) return Matrix6d::Zero();
-    const Eigen::MatrixXd part = told_.middleRows<6>(PoseGraph::begin(camera));
-    return part * covariance_ * part.transpose();
+    const Eigen::MatrixXd part = told_.middleRows(PoseGraph::begin(camera), 6).transpose();
+    const Matrix6d covariance = transposedProduct(part, product(covariance_, part));
+    return 0.5 * (covariance + covariance.transpose());
   }
 
  private:

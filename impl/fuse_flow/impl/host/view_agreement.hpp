@@ -2,8 +2,7 @@
 
 #include <fuse_flow/coarse_alignment.h>
 #include <fuse_flow/impl/host/alignment_system.hpp>
-
-#include <Eigen/Cholesky>
+#include <fuse_flow/impl/host/dense_algebra.hpp>
 
 #include <limits>
 
@@ -91,7 +90,7 @@ class ViewComparison {
       if (!(A.trace() > 0)) return T;
       // Directions that nothing tells stay where they are.
       A.diagonal().array() += 1e-5 * A.trace();
-      const Vector6 twist = A.ldlt().solve(-g);
+      const Vector6 twist = CholeskyFactors(A).solve(-g);
       const double angle = twist.tail<3>().norm();
       if (!(angle < 0.5 && twist.head<3>().norm() < 1.0)) return T;
       Eigen::Isometry3d motion = Eigen::Isometry3d::Identity();
