@@ -13,7 +13,7 @@ namespace fuse_flow {
 struct ColorCamera {
   Intrinsics intrinsics;  ///< of the colour image
   /** \brief T̂ from the colour camera's frame to the depth camera's frame, metres. */
-  Eigen::Isometry3d T_depth_color{Eigen::Isometry3d::Identity()};
+  Eigen::Isometry3d T_depth_color = Eigen::Isometry3d::Identity();  // not in braces, which CUDA 12.0 loses
 };
 
 /** \brief A calibrated depth camera. Axes: x right, y down, z forward. */
@@ -23,7 +23,7 @@ struct Camera {
   /** \brief Of the depth image. */
   Intrinsics intrinsics;
   /** \brief Camera frame → world frame, metres; the inverse of the paper's T̂. */
-  Eigen::Isometry3d T_world_camera{Eigen::Isometry3d::Identity()};
+  Eigen::Isometry3d T_world_camera = Eigen::Isometry3d::Identity();
   /** \brief Absent: the colour image has the depth image's size and viewpoint. */
   std::optional<ColorCamera> color;
 };

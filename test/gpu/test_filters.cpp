@@ -20,7 +20,7 @@ using random_rig::RandomFrame;
 /** \brief An organised cloud of each camera that measured, world frame, and which camera each is of. */
 struct Clouds {
   std::vector<Cloud::Ptr> of_camera;
-  Cloud::Ptr all{std::make_shared<Cloud>()};
+  Cloud::Ptr all = std::make_shared<Cloud>();
   std::vector<std::uint32_t> cameras;
 
   Clouds(const RigFrame& frame, Random& random) {

@@ -29,7 +29,7 @@ class DeviceCloud {
   std::uint32_t height{0};
   bool is_dense{true};
   Eigen::Vector4f sensor_origin_{Eigen::Vector4f::Zero()};
-  Eigen::Quaternionf sensor_orientation_{Eigen::Quaternionf::Identity()};
+  Eigen::Quaternionf sensor_orientation_ = Eigen::Quaternionf::Identity();
   ///@}
 
   std::size_t size() const { return std::size_t{width} * height; }
