@@ -15,10 +15,10 @@ using namespace fuse_flow::simulation;
 using mesh_checks::Vector3d;
 using mesh_checks::Vector3f;
 
-const Scene& sceneOnce(const std::string& name) {
+const Scene& sceneOnce(std::string_view name) {
   static std::map<std::string, std::unique_ptr<Scene>> scenes;
-  auto& scene = scenes[name];
-  if (!scene) scene = makeScene(name, 1);
+  auto& scene = scenes[std::string(name)];
+  if (!scene) scene = makeScene(std::string(name), 1);
   return *scene;
 }
 
