@@ -1,5 +1,6 @@
 #pragma once
 
+#include <fuse_flow/fuse_flow.h>
 #include <fuse_flow/point_types.h>
 
 #include <pcl/common/io.h>
@@ -14,3 +15,7 @@
 #include <cmath>
 #include <random>
 #include <vector>
+
+// Compiled once, in instances.cpp: most tests have these.
+extern template class fuse_flow::FuseFlow<fuse_flow::PointFused>;
+extern template class fuse_flow::FuseFlow<pcl::PointXYZRGBNormal>;

@@ -15,6 +15,10 @@
 #include <string>
 #include <vector>
 
+// Compiled once, in instances.cpp.
+extern template class fuse_flow::FuseFlow<fuse_flow::PointFused>;
+extern template class fuse_flow::FuseFlow<fuse_flow::PointFused, fuse_flow::device::Thrust>;
+
 namespace device_comparison {
 
 using fuse_flow::PointFused;
