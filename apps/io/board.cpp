@@ -70,7 +70,7 @@ MarkerRig Board::place(const std::vector<Camera>& cameras) const {
   if (rig.depth_ratio > 0 && std::fabs(rig.depth_ratio - 1) > kWrongSize)
     throw InputError("--board: markers of " + number("%g", side_) +
                      " m would lie elsewhere than depth was measured; by depth " + "their side is about " +
-                     number("%.3g", side_ * rig.depth_ratio) + " m");
+                     number("%.2g", side_ * rig.depth_ratio) + " m");
   return rig;
 }
 
