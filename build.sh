@@ -7,7 +7,8 @@ packages=(build-essential cmake ninja-build ccache clang-format
           libpcl-dev libeigen3-dev libflann-dev libvtk9-dev libpng-dev libopenmpi-dev libtbb-dev libembree-dev
           libcli11-dev nlohmann-json3-dev libgtest-dev libbenchmark-dev
           xvfb xauth xdotool libgl1-mesa-dri libx11-dev libgl-dev libopengl-dev)
-optional=(libthrust-dev)  # for the GPU classes; installed where the distribution has it
+# For the GPU classes, and for fuse_flow_calibrate --board; installed where the distribution has them.
+optional=(libthrust-dev libapriltag-dev)
 
 fail() { echo "build.sh: $*" >&2; exit 1; }
 

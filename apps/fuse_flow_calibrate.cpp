@@ -2,6 +2,7 @@
 
 #include "drawing/clouds.h"
 #include "drawing/display.h"
+#include "io/board.h"
 #include "io/file_io.h"
 #include "io/method.h"
 #include "io/option_checks.h"
@@ -20,6 +21,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <limits>
+#include <optional>
 
 namespace {
 
@@ -34,6 +36,8 @@ struct Options {
   std::string hold{"first"};
   unsigned int threads{0};
   bool from_scratch{false};
+  double board{0};
+  std::string board_family{"tag36h11"};
   io::RecordingOptions recording;
   ExtrinsicParameters parameters;
   drawing::Viewpoint viewpoint;
@@ -164,7 +168,9 @@ std::vector<Eigen::Isometry3d> fromScratch(CoarseAlignment& alignment, const std
 
 int run(Options options) {
   if (!options.picture.empty()) drawing::requireDisplay("fuse_flow_calibrate");
-  options.recording.read_color = options.parameters.use_color;
+  std::optional<io::Board> board;
+  if (options.board > 0) board.emplace(options.board, options.board_family);
+  options.recording.read_color = options.parameters.use_color || board;
   const std::unique_ptr<io::Recording> recording = io::openRecording(options.inputs, options.recording);
   const std::vector<std::size_t> frames = chooseFrames(options.frames, recording->frameCount());
   if (frames.empty()) throw io::InputError(options.inputs[0] + ": has no frame");
@@ -183,11 +189,14 @@ int run(Options options) {
       if (!loaded.rig.views[i].missing()) depth_scales[i] = loaded.rig.views[i].depth_scale;
     estimation.addFrame(loaded.rig);
     if (options.from_scratch) coarse.addFrame(loaded.rig);
+    if (board) board->addFrame(loaded);
   }
   const std::vector<Camera> before = recording->cameras();
   std::vector<Eigen::Isometry3d> initial;
   for (const Camera& camera : before) initial.push_back(camera.T_world_camera);
   if (options.from_scratch) initial = fromScratch(coarse, before);
+  io::MarkerRig markers;
+  if (board) initial = (markers = board->place(before)).T_world_camera;
   const ExtrinsicResult result = estimation.estimate(initial);
 
   if (!options.json.empty()) io::writeFile(options.json, toJson(before, result).dump(2) + "\n");
@@ -208,6 +217,9 @@ int run(Options options) {
     std::printf(
         "Poses found from scratch. A room that looks alike after half a turn can be taken for its turned self: look at "
         "--picture.\n\n");
+  if (board)
+    std::printf("Poses found from %zu markers that several cameras saw; corners fit to %.2f pixels.\n\n",
+                markers.markers, markers.residual);
   print(before, result);
   return io::kSuccess;
 }
@@ -230,6 +242,15 @@ int main(int argc, char** argv) {
       ->multi_option_policy(CLI::MultiOptionPolicy::Join);
   app.add_flag("--from-scratch", options.from_scratch,
                "ignore the given poses and find all of them from what upright cameras see; the first camera stays");
+  CLI::Option* board =
+      app.add_option("--board", options.board,
+                     "begin with AprilTags whose black square has this side, m, wherever the colour images "
+                     "show them; the first camera stays");
+  board->check(io::positiveNumber())->excludes("--from-scratch");
+  app.add_option("--board-family", options.board_family, "of the tags")
+      ->check(CLI::IsMember(io::MarkerDetector::families()))
+      ->capture_default_str()
+      ->needs(board);
   app.add_option("--hold", options.hold, "what stays: the first camera, or the mean of all")
       ->check(CLI::IsMember({"first", "mean"}))
       ->capture_default_str();

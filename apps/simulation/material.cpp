@@ -48,6 +48,18 @@ float wood(const Vector3f& p) {
                     1.0f);
 }
 
+/** \brief Where AprilTag 0 of the family 36h11 is black, seen from z > 0: x to the right, y up, in cells from its middle. There is
+ *  a white rim around it, and it has a white back. */
+float marker(const Vector3f& p) {
+  static constexpr const char* rows[] = {"          ", " ######## ", " #  # # # ", " ##   # # ", " ##  #### ",
+                                         " # # #### ", " ## #  ## ", " #### ### ", " ######## ", "          "};
+  constexpr int cells = 10;
+  const int row = static_cast<int>(std::floor(0.5f * cells - p.y())),
+            column = static_cast<int>(std::floor(0.5f * cells + p.x()));
+  if (p.z() < -0.01f || row < 0 || column < 0 || row >= cells || column >= cells) return 0;
+  return rows[row][column] == '#' ? 1 : 0;
+}
+
 /** \brief Share of the second colour. */
 float share(const Material& material, const Vector3f& rest) {
   // Moved by odd parts of the size: no border of the pattern lies in a wall at a round number.
@@ -67,6 +79,8 @@ float share(const Material& material, const Vector3f& rest) {
       return wood(p);
     case Material::Noise:
       return fractalNoise(p);
+    case Material::Marker:
+      return marker(rest / material.size);
   }
   return 0;
 }

@@ -25,11 +25,11 @@ struct TriangleMesh {
 
 /** \brief A procedural texture, a function of the rest position. */
 struct Material {
-  enum Pattern { Plain, Checker, Stripes, Wood, Noise };
+  enum Pattern { Plain, Checker, Stripes, Wood, Noise, Marker };
   Pattern pattern{Plain};
   Rgb8 first{200, 200, 200};
   Rgb8 second{60, 60, 60};
-  /** \brief Side of a square, period of a stripe, metres. */
+  /** \brief Side of a square, also of a marker's; period of a stripe, metres. */
   float size{0.1f};
   /** \brief Share of the sensor's infrared light that comes back; (0, 1]. Dark hair and black cloth: 0.1. */
   float infrared{0.7f};

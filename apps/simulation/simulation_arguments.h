@@ -37,6 +37,8 @@ class SimulationArguments {
     given_.push_back(app.add_option("--knock-frame", options_.faults.knock_frame, "when"));
     given_.push_back(
         app.add_option("--drop-rate", options_.faults.drop_rate, "share of frames that a camera loses, [0, 1]"));
+    given_.push_back(app.add_option("--marker", options_.marker,
+                                    "side of an AprilTag that someone shows to the cameras, m; 0: nobody does"));
     given_.push_back(
         app.add_option("--out-of-sync", out_of_sync_ms_, "each camera's time is off by a constant in +- this, ms"));
   }

@@ -1,6 +1,7 @@
 #include "simulation/simulator.h"
 
 #include "io/error.h"
+#include "simulation/marker.h"
 #include "simulation/random.h"
 #include "simulation/rig_layout.h"
 
@@ -33,6 +34,7 @@ void check(const SimulationOptions& o) {
   require(o.faults.depth_bias >= 0 && o.faults.depth_bias <= 0.5, "depth bias in metres", o.faults.depth_bias,
           "in [0, 0.5]");
   require(o.faults.drop_rate >= 0 && o.faults.drop_rate <= 1, "drop rate", o.faults.drop_rate, "in [0, 1]");
+  require(o.marker >= 0 && o.marker <= 2, "side of the marker in metres", o.marker, "in [0, 2]");
   require(o.faults.out_of_sync >= 0 && o.faults.out_of_sync <= 1, "time out of sync in seconds", o.faults.out_of_sync,
           "in [0, 1]");
 }
@@ -102,9 +104,15 @@ const Eigen::Isometry3d& Simulator::truePose(std::size_t frame, std::size_t came
   return knocked ? knocked_pose_ : true_cameras_[camera].T_world_camera;
 }
 
+std::vector<Object> Simulator::objectsAt(double time) const {
+  std::vector<Object> objects = scene_->movingObjects(time);
+  if (options_.marker > 0) objects.push_back(makeMarker(options_.marker, scene_->subject(), time));
+  return objects;
+}
+
 void Simulator::moveTo(double time) {
   if (time == at_) return;
-  rays_.setMoving(scene_->movingObjects(time));
+  rays_.setMoving(objectsAt(time));
   at_ = time;
 }
 

@@ -43,6 +43,8 @@ struct SimulationOptions {
   Faults faults;
   int threads{2};
   bool color{true};
+  /** \brief Side of the marker that someone shows to the cameras, metres; [0, 2]. 0: nobody does. */
+  double marker{0};
 };
 
 /** \brief A rig of depth cameras in a scene. The same options give the same images, frame by frame, in any order. */
@@ -59,7 +61,7 @@ class Simulator {
   /** \brief Where a camera stands in a frame: as trueCameras() says until it is knocked. */
   const Eigen::Isometry3d& truePose(std::size_t frame, std::size_t camera) const;
   const std::vector<Object>& fixedObjects() const { return fixed_; }
-  std::vector<Object> movingObjects(std::size_t frame) const { return scene_->movingObjects(time(frame)); }
+  std::vector<Object> movingObjects(std::size_t frame) const { return objectsAt(time(frame)); }
 
   /** \brief What the cameras measure; views of lost frames are missing. */
   void measure(std::size_t frame, io::LoadedFrame& out);
@@ -68,6 +70,7 @@ class Simulator {
   const RayScene& truth(std::size_t frame);
 
  private:
+  std::vector<Object> objectsAt(double time) const;
   double time(std::size_t frame) const { return static_cast<double>(frame) / options_.frames_per_second; }
   void moveTo(double time);
 

@@ -12,6 +12,7 @@
 
 #include <cstring>
 #include <filesystem>
+#include <iterator>
 #include <sstream>
 
 namespace fuse_flow::simulation {
@@ -21,7 +22,7 @@ namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 using Eigen::Vector3f;
 
-constexpr const char* kPatterns[] = {"plain", "checker", "stripes", "wood", "noise"};
+constexpr const char* kPatterns[] = {"plain", "checker", "stripes", "wood", "noise", "marker"};
 
 Json colorJson(const Rgb8& c) { return {c.r, c.g, c.b}; }
 Rgb8 colorOf(const Json& json) {
@@ -43,7 +44,7 @@ Object objectOf(const Json& json) {
   Object object;
   object.name = json.at("name").get<std::string>();
   const std::string pattern = json.at("pattern").get<std::string>();
-  for (int k = 0; k < 5; ++k)
+  for (std::size_t k = 0; k < std::size(kPatterns); ++k)
     if (pattern == kPatterns[k]) object.material.pattern = static_cast<Material::Pattern>(k);
   object.material.first = colorOf(json.at("first"));
   object.material.second = colorOf(json.at("second"));

@@ -101,6 +101,45 @@ TEST_F(Calibrate, AWallAloneIsSaidToLeaveTheCamerasOpen) {
   EXPECT_NE(result.out.find("left open: slides along"), std::string::npos) << result.out;
 }
 
+/** \brief A rig whose rig.json is of no use, and someone who shows a marker to it. */
+class CalibrateByBoard : public Calibrate {
+ protected:
+  void SetUp() override {
+    Calibrate::SetUp();
+    WallRecording().write(recording_);
+    const ToolResult result = calibrate({"--board", "0.5"});
+    if (result.err.find("libapriltag") == std::string::npos) {
+      fs::remove_all(recording_);
+      return;
+    }
+    EXPECT_TRUE(isOneLineError(result, 2, {"--board", "libapriltag-dev"}));
+    GTEST_SKIP() << "built without libapriltag";
+  }
+  void show(const std::string& side) const {
+    simulate({"--marker", side, "--frames", "8", "--fps", "2.4", "--position-error", "500", "--rotation-error", "30"});
+  }
+};
+
+TEST_F(CalibrateByBoard, FindsCamerasOfWhichNothingIsKnown) {
+  show("0.5");
+  const ToolResult result = calibrate({"--board", "0.5"});
+  ASSERT_TRUE(succeeded(result));
+  EXPECT_NE(result.out.find("markers that several cameras saw"), std::string::npos) << result.out;
+  for (std::size_t camera : {1u, 2u}) {
+    EXPECT_GT(error((recording_ / "rig.json").string(), camera), 0.2);
+    EXPECT_LT(error(out("refined.json"), camera), 0.003);
+  }
+}
+
+TEST_F(CalibrateByBoard, WhatIsMissingOrWrongIsOneLine) {
+  show("0.5");
+  EXPECT_TRUE(isOneLineError(calibrate({"--board", "0.3"}), 1, {"--board", "0.3 m", "0.5"}));
+  EXPECT_TRUE(isOneLineError(calibrate({"--board", "0.5", "--frames", "0:1"}), 1, {"--board", "camera_"}));
+  EXPECT_TRUE(isOneLineError(calibrate({"--board", "0.5", "--board-family", "tag25h9"}), 1, {"saw none"}));
+  EXPECT_TRUE(isOneLineError(calibrate({"--board", "0"}), 2, {"--board"}));
+  EXPECT_TRUE(isOneLineError(calibrate({"--board", "0.5", "--from-scratch"}), 2, {"--from-scratch"}));
+}
+
 TEST_F(Calibrate, MistakesAreOneLine) {
   EXPECT_TRUE(isOneLineError(calibrate({}), 1, {"recording", "not found"}));
   WallRecording().write(recording_);

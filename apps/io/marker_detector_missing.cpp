@@ -1,0 +1,20 @@
+// In place of marker_detector.cpp where libapriltag is not there.
+
+#include "io/error.h"
+#include "io/marker_detector.h"
+
+namespace fuse_flow::io {
+
+struct MarkerDetector::Library {};
+
+MarkerDetector::MarkerDetector(const std::string&) {
+  throw OptionError("--board: this build cannot find markers; install libapriltag-dev and build again");
+}
+
+MarkerDetector::~MarkerDetector() = default;
+
+std::vector<DetectedMarker> MarkerDetector::detect(const ColorImage&) { return {}; }
+
+bool MarkerDetector::available() { return false; }
+
+}  // namespace fuse_flow::io
