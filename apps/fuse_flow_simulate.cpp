@@ -70,7 +70,9 @@ int main(int argc, char** argv) {
   simulation::SimulationOptions defaults;
   CLI::App app("Writes a recording of simulated depth cameras, with the exact surfaces in its folder truth.",
                "fuse_flow_simulate");
-  app.add_option("--scene", defaults.scene, simulation::listed(simulation::sceneNames()))->capture_default_str();
+  app.add_option("--scene", defaults.scene, simulation::listed(simulation::sceneNames()))
+      ->check(io::oneOf(simulation::sceneNames()))
+      ->capture_default_str();
   simulation::SimulationArguments rig(app);
   app.add_option("--frames", options.frames, "how many")->check(CLI::Range(1, 1000000))->capture_default_str();
   app.add_option("-o,--output", options.output, "folder of the recording; new or empty")->required();

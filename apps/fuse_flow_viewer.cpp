@@ -78,6 +78,8 @@ int run(const Options& options) {
     throw io::OptionError(exports ? "--screenshot, --save-cloud and --orbit need --offscreen; in the window the keys "
                                     "j, Ctrl w and Ctrl p do the same"
                                   : "--offscreen needs --screenshot, --save-cloud or --orbit");
+  if (!options.screenshot.empty() && !viewing::isPictureFile(options.screenshot))
+    throw io::OptionError("--screenshot " + options.screenshot + ": must end in .png or .jpg");
   if (!options.cloud.empty() && !viewing::isCloudFile(options.cloud))
     throw io::OptionError("--save-cloud is " + options.cloud + ", must end with .ply, .pcd, .vtk, .ifs or .obj");
   for (const std::string& key : options.keys)
@@ -134,7 +136,7 @@ void addViewOptions(CLI::App& app, Options& options) {
       ->check(CLI::Range(0.02, 0.98))
       ->capture_default_str();
   app.add_option("--color-by", v.color_by, "colour of the points")->transform(CLI::CheckedTransformer(colors));
-  app.add_option("--point-size", v.point_size, "pixels")->check(io::positiveNumber())->capture_default_str();
+  app.add_option("--point-size", v.point_size, "pixels")->check(io::positiveNumberUpTo(100))->capture_default_str();
   app.add_option("--from", v.from, "where the viewer stands, m")->expected(3)->check(io::finiteNumber());
   app.add_option("--at", v.at, "what the viewer looks at, m")->expected(3)->check(io::finiteNumber());
   app.add_option("--up", v.up, "which way is up")->expected(3)->check(io::finiteNumber());
@@ -171,7 +173,8 @@ int main(int argc, char** argv) {
   io::RecordingArguments recording(app);
   CLI::Option* simulate =
       app.add_option("--simulate", options.simulated_scene,
-                     "simulated cameras instead of a recording: " + simulation::listed(simulation::sceneNames()));
+                     "simulated cameras instead of a recording: " + simulation::listed(simulation::sceneNames()))
+          ->check(io::oneOf(simulation::sceneNames()));
   simulation::SimulationArguments rig(app);
   rig.need(simulate);
   addViewOptions(app, options);

@@ -7,7 +7,9 @@
 #include <cmath>
 #include <cstdlib>
 #include <optional>
+#include <sstream>
 #include <string>
+#include <vector>
 
 namespace fuse_flow::io {
 
@@ -56,6 +58,23 @@ inline CLI::Validator wholeNumber(int low, int high) {
                              const long value = std::strtol(text.c_str(), &end, 10);
                              return !text.empty() && *end == '\0' && errno == 0 && value >= low && value <= high;
                            });
+}
+
+inline CLI::Validator positiveNumberUpTo(double high) {
+  std::ostringstream expected;
+  expected << "a positive number up to " << high;
+  return detail::makeCheck(expected.str(), [=](const std::string& text) {
+    const double value = detail::finiteValue(text).value_or(0);
+    return value > 0 && value <= high;
+  });
+}
+
+inline CLI::Validator oneOf(const std::vector<std::string>& names) {
+  std::string list;
+  for (const std::string& name : names) list += (list.empty() ? "" : ", ") + name;
+  return detail::makeCheck("one of " + list, [=](const std::string& text) {
+    return std::find(names.begin(), names.end(), text) != names.end();
+  });
 }
 
 inline CLI::Validator trueOrFalse() {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <regex>
 
 namespace fuse_flow::simulation {
@@ -21,12 +22,16 @@ struct Layout {
   bool narrow;
 };
 
-Layout parse(const std::string& rig) {
+std::optional<Layout> parse(const std::string& rig) {
   std::smatch match;
-  if (std::regex_match(rig, match, std::regex("(ring|walls)-([0-9]{1,2})(-narrow)?"))) {
-    const int cameras = std::stoi(match[2]);
-    if (cameras >= 1 && cameras <= 64) return {match[1] == "walls", cameras, match[3].matched};
-  }
+  if (!std::regex_match(rig, match, std::regex("(ring|walls)-([0-9]{1,2})(-narrow)?"))) return std::nullopt;
+  const int cameras = std::stoi(match[2]);
+  if (cameras < 1 || cameras > 64) return std::nullopt;
+  return Layout{match[1] == "walls", cameras, match[3].matched};
+}
+
+Layout layoutOf(const std::string& rig) {
+  if (const std::optional<Layout> layout = parse(rig)) return *layout;
   throw io::InputError("rig '" + rig +
                        "' is not known; must be ring-N or walls-N, N from 1 to 64, or with -narrow behind it");
 }
@@ -84,8 +89,10 @@ Eigen::Isometry3d lookAt(const Vector3d& from, const Vector3d& at) {
   return T;
 }
 
+bool isRigName(const std::string& rig) { return parse(rig).has_value(); }
+
 std::vector<Eigen::Isometry3d> placeCameras(const std::string& rig, const Scene& scene) {
-  const Layout layout = parse(rig);
+  const Layout layout = layoutOf(rig);
   const AlignedBox3d subject = scene.subject().cast<double>();
   const AlignedBox3d room = scene.room().cast<double>();
   const Vector3d low = room.min().array() + kFromWall, high = room.max().array() - kFromWall;

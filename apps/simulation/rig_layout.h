@@ -18,6 +18,9 @@ namespace fuse_flow::simulation {
  *  of it, so that neighbours share a strip. Throws io::InputError on another name. */
 std::vector<Eigen::Isometry3d> placeCameras(const std::string& rig, const Scene& scene);
 
+/** \brief Whether placeCameras() knows it. */
+bool isRigName(const std::string& rig);
+
 /** \brief A camera at a place looking at a point, its x axis level; optical frame → world. */
 Eigen::Isometry3d lookAt(const Eigen::Vector3d& from, const Eigen::Vector3d& at);
 

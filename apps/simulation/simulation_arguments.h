@@ -1,5 +1,7 @@
 #pragma once
 
+#include "io/option_checks.h"
+#include "simulation/rig_layout.h"
 #include "simulation/simulator.h"
 
 #include <CLI/CLI.hpp>
@@ -20,10 +22,11 @@ inline std::string listed(const std::vector<std::string>& names) {
 class SimulationArguments {
  public:
   explicit SimulationArguments(CLI::App& app) {
-    add(app.add_option("--rig", options_.rig, "ring-N or walls-N, N from 1 to 64, or with -narrow behind it"));
-    add(app.add_option("--sensor", options_.sensor, listed(sensorNames())));
+    const std::string rigs = "ring-N or walls-N, N from 1 to 64, or with -narrow behind it";
+    add(app.add_option("--rig", options_.rig, rigs)->check(io::detail::makeCheck(rigs, isRigName)));
+    add(app.add_option("--sensor", options_.sensor, listed(sensorNames()))->check(io::oneOf(sensorNames())));
     add(app.add_option("--seed", options_.seed, "the same seed gives the same bytes"));
-    add(app.add_option("--scale", options_.scale, "of the images' sides, (0, 2]"));
+    add(app.add_option("--scale", options_.scale, "of the images' sides, (0, 2]")->check(io::positiveNumberUpTo(2)));
     given_.push_back(app.add_flag("--no-color", no_color_, "depth only"));
     given_.push_back(
         app.add_option("--position-error", position_error_mm_, "calibrated positions are off by this, mm"));

@@ -137,6 +137,11 @@ void writeScreenshot(const std::string& path, vtkRenderWindow* window) {
   if (writer->GetErrorCode() != 0) throw io::OutputError(path + ": cannot be written");
 }
 
+bool isPictureFile(const std::string& path) {
+  const std::string extension = fs::path(path).extension().string();
+  return extension == ".png" || extension == ".jpg";
+}
+
 const std::vector<std::string>& cloudFormats() {
   static const std::vector<std::string> formats{"ply", "pcd", "vtk", "ifs", "obj"};
   return formats;

@@ -15,6 +15,9 @@ namespace fuse_flow::viewing {
 /** \brief Writes what the window shows: a JPEG if the extension is .jpg, else a PNG. Throws io::OutputError. */
 void writeScreenshot(const std::string& path, vtkRenderWindow* window);
 
+/** \brief Whether it ends as a picture that writeScreenshot() writes: ".png", ".jpg". */
+bool isPictureFile(const std::string& path);
+
 /** \brief What writeShownCloud() writes: "ply", "pcd", "vtk", "ifs", "obj". */
 const std::vector<std::string>& cloudFormats();
 /** \brief Whether the extension is one of them. */

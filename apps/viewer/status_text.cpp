@@ -6,6 +6,7 @@
 #include <cmath>
 #include <iomanip>
 #include <sstream>
+#include <vector>
 
 namespace fuse_flow::viewing {
 namespace {
@@ -23,6 +24,17 @@ std::string millimetres(double metres) {
   if (std::isnan(metres)) return "-";
   text << 1000 * metres << " mm";
   return text.str();
+}
+
+/** \brief NaN if there is none. */
+double meanOfFinite(const std::vector<float>& values) {
+  double sum = 0, count = 0;
+  for (const float value : values) {
+    if (!std::isfinite(value)) continue;
+    sum += value;
+    ++count;
+  }
+  return sum / count;
 }
 
 }  // namespace
@@ -47,6 +59,8 @@ std::string cloudText(const FusedCloud& cloud) {
   if (cloud.quality)
     text << ", E_MC " << millimetres(cloud.quality->error) << " (2+ views "
          << millimetres(cloud.quality->multi_view_error) << "), covers " << 100 * cloud.quality->coverage() << " %";
+  const double off_truth = meanOfFinite(cloud.attributes.truth_distances);
+  if (std::isfinite(off_truth)) text << ", " << millimetres(off_truth) << " off truth";
   const FrameStatistics& s = cloud.statistics;
   text << "\n  " << s.total_ms << " ms";
   if (s.preprocess_ms + s.generate_ms + s.merge_ms + s.fuse_ms + s.output_ms > 0)

@@ -77,9 +77,11 @@ TEST_F(Simulated, TheSameCommandGivesTheSameBytes) {
 }
 
 TEST_F(Simulated, WhatIsWrongIsSaidInOneLine) {
-  EXPECT_TRUE(isOneLineError(simulate({"--sensor", "sonar", "-o", recording()}), 1, {"sonar", "structured_light"}));
+  EXPECT_TRUE(isOneLineError(simulate({"--sensor", "sonar", "-o", recording()}), 2, {"sonar", "structured_light"}));
+  EXPECT_TRUE(isOneLineError(simulate({"--rig", "ring-0", "-o", recording()}), 2, {"--rig", "ring-0", "ring-N"}));
+  EXPECT_TRUE(isOneLineError(simulate({"--scale", "0", "-o", recording()}), 2, {"--scale", "up to 2"}));
   EXPECT_TRUE(
-      isOneLineError(runProgram(FUSE_FLOW_SIMULATE_TOOL, {"--scene", "moon", "-o", recording()}), 1, {"moon", "room"}));
+      isOneLineError(runProgram(FUSE_FLOW_SIMULATE_TOOL, {"--scene", "moon", "-o", recording()}), 2, {"moon", "room"}));
   wall_recording_.frames = 1;
   wall_recording_.write(recording_);
   ASSERT_TRUE(succeeded(fuse({recording(), "-o", out("cloud.ply")})));

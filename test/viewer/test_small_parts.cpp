@@ -96,6 +96,9 @@ TEST(StatusText, SaysWhatIsShown) {
                             "FUSE-Flow: 85 points, E_MC 4.1 mm (2+ views -), covers 75.0 %", "40.0 ms = ", "fuse 30.0"})
     EXPECT_NE(text.find(words), std::string::npos) << "'" << words << "' is not in\n" << text;
   EXPECT_NE(text.find("0 poses given"), std::string::npos) << text;
+  EXPECT_EQ(text.find("off truth"), std::string::npos) << "nobody said what is true";
+  cloud->attributes.truth_distances = {0.001f, std::numeric_limits<float>::infinity(), 0.004f};
+  EXPECT_NE(cloudText(*cloud).find("covers 75.0 %, 2.5 mm off truth\n"), std::string::npos) << cloudText(*cloud);
   playback.pause();
   EXPECT_EQ(statusText(playback, {2.5, 40}, controls, frame).find("clouds/s"), std::string::npos)
       << "what stands has no rate";

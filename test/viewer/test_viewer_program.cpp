@@ -183,6 +183,9 @@ TEST_F(ViewerProgram, AnOptionThatCannotBeUsedIsNamed) {
   expectError(view({"--refine-extrinsics", "--slide", "1"}), 2, {"--refine-extrinsics", "--slide"});
   expectError(view({"--compare", "magic"}), 2, {"--compare", "voxel_grid"});
   expectError(view({"--sigma", "-1"}), 2, {"--sigma", "-1"});
+  expectError(view({"--point-size", "1e9"}), 2, {"--point-size", "1e9", "100"});
+  expectError(view({"--offscreen", "--screenshot", path("shot.gif")}), 2, {"--screenshot", "shot.gif", ".png"});
+  expectError(runProgram(FUSE_FLOW_VIEWER_TOOL, {"--simulate", "nowhere"}), 2, {"--simulate", "nowhere", "room"});
 }
 
 TEST_F(ViewerProgram, AFrameThatIsDamagedLaterEndsAnExportWithItsName) {
