@@ -285,7 +285,9 @@ TEST(FuseFlowBadInput, AParameterOutOfItsRangeIsRefusedByClassNameAndValueAndCha
       {[=](auto& p) { p.smoothing.tolerance = nan; }, {"FuseFlow", "smoothing_tolerance", "nan"}},
       {[](auto& p) { p.smoothing.shrink = 1.5f; }, {"FuseFlow", "smoothing_shrink", "1.5"}},
       {[](auto& p) { p.smoothing.shrink = 0; }, {"FuseFlow", "smoothing_shrink", "0"}},
+      {[](auto& p) { p.smoothing.wide_above = -1; }, {"FuseFlow", "smoothing_wide_above", "-1"}},
       {[](auto& p) { p.half_weight_noise = -1; }, {"FuseFlow", "half_weight_noise", "-1"}},
+      {[=](auto& p) { p.max_noise = nan; }, {"FuseFlow", "max_noise", "nan"}},
       {[](auto& p) { p.aggregation.min_weight = 2; }, {"AdaptiveHashFusion", "min_weight", "2"}},
       {[=](auto& p) { p.aggregation.weak_weight = nan; }, {"AdaptiveHashFusion", "weak_weight", "nan"}},
       {[](auto& p) { p.crop_box = Eigen::AlignedBox3f(); }, {"FuseFlow", "crop_box"}}};

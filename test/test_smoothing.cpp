@@ -44,6 +44,17 @@ TEST(Smoothing, TheToleranceShrinksFromPassToPassAndGrowsWithTheNoise) {
   EXPECT_NEAR(fuse_flow::smoothingTolerance(p, 3, 4), std::sqrt(6.0f), 1e-5f);
 }
 
+TEST(Smoothing, TheSpacingDoublesFromPassToPassAndInNoisyViews) {
+  fuse_flow::SmoothingParameters p;
+  p.wide_above = 2;
+  for (const auto& [pass, usual, noisy] : {std::array{0, 1, 2}, {1, 2, 4}, {2, 4, 8}, {3, 8, 16}}) {
+    EXPECT_EQ(fuse_flow::smoothingStep(p, pass, 1.5f), usual);
+    EXPECT_EQ(fuse_flow::smoothingStep(p, pass, 2.0f), usual);
+    EXPECT_EQ(fuse_flow::smoothingStep(p, pass, 2.1f), noisy);
+    EXPECT_LE(noisy, fuse_flow::kMaxSmoothingStep);
+  }
+}
+
 TEST(Smoothing, InverseDepthNoiseIsDepthNoiseOverDepthSquared) {
   fuse_flow::ConfidenceParameters p;
   for (const float z : {0.3f, 1.0f, 7.0f})
@@ -127,6 +138,31 @@ TEST(Refinement, TakesTheNoiseOffAnInclinedPlaneAndShiftsItByNothing) {
     EXPECT_LT(after[0], 0.25 * before[0]);
     EXPECT_LT(std::abs(after[1]), 0.05 * before[0]);
   }
+}
+
+/** \brief Adds to the depth what blocks of 8×8 pixels have in common. */
+void addNoiseOfBlocks(Scene& scene, float sigma) {
+  std::mt19937 random(5);
+  std::normal_distribution<float> noise(0.0f, sigma);
+  for (fuse_flow::io::FloatImage& depth : scene.depth)
+    for (int v = 0; v < depth.height; v += 8)
+      for (int u = 0; u < depth.width; u += 8) {
+        const float error = noise(random);
+        for (int k = 0; k < 64; ++k) depth.at(u + k % 8, v + k / 8) += error;
+      }
+}
+
+TEST(Refinement, AveragesOverTwiceTheSpacingWhereNeighboursShareTheNoiseOfAStrongOne) {
+  const Scene exact = scenes::makeScene(oneCamera(), tiltedPlane());
+  const float sigma = 2.5f * fuse_flow::axialNoise(fuse_flow::ConfidenceParameters(), 1.7f);
+  Scene scene = scenes::makeScene(oneCamera(), tiltedPlane());
+  addNoiseOfBlocks(scene, sigma);
+  FuseFlowParameters parameters = onePointAPixel();
+  const double wide = errorOf(scenes::fuse(scene.rig, parameters), exact.depth[0])[0];
+  parameters.smoothing.wide_above = 8;
+  const double narrow = errorOf(scenes::fuse(scene.rig, parameters), exact.depth[0])[0];
+  EXPECT_LT(wide, 0.5 * static_cast<double>(sigma));
+  EXPECT_LT(wide, 0.75 * narrow);
 }
 
 TEST(Refinement, KeepsAStepAndTheSurfacesOnBothSidesOfIt) {
@@ -243,6 +279,22 @@ TEST(NoiseWeight, MultipliesTheConfidenceAfterTheGate) {
   EXPECT_GT(scenes::fuse(scene.rig, parameters).size(), 40u);
 }
 
+TEST(MaxNoise, DropsMeasurementsWithMoreNoiseThanThatAsTheViewHasIt) {
+  const float noise = fuse_flow::axialNoise(fuse_flow::ConfidenceParameters(), 1.5f);
+  const auto points = [&](float sigma, float max_noise) {
+    Scene scene = scenes::makeScene(oneCamera(), scenes::plane({0, 0, 1}, 1.5));
+    scenes::addNoise(scene, sigma);
+    FuseFlowParameters parameters = onePointAPixel();
+    parameters.max_noise = max_noise;
+    return scenes::fuse(scene.rig, parameters).size();
+  };
+  const std::size_t all = 160 * 120;
+  EXPECT_EQ(points(noise, 1.5f * noise), all);
+  EXPECT_EQ(points(2 * noise, 1.5f * noise), 0u);
+  EXPECT_EQ(points(2 * noise, 3 * noise), all);
+  EXPECT_EQ(points(2 * noise, 0), all);
+}
+
 TEST(NoiseScale, AViewTwiceAsNoisyMayDisagreeTwiceAsMuch) {
   // Far enough for the noise to exceed σ: 0.5 mm + 1.425e-3 · 25 = 36 mm at 5 m, against 20 mm.
   const float noise = fuse_flow::axialNoise(fuse_flow::ConfidenceParameters(), 5.0f);
@@ -267,6 +319,7 @@ TEST(Refinement, ThePublishedFormHasNone) {
   EXPECT_EQ(published.smoothing.passes, 0);
   EXPECT_FALSE(published.adapt_noise);
   EXPECT_EQ(published.half_weight_noise, 0.0f);
+  EXPECT_EQ(published.max_noise, 0.0f);
 }
 
 }  // namespace

@@ -30,8 +30,11 @@ class ParameterOptions {
     add(app, "--smoothing-passes", given_.smoothing.passes, "refined depth, 0-4; 0: the measured depth");
     add(app, "--smoothing-tolerance", given_.smoothing.tolerance, "of the refined depth, standard deviations");
     add(app, "--smoothing-shrink", given_.smoothing.shrink, "of the tolerance from pass to pass");
+    add(app, "--smoothing-wide-above", given_.smoothing.wide_above,
+        "noise over what is expected that doubles the spacing");
     add(app, "--adapt-noise", given_.adapt_noise, "measure how noisy each view is (true/false)");
     add(app, "--half-weight-noise", given_.half_weight_noise, "axial noise that halves a weight, m; 0: none does");
+    add(app, "--max-noise", given_.max_noise, "drop measurements of more axial noise, m; 0: none");
     ConfidenceParameters& c = given_.confidence;
     addEnum(app, "--confidence-form", c.form,
             {{"published", ConfidenceForm::Published}, {"slope_compensated", ConfidenceForm::SlopeCompensated}},

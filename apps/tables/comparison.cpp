@@ -1,6 +1,8 @@
 #include "tables/comparison.h"
 
 #include "simulation/truth_report.h"
+#include "tables/open3d_methods.h"
+#include "tables/random_thinning.h"
 
 #include <pcl/filters/impl/voxel_grid.hpp>
 #include <pcl/filters/voxel_grid.h>
@@ -62,38 +64,53 @@ class Entrant {
   /** \brief Returns the milliseconds. */
   double fuse(const RigFrame& frame, Cloud& cloud) {
     method_->fuse(frame, cloud);
-    const double ms = method_->statistics().total_ms;
-    if (!contender_.thinned) return ms;
     const auto start = std::chrono::steady_clock::now();
-    pcl::VoxelGrid<PointFused> grid;
-    grid.setInputCloud(cloud.makeShared());
-    grid.setLeafSize(options_.leaf_size, options_.leaf_size, options_.leaf_size);
-    grid.filter(cloud);
-    return ms + std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+    if (contender_.thinning == Thinning::Random) thinAtRandom(cloud, points_, 1);
+    if (contender_.thinning == Thinning::VoxelGrid) {
+      pcl::VoxelGrid<PointFused> grid;
+      grid.setInputCloud(cloud.makeShared());
+      grid.setLeafSize(options_.leaf_size, options_.leaf_size, options_.leaf_size);
+      grid.filter(cloud);
+    }
+    return method_->statistics().total_ms +
+           std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
   }
 
-  /** \brief Looks for the leaf that leaves so many points. The points that a surface keeps go with 1 / leaf². */
-  void matchPoints(const RigFrame& frame, std::size_t points) {
+  /** \brief Looks for the leaf that leaves so many points. The points that a surface keeps go with 1 / leaf².
+   *  \param leaf in: where to begin; out: what was found, from which others are not far */
+  void matchPoints(const RigFrame& frame, std::size_t points, float& leaf) {
+    points_ = points;
+    if (contender_.thinning == Thinning::Random) return;
+    options_.leaf_size = leaf;
+    make();
+    searchLeaf(frame, slow() ? 3 : 6);
+    leaf = options_.leaf_size;
+  }
+
+  /** \brief Seconds a frame. */
+  bool slow() const { return contender_.method == "outlier_removal" || contender_.method == "open3d_tsdf"; }
+
+ private:
+  void make() {
+    method_ = makeOpen3dMethod(contender_.method, options_);
+    if (!method_) method_ = io::makeMethod(contender_.method, options_);
+  }
+
+  void searchLeaf(const RigFrame& frame, int steps) {
     Cloud cloud;
-    const int steps = slow() ? 2 : 6;
     for (int step = 0; step < steps; ++step) {
       fuse(frame, cloud);
-      const double ratio = static_cast<double>(cloud.size()) / static_cast<double>(points);
+      const double ratio = static_cast<double>(cloud.size()) / static_cast<double>(points_);
       if (cloud.empty() || std::fabs(ratio - 1) < 0.01) return;
       options_.leaf_size = std::clamp(options_.leaf_size * static_cast<float>(std::sqrt(ratio)), 0.004f, 0.1f);
       make();
     }
   }
 
-  /** \brief Seconds a frame. */
-  bool slow() const { return contender_.method == "outlier_removal"; }
-
- private:
-  void make() { method_ = io::makeMethod(contender_.method, options_); }
-
   Contender contender_;
   io::MethodOptions options_;
   std::unique_ptr<io::Method> method_;
+  std::size_t points_{0};  ///< that thinning leaves
 };
 
 std::vector<Entrant> enter(const std::vector<Contender>& contenders, int threads) {
@@ -105,8 +122,9 @@ std::vector<Entrant> enter(const std::vector<Contender>& contenders, int threads
 void matchPoints(std::vector<Entrant>& entrants, const RigFrame& frame) {
   Cloud first;
   entrants[0].fuse(frame, first);
+  float leaf = io::MethodOptions().leaf_size;
   for (Entrant& entrant : entrants)
-    if (entrant.contender().equal_points) entrant.matchPoints(frame, first.size());
+    if (entrant.contender().equalPoints()) entrant.matchPoints(frame, first.size(), leaf);
 }
 
 std::vector<simulation::SurfacePoint> visibleIn(Simulator& simulator, const RigFrame& frame, std::size_t number,
@@ -184,11 +202,14 @@ std::vector<double> frameTimes(const Setup& setup, const std::vector<Contender>&
 }
 
 std::vector<Contender> peers() {
-  return {{"FUSE-Flow", "fuse_flow", {}, false, false},
-          {"VoxelGrid", "voxel_grid", {}, true, false},
-          {"ApproximateVoxelGrid", "approximate_voxel_grid", {}, true, false},
-          {"outlier removal, VoxelGrid", "outlier_removal", {}, true, false},
-          {"concatenated", "concatenate", {}, false, false}};
+  std::vector<Contender> peers = {{"FUSE-Flow", "fuse_flow", {}},
+                                  {"VoxelGrid", "voxel_grid", {}, Thinning::Leaf},
+                                  {"ApproximateVoxelGrid", "approximate_voxel_grid", {}, Thinning::Leaf},
+                                  {"outlier removal, VoxelGrid", "outlier_removal", {}, Thinning::Leaf}};
+  for (const Open3dPeer& peer : open3dPeers()) peers.push_back({peer.name, peer.method, {}, Thinning::Leaf});
+  peers.push_back({"concatenated, thinned at random", "concatenate", {}, Thinning::Random});
+  peers.push_back({"concatenated, all points", "concatenate", {}});
+  return peers;
 }
 
 std::vector<Contender> ablation() {
@@ -197,13 +218,14 @@ std::vector<Contender> ablation() {
   no_consistency.use_distance_consistency = false;
   no_hash.use_spatial_hash = false;
   measured.smoothing.passes = 0;
-  return {{"all stages", "fuse_flow", {}, false, false},
-          {"no measurement confidence", "fuse_flow", no_confidence, false, false},
-          {"no distance consistency", "fuse_flow", no_consistency, false, false},
-          {"no spatial hash: a point a pixel", "fuse_flow", no_hash, false, false},
-          {"the same, then VoxelGrid", "fuse_flow", no_hash, true, true},
-          {"depth as measured", "fuse_flow", measured, false, false},
-          {"the published forms", "fuse_flow", FuseFlowParameters::published(), false, false}};
+  return {{"all stages", "fuse_flow", {}},
+          {"no measurement confidence", "fuse_flow", no_confidence},
+          {"no distance consistency", "fuse_flow", no_consistency},
+          {"no spatial hash: a point a pixel", "fuse_flow", no_hash},
+          {"the same, then VoxelGrid", "fuse_flow", no_hash, Thinning::VoxelGrid},
+          {"the same, thinned at random", "fuse_flow", no_hash, Thinning::Random},
+          {"depth as measured", "fuse_flow", measured},
+          {"the published forms", "fuse_flow", FuseFlowParameters::published()}};
 }
 
 }  // namespace fuse_flow::tables

@@ -24,16 +24,28 @@ struct Setup {
   std::string name() const { return scene + ", " + rig + ", " + sensor; }
 };
 
+/** \brief How a contender comes to a given number of points. */
+enum class Thinning {
+  /** \brief Not at all. */
+  None,
+  /** \brief By the leaf of its method. */
+  Leaf,
+  /** \brief By the leaf of a pcl::VoxelGrid over its cloud, for methods that have no leaf. */
+  VoxelGrid,
+  /** \brief By chance, see thinAtRandom(). */
+  Random
+};
+
 /** \brief What is compared: a name for the tables, and how a cloud is made. */
 struct Contender {
   std::string name;
   /** \brief Of io::makeMethod(). */
   std::string method;
   FuseFlowParameters parameters;
-  /** \brief Thins its cloud with a leaf that leaves as many points as the first contender has. */
-  bool equal_points{false};
-  /** \brief pcl::VoxelGrid over the method's own cloud, for methods that have no leaf. */
-  bool thinned{false};
+  /** \brief How its cloud is brought to as many points as the first contender has. */
+  Thinning thinning{Thinning::None};
+
+  bool equalPoints() const { return thinning != Thinning::None; }
 };
 
 /** \brief Means over the frames. */
@@ -54,7 +66,7 @@ std::vector<Result> compare(const Setup& setup, const std::vector<Contender>& co
 std::vector<double> frameTimes(const Setup& setup, const std::vector<Contender>& contenders, int threads,
                                int repetitions);
 
-/** \brief Ours, and its peers at the same number of points. */
+/** \brief Ours; its peers at the same number of points, pcl::VoxelGrid the first of them; and last all measurements. */
 std::vector<Contender> peers();
 
 /** \brief Ours, and ours without one stage at a time. */

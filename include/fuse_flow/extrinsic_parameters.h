@@ -1,6 +1,7 @@
 #pragma once
 
 #include <fuse_flow/math/confidence.h>
+#include <fuse_flow/math/noise_scale.h>
 #include <fuse_flow/math/smoothing.h>
 #include <fuse_flow/preprocessing.h>
 
@@ -15,8 +16,9 @@ enum class Gauge {
 /** \brief How ExtrinsicEstimation finds and weighs what corresponds. */
 struct ExtrinsicParameters {
   PreprocessingParameters preprocessing;  ///< raw depth to metres
-  SmoothingParameters smoothing{3};       ///< of the depth that normals are taken from
-  ConfidenceParameters noise;             ///< noise_floor and noise_quadratic: the sensor's axial noise
+  /** \brief Of the depth that normals are taken from; never wide, since images are reduced already. */
+  SmoothingParameters smoothing{3, 2.5f, 0.7f, kMaxNoiseScale};
+  ConfidenceParameters noise;  ///< noise_floor and noise_quadratic: the sensor's axial noise
   /** \brief Blocks of this many pixels, each way, are averaged first; 1 … 16. */
   int reduction{2};
   /** \brief Points of a view that look for their counterparts, chosen evenly over the directions of their normals; ≥ 100. */

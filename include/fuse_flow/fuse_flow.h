@@ -34,6 +34,9 @@ struct FuseFlowParameters {
   /** \brief Axial noise at which a measurement weighs half as much as an exact one, metres; ≥ 0, 0: noise does not weigh.
    *  See noiseWeight(); C of eq. 10 is multiplied by it after the gate of eq. 9. */
   float half_weight_noise{0.025f};
+  /** \brief Measurements with more axial noise than this are dropped, metres; ≥ 0, 0: none is. Smoothing cannot bring them
+   *  near to the surface: they are what a noisy sensor leaves beside it. */
+  float max_noise{0.07f};
   /** \brief MF of the paper's ablation; off: C = 1 wherever there is a measurement. */
   bool use_measurement_confidence{true};
   /** \brief DC; off: V = 1. */
@@ -53,7 +56,7 @@ inline void checkParameters(const FuseFlowParameters& parameters);
 /** \brief What happened in the last frame. */
 struct FrameStatistics {
   std::size_t measured_points{0};            ///< pixels with a measurement in range
-  std::size_t gated_points{0};               ///< of those, the ones with C > τ inside the crop box
+  std::size_t gated_points{0};               ///< of those, the ones with C > τ, within max_noise, inside the crop box
   std::size_t coarse_cells{0};               ///< that hold a gated point
   std::size_t fused_points{0};               ///< of the output cloud
   std::vector<std::size_t> missing_cameras;  ///< numbers of the cameras without a view

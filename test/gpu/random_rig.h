@@ -145,8 +145,11 @@ inline fuse_flow::FuseFlowParameters parameters(Random& random, double scale = 1
   p.smoothing.passes = random.below(kMaxSmoothingPasses + 1);
   p.smoothing.tolerance = random.uniform(1.0f, 4.0f);
   p.smoothing.shrink = random.uniform(0.4f, 1.0f);
+  p.smoothing.wide_above = random.uniform(0.2f, 3.0f);
   p.adapt_noise = !random.oneIn(3);
   p.half_weight_noise = random.oneIn(3) ? 0.0f : random.uniform(0.002f, 0.1f);
+  p.max_noise =
+      random.oneIn(2) ? 0.0f : random.uniform(0.5f, 3.0f) * axialNoise(p.confidence, static_cast<float>(scale));
   p.confidence.form = random.oneIn(2) ? ConfidenceForm::Published : ConfidenceForm::SlopeCompensated;
   p.confidence.threshold = random.oneIn(3) ? random.uniform(0.0f, 0.7f) : p.confidence.threshold;
   p.consistency.occlusion = random.oneIn(2) ? OcclusionForm::Published : OcclusionForm::OcclusionAware;

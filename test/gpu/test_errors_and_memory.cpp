@@ -43,6 +43,7 @@ struct FarPoint {
     rig.views[0].depth32 = {depth.data(), 2, 1};
     parameters.use_measurement_confidence = false;
     parameters.preprocessing.max_range = 1000.0f;
+    parameters.max_noise = 0;
     parameters.aggregation.cell_size = parameters.aggregation.min_cell_size = 0.0005f;
   }
 };

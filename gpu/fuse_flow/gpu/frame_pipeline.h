@@ -132,6 +132,7 @@ class FramePipeline {
                               maps_.refined(),
                               parameters.confidence,
                               parameters.half_weight_noise,
+                              parameters.max_noise,
                               parameters.use_measurement_confidence,
                               parameters.use_spatial_hash,
                               1.0f / parameters.aggregation.cell_size,

@@ -35,6 +35,7 @@ struct GeneratePoints {
   ConfidenceParameters confidence;
   /** \brief See FuseFlowParameters. */
   float half_weight_noise;
+  float max_noise;
   bool use_confidence;
   bool use_cells;
   float inverse_cell_size;
@@ -70,11 +71,13 @@ struct GeneratePoints {
     if (!(depth > 0)) return {};
     measured = true;
     const float C = measurementConfidence(view, u, v, index);
-    if (!(C > (use_confidence ? confidence.threshold : 0.0f))) return {};          // eq. 9
+    if (!(C > (use_confidence ? confidence.threshold : 0.0f))) return {};  // eq. 9
+    const float noise = axialNoise(confidence, depth);
+    if (noise > noiseLimit(max_noise, view.noise_scale)) return {};
     const Vec3 p = view.model.T_world_camera * pointOnRay(view.ray(u, v), depth);  // eq. 8
     if (!crop_box.contains(p)) return {};
     const float per_half = half_weight_noise > 0 ? view.noise_scale / half_weight_noise : 0.0f;
-    return {p, C * noiseWeight(axialNoise(confidence, depth), per_half)};
+    return {p, C * noiseWeight(noise, per_half)};
   }
 
   /** \brief Key of a point's coarse cell; kEmpty for none, and for a point too far out, whose number is reported. */

@@ -21,7 +21,7 @@ struct SmoothDepth {
     const float centre = q[index];
     if (!(centre > 0)) return 0.0f;
     float patch[9];
-    readPatch({&view, q}, a.u, a.v, index, smoothingStep(pass), patch);
+    readPatch({&view, q}, a.u, a.v, index, smoothingStep(smoothing, pass, view.noise_scale), patch);
     const float tolerance = smoothingTolerance(smoothing, pass, view.noise_scale);
     const float result = smoothedInverseDepth(patch, tolerance * inverseDepthNoise(confidence, centre));
     if (pass != smoothing.passes - 1) return result;

@@ -11,6 +11,7 @@ inline FuseFlowParameters FuseFlowParameters::published() {
   p.smoothing.passes = 0;
   p.adapt_noise = false;
   p.half_weight_noise = 0;
+  p.max_noise = 0;
   p.confidence.form = ConfidenceForm::Published;
   p.confidence.threshold = 0.4f;
   p.consistency.occlusion = OcclusionForm::Published;
@@ -30,6 +31,7 @@ inline void checkParameters(const FuseFlowParameters& p) {
   checkParameters(p.consistency);
   checkParameters(p.aggregation);
   detail::checkNonNegative("fuse_flow::FuseFlow", "half_weight_noise", p.half_weight_noise);
+  detail::checkNonNegative("fuse_flow::FuseFlow", "max_noise", p.max_noise);
   if (p.crop_box && (p.crop_box->isEmpty() || !p.crop_box->min().allFinite() || !p.crop_box->max().allFinite()))
     detail::throwBadArgument("fuse_flow::FuseFlow: crop_box is empty or not finite");
 }

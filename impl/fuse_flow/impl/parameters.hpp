@@ -46,6 +46,7 @@ inline void checkParameters(const SmoothingParameters& p) {
   detail::checkPositive(owner, "smoothing_tolerance", p.tolerance);
   detail::checkPositive(owner, "smoothing_shrink", p.shrink);
   detail::checkRange(owner, "smoothing_shrink", p.shrink, 0.0f, 1.0f);
+  detail::checkNonNegative(owner, "smoothing_wide_above", p.wide_above);
 }
 
 inline void checkParameters(const ConfidenceParameters& p) {

@@ -2,6 +2,7 @@
 
 #include <fuse_flow/math/host_device.h>
 
+#include <cfloat>
 #include <cmath>
 
 namespace fuse_flow {
@@ -114,6 +115,12 @@ FUSE_FLOW_HD SlopeScale slopeScale(const ConfidenceParameters& p, float pixel_an
 FUSE_FLOW_HD float noiseWeight(float noise, float per_half) {
   const float x = noise * per_half;
   return 1.0f / (1.0f + x * x);
+}
+
+/** \brief The largest axialNoise() that passes. \param max_noise of a measurement, metres; 0: any
+ *  \param noise_scale noiseScale() of the view */
+FUSE_FLOW_HD float noiseLimit(float max_noise, float noise_scale) {
+  return max_noise > 0 ? max_noise / noise_scale : FLT_MAX;
 }
 
 /** \brief Slope-compensated form. Second differences r = z₋ − 2 z₀ + z₊ in the four directions through the pixel vanish

@@ -5,7 +5,7 @@
 namespace fuse_flow {
 
 /** \brief How the D^r of eq. 8 is made from the measured depth: passes over 3×3 neighbourhoods whose spacing doubles from
- *  pass to pass (1, 2, 4, 8 pixels), in which only neighbours count that lie on the pixel's own surface to within the
+ *  pass to pass (1, 2, 4, 8 pixels, twice that in noisy views), in which only neighbours count that lie on the pixel's own surface to within the
  *  noise. The passes work on inverse depth q = 1/z: of a plane it is an affine function of the pixel, however the plane is
  *  inclined, so planes stay exactly where they are; and of sensors that triangulate the noise of q is the same everywhere.
  *  The paper says "refined depth" and not how. */
@@ -17,14 +17,21 @@ struct SmoothingParameters {
   float tolerance{2.5f};
   /** \brief The tolerance of a pass over that of the pass before, which has averaged noise away; (0, 1]. */
   float shrink{0.7f};
+  /** \brief Views with more than this times axialNoise() are smoothed at twice the spacing; ≥ 0. So much noise is that of
+   *  sensors that match blocks, whose errors near pixels share: averaging those gains nothing. Images so coarse that
+   *  surfaces curve within kNoiseSpacing pixels look as noisy: raise it for them. */
+  float wide_above{1.8f};
 };
 
 constexpr int kMaxSmoothingPasses = 4;
 /** \brief Farthest pixel that a pass looks at. */
-constexpr int kMaxSmoothingStep = 1 << (kMaxSmoothingPasses - 1);
+constexpr int kMaxSmoothingStep = 1 << kMaxSmoothingPasses;
 
-/** \brief Distance between the pixels of a pass's neighbourhood. \param pass 0 … passes − 1 */
-FUSE_FLOW_HD int smoothingStep(int pass) { return 1 << pass; }
+/** \brief Distance between the pixels of a pass's neighbourhood. \param pass 0 … passes − 1
+ *  \param noise_scale noiseScale() of the view */
+FUSE_FLOW_HD int smoothingStep(const SmoothingParameters& p, int pass, float noise_scale) {
+  return noise_scale > p.wide_above ? 2 << pass : 1 << pass;
+}
 
 /** \brief Of a pass: the largest second difference that counts, in units of the noise. Independent noise σ gives second
  *  differences √6 σ. \param noise_scale noiseScale() of the view */

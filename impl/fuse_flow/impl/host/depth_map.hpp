@@ -87,7 +87,7 @@ inline void smoothRow(const SmoothingParameters& smoothing, const ConfidencePara
                       float noise_scale, const DepthMap& q, int v, float* __restrict out) {
   const ConfidenceParameters p = confidence;  // a copy: the compiler then knows that nothing overwrites it
   const float tolerance = smoothingTolerance(smoothing, pass, noise_scale);
-  const RowsOfPatch rows(q, v, smoothingStep(pass));
+  const RowsOfPatch rows(q, v, smoothingStep(smoothing, pass, noise_scale));
   const int width = q.width();
   for (int u = 0; u < width; ++u) {
     const float centre = rows.here[u];

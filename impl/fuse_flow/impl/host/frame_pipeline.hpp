@@ -206,6 +206,7 @@ class FramePipeline {
     const float* z = refined(i).row(v);
     const float noise_scale = statistics.noise_scales[i];
     const float per_half = parameters.half_weight_noise > 0 ? noise_scale / parameters.half_weight_noise : 0.0f;
+    const float noise_limit = noiseLimit(parameters.max_noise, noise_scale);
     const int width = depths_[i].width();
     C.resize(static_cast<std::size_t>(width));
     measurementConfidence(i, v, C.data());
@@ -218,10 +219,12 @@ class FramePipeline {
       points[u].C = 0;
       if (!(z[u] > 0)) continue;
       ++counts.measured;
-      if (!(c[u] > threshold)) continue;                                 // eq. 9
+      if (!(c[u] > threshold)) continue;  // eq. 9
+      const float noise = axialNoise(parameters.confidence, z[u]);
+      if (noise > noise_limit) continue;
       const Vec3 p = T_world_camera * pointOnRay(view.ray(u, v), z[u]);  // eq. 8
       if (parameters.crop_box && !parameters.crop_box->contains(Eigen::Vector3f(p.x, p.y, p.z))) continue;
-      points[u] = {p, c[u] * noiseWeight(axialNoise(parameters.confidence, z[u]), per_half)};
+      points[u] = {p, c[u] * noiseWeight(noise, per_half)};
       ++counts.gated;
       if (hash) builder.add(row_begin + static_cast<std::uint32_t>(u), p);
     }
