@@ -9,6 +9,7 @@
 #include <pcl/point_types.h>
 #include <pcl/visualization/pcl_visualizer.h>
 #include <vtkObject.h>
+#include <vtkRenderWindow.h>
 
 #include <iostream>
 
@@ -44,11 +45,11 @@ int main(int argc, char** argv) try {
 
   std::cout << cloud->size() << " points from " << loaded.rig.cameras.size() << " cameras" << std::endl;
   if (argc == 3) {
-    viewer.spinOnce();
+    viewer.getRenderWindow()->Render();
     viewer.saveScreenshot(argv[2]);
     return 0;
   }
-  while (!viewer.wasStopped()) viewer.spinOnce(20);  // milliseconds
+  viewer.spin();  // spinOnce() of PCL 1.12 does not get on with VTK 9.1
   return 0;
 } catch (const std::exception& error) {
   std::cerr << "sample_visualize: " << error.what() << std::endl;

@@ -166,7 +166,7 @@ TEST_F(ViewerProgram, ADisplayWithoutOpenGLIsNamed) {
 TEST_F(ViewerProgram, AWrongInputIsNamedBeforeAWindowOpens) {
   expectError(runProgram(FUSE_FLOW_VIEWER_TOOL, {path("nothing")}), 1, {path("nothing"), "not found"});
   expectError(runProgram(FUSE_FLOW_VIEWER_TOOL, {}), 2, {"--simulate"});
-  expectError(runProgram(FUSE_FLOW_VIEWER_TOOL, {"--simulate", "moon"}), 1, {"moon"});
+  expectError(runProgram(FUSE_FLOW_VIEWER_TOOL, {"--simulate", "moon"}), 2, {"moon"});
   fs::resize_file(tool_test::depthFile(folder_ / "recording", 0, 0), 60);
   expectError(view({}), 1, {"000000.png"});
 }

@@ -19,6 +19,9 @@
 #if defined(__CUDACC__) && THRUST_DEVICE_SYSTEM == THRUST_DEVICE_SYSTEM_CUDA
 #define FUSE_FLOW_CUDA 1
 #include <cuda_runtime.h>
+#if defined(__linux__)
+#include <dlfcn.h>
+#endif
 #else
 #define FUSE_FLOW_CUDA 0
 #endif
@@ -67,6 +70,12 @@ class OwnStream {
 /** \brief Whether there is a device to run on. */
 inline bool deviceAvailable() {
 #if FUSE_FLOW_CUDA
+#if defined(__linux__)
+  // Where a driver's library is installed but no device is there, CUDA 12.0's runtime unloads the library under the feet of a thread
+  // that the library has started: now it stays.
+  static void* const driver = dlopen("libcuda.so.1", RTLD_NOW | RTLD_NODELETE);
+  (void)driver;
+#endif
   int count = 0;
   const bool found = cudaGetDeviceCount(&count) == cudaSuccess && count > 0;
   (void)cudaGetLastError();
