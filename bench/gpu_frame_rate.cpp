@@ -261,6 +261,7 @@ void runUnusual() {
   };
   scaleRange(of_tiny, 0.1f / 6);
   scaleRange(of_vast, 1000.0f / 6);
+  of_vast.max_noise = of_scattered.max_noise = 0;  // which would drop what is meant to be a load
   of_scattered.use_measurement_confidence = false;
   of_scattered.aggregation.cell_size = of_scattered.aggregation.min_cell_size = 0.004f;
   of_one_cell.aggregation.cell_size = 16.0f;
