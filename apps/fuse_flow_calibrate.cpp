@@ -248,7 +248,7 @@ int main(int argc, char** argv) {
                      "show them; the first camera stays");
   board->check(io::positiveNumber())->excludes("--from-scratch");
   app.add_option("--board-family", options.board_family, "of the tags")
-      ->check(CLI::IsMember(io::MarkerDetector::families()))
+      ->check(io::oneOf(io::MarkerDetector::families()))
       ->capture_default_str()
       ->needs(board);
   app.add_option("--hold", options.hold, "what stays: the first camera, or the mean of all")
