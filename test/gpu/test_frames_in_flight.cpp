@@ -42,7 +42,8 @@ TEST(GpuFramesInFlight, ComeBackInTurnWithTheBytesOfOneAtATime) {
   }
 }
 
-TEST(GpuFramesInFlight, SeveralObjectsAtOnceGiveTheBytesOfOne) {
+/** Three objects in threads of their own, two frames of each in flight. */
+void severalObjectsAtOnceGiveTheBytesOfOne(bool warm, std::size_t rounds) {
   Random random(47);
   std::vector<RandomFrame> frames(4);
   std::vector<std::vector<Bytes>> expected;
@@ -54,23 +55,31 @@ TEST(GpuFramesInFlight, SeveralObjectsAtOnceGiveTheBytesOfOne) {
     expected.push_back(bytesOf(cloud));
   }
   std::vector<int> wrong(3, 0);
+  std::vector<Device> devices(wrong.size());
+  const auto run = [&](std::size_t t, std::size_t times) {
+    Cloud result;
+    for (std::size_t k = 0; k < times; ++k) {
+      devices[t].submit(frames[k % 4].rig);
+      devices[t].submit(frames[(k + t) % 4].rig);
+      devices[t].next(result);
+      wrong[t] += bytesOf(result) == expected[k % 4] ? 0 : 1;
+      devices[t].next(result);
+      wrong[t] += bytesOf(result) == expected[(k + t) % 4] ? 0 : 1;
+    }
+  };
+  if (warm)
+    for (std::size_t t = 0; t < devices.size(); ++t) run(t, frames.size());
   std::vector<std::thread> threads;
-  for (std::size_t t = 0; t < wrong.size(); ++t)
-    threads.emplace_back([&, t] {
-      Device device;
-      Cloud result;
-      for (std::size_t k = 0; k < 40; ++k) {
-        device.submit(frames[k % 4].rig);
-        device.submit(frames[(k + t) % 4].rig);
-        device.next(result);
-        wrong[t] += bytesOf(result) == expected[k % 4] ? 0 : 1;
-        device.next(result);
-        wrong[t] += bytesOf(result) == expected[(k + t) % 4] ? 0 : 1;
-      }
-    });
+  for (std::size_t t = 0; t < devices.size(); ++t) threads.emplace_back(run, t, rounds);
   for (std::thread& thread : threads) thread.join();
   EXPECT_EQ(wrong, std::vector<int>(3, 0));
 }
+
+TEST(GpuFramesInFlight, SeveralObjectsAtOnceGiveTheBytesOfOne) { severalObjectsAtOnceGiveTheBytesOfOne(true, 4); }
+
+// Apart from the one before because compute-sanitizer's racecheck hangs in it: it needs the driver's lock to empty its records,
+// and a thread that frees memory holds that lock until all kernels, which wait for room in the records, have ended.
+TEST(GpuFramesInFlight, SeveralObjectsGrowingAtOnceGiveTheBytesOfOne) { severalObjectsAtOnceGiveTheBytesOfOne(false, 40); }
 
 TEST(GpuFramesInFlight, MayBeTakenWithoutACopy) {
   Random random(42);
