@@ -79,7 +79,9 @@ TEST(GpuFramesInFlight, SeveralObjectsAtOnceGiveTheBytesOfOne) { severalObjectsA
 
 // Apart from the one before because compute-sanitizer's racecheck hangs in it: it needs the driver's lock to empty its records,
 // and a thread that frees memory holds that lock until all kernels, which wait for room in the records, have ended.
-TEST(GpuFramesInFlight, SeveralObjectsGrowingAtOnceGiveTheBytesOfOne) { severalObjectsAtOnceGiveTheBytesOfOne(false, 40); }
+TEST(GpuFramesInFlight, SeveralObjectsGrowingAtOnceGiveTheBytesOfOne) {
+  severalObjectsAtOnceGiveTheBytesOfOne(false, 40);
+}
 
 TEST(GpuFramesInFlight, MayBeTakenWithoutACopy) {
   Random random(42);
