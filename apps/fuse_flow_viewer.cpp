@@ -10,6 +10,7 @@
 
 #include <fuse_flow/impl/host/parallel.hpp>
 
+#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <cstdlib>
@@ -33,7 +34,11 @@ struct Options {
 std::unique_ptr<viewing::FrameSource> makeSource(const Options& options) {
   if (options.simulated_scene.empty() == options.inputs.empty())
     throw io::OptionError("either a recording or --simulate must be given");
-  if (!options.inputs.empty()) return viewing::openSource(options.inputs, options.recording);
+  if (!options.inputs.empty()) {
+    io::RecordingOptions recording = options.recording;
+    recording.skip_damaged = true;
+    return viewing::openSource(options.inputs, recording);
+  }
   simulation::SimulationOptions simulation = options.simulation;
   simulation.scene = options.simulated_scene;
   simulation.frames_per_second = options.viewer.frames_per_second;
@@ -41,17 +46,19 @@ std::unique_ptr<viewing::FrameSource> makeSource(const Options& options) {
   return viewing::makeSimulatedSource(simulation);
 }
 
-/** \brief Before there is a window that could only stay empty: the first frame must be readable. */
+/** \brief Before there is a window that could only stay empty: of the first frame something must be readable. */
 void checkFirstFrame(const Options& options, viewing::FrameSource& source) {
   const std::optional<std::size_t> count = source.frameCount();
   const std::size_t first = options.viewer.first_frame;
   if (count && first >= *count)
     throw io::OptionError("--start is " + std::to_string(first) + ", must be under the " + std::to_string(*count) +
                           " frames of the recording");
-  if (count) {
-    io::LoadedFrame frame;
-    source.read(first, frame);
-  }
+  if (!count) return;
+  io::LoadedFrame frame;
+  source.read(first, frame);
+  const auto missing = [](const DepthView& view) { return view.missing(); };
+  if (!frame.damaged.empty() && std::all_of(frame.rig.views.begin(), frame.rig.views.end(), missing))
+    throw io::InputError(frame.damaged[0].message + "; --start begins with another frame");
 }
 
 /** \brief "640:400" among the keys is a place that the cursor goes to. */
@@ -69,7 +76,10 @@ void exportAll(const Options& options, viewing::Viewer& viewer) {
   if (!options.cloud.empty()) viewing::writeShownCloud(options.cloud, *viewer.shown()->clouds[0]->cloud);
   if (!options.screenshot.empty()) viewing::writeScreenshot(options.screenshot, viewer.window().renderWindow());
   if (!options.orbit.empty()) viewer.film(options.orbit);
-  if (!viewer.error().empty()) throw io::InputError(viewer.error());
+  const std::vector<std::string>& problems = viewer.problems();
+  if (problems.empty()) return;
+  const std::string others = problems.size() > 1 ? " (" + std::to_string(problems.size() - 1) + " more)" : "";
+  throw io::InputError(problems[0] + others + "; what was asked for is written without it");
 }
 
 int run(const Options& options) {
