@@ -82,6 +82,20 @@ void exportAll(const Options& options, viewing::Viewer& viewer) {
   throw io::InputError(problems[0] + others + "; what was asked for is written without it");
 }
 
+/** \brief False if fusion had to be left to itself. */
+bool show(const Options& options, std::unique_ptr<viewing::FrameSource> source) {
+  viewing::Viewer viewer(std::move(source), options.viewer);
+  for (const std::string& key : options.keys) {
+    viewer.settle();
+    if (const auto cursor = cursorOf(key))
+      viewer.window().moveCursor((*cursor)[0], (*cursor)[1]);
+    else
+      viewer.window().pressKey(key);
+  }
+  options.viewer.offscreen ? exportAll(options, viewer) : viewer.run();
+  return viewer.stopWithin(std::chrono::milliseconds(200));
+}
+
 int run(const Options& options) {
   const bool exports = !options.screenshot.empty() || !options.cloud.empty() || !options.orbit.empty();
   if (exports != options.viewer.offscreen)
@@ -100,21 +114,10 @@ int run(const Options& options) {
   if (options.viewer.color_by == viewing::ColorBy::TruthDistance && !source->knowsTruth())
     throw io::OptionError("--color-by truth: the truth of this recording is not known");
   drawing::requireDisplay("fuse_flow_viewer");
-  viewing::Viewer viewer(std::move(source), options.viewer);
-  for (const std::string& key : options.keys) {
-    viewer.settle();
-    if (const auto cursor = cursorOf(key))
-      viewer.window().moveCursor((*cursor)[0], (*cursor)[1]);
-    else
-      viewer.window().pressKey(key);
-  }
-  if (exports)
-    exportAll(options, viewer);
-  else
-    viewer.run();
+  const bool ended = show(options, std::move(source));
   const int code = io::interrupt_requested ? io::kInterrupted : io::kSuccess;
-  // Nobody waits for a frame that nobody will see.
-  if (!viewer.stopWithin(std::chrono::milliseconds(700))) std::_Exit(code);
+  // The window, its threads and its memory are gone by now; the frame at hand is for nobody.
+  if (!ended) std::_Exit(code);
   return code;
 }
 

@@ -74,6 +74,8 @@ void Viewer::run() {
     last_tick_ = now;
     std::this_thread::sleep_for(kTick);
   }
+  orbit_.reset();                         // a film ends here, and is whole
+  drawing::hide(window_.renderWindow());  // the rest may take its time on a busy machine
 }
 
 void Viewer::tick(double elapsed) {

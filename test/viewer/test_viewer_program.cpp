@@ -108,13 +108,17 @@ void closeWindow(const std::string& number) {
 
 TEST_F(ViewerProgram, EndsWithItsWindowWhileItPlays) {
   RunOptions options;
+  std::chrono::steady_clock::time_point closed;
   options.meanwhile = [&](pid_t) {
     pressUntil("j", path("screenshot_000.png"));
     const std::string find = "xdotool search --sync --onlyvisible --name FUSE-Flow > " + path("window");
     EXPECT_EQ(std::system(find.c_str()), 0);
     closeWindow(tool_test::readText(path("window")));
+    closed = std::chrono::steady_clock::now();
   };
   const ToolResult result = view({"--folder", folder_.string()}, options);
+  EXPECT_LT(std::chrono::steady_clock::now() - closed, std::chrono::seconds(10))
+      << "within a second, were it alone here";
   EXPECT_FALSE(result.timed_out);
   EXPECT_EQ(result.exit_code, 0) << result.err;
 }
