@@ -128,7 +128,8 @@ void addViewOptions(CLI::App& app, Options& options) {
   std::map<std::string, viewing::ColorBy> colors;
   for (std::size_t k = 0; k < viewing::colorByNames().size(); ++k)
     colors[viewing::colorByNames()[k]] = static_cast<viewing::ColorBy>(k);
-  app.add_option("--fps", v.frames_per_second, "frames a second at which the recording was taken")
+  app.add_option("--fps", v.frames_per_second,
+                 "frames a second at which the recording was taken; its stamps are not looked at")
       ->check(io::positiveNumber())
       ->capture_default_str();
   app.add_option("--speed", v.speed, "at which it is played; 1: as it was taken")
@@ -136,7 +137,9 @@ void addViewOptions(CLI::App& app, Options& options) {
       ->capture_default_str();
   app.add_flag("!--paused", v.play, "start with the first frame standing");
   app.add_flag("!--once", v.loop, "do not loop");
-  app.add_option("--start", v.first_frame, "first frame")->check(io::wholeNumber(0, 1000000))->capture_default_str();
+  app.add_option("--start", v.first_frame, "number of the first frame, from 0, as in the names of its files")
+      ->check(io::wholeNumber(0, 1000000))
+      ->capture_default_str();
   app.add_flag("--refine-extrinsics", v.refine_extrinsics,
                "estimate the poses from what the cameras see, and follow them from frame to frame, as the key 0 does")
       ->excludes(app.get_option("--slide"));

@@ -386,6 +386,18 @@ TEST_F(ViewerWindow, TitlesLieOverTheTimelineAndWithinTheWindow) {
   }
 }
 
+TEST_F(ViewerWindow, TheTimelineGoesDownToWhereTheImagesWere) {
+  openWall();
+  press("i");
+  const double* left = viewer_->timeline().representation()->GetPoint1Coordinate()->GetComputedDoubleDisplayValue(
+      viewer_->window().overlay());
+  const int begin = static_cast<int>(left[0]), row = kHeight - 1 - static_cast<int>(left[1]);
+  const io::ColorImage image = picture();
+  int orange = 0;
+  for (int u = begin; u < begin + 30; ++u) orange += image.at(u, row).r > 240 && image.at(u, row).b < 80;
+  EXPECT_GT(orange, 8) << "its handle";
+}
+
 TEST_F(ViewerWindow, WhatIsUnderTheCursorIsOfTheCloudThatIsShownAndGoesWithTheCursor) {
   openWall();
   moveTo(200, 150);
