@@ -10,6 +10,7 @@
 
 #include <fuse_flow/impl/host/parallel.hpp>
 
+#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <cstdlib>
@@ -33,7 +34,11 @@ struct Options {
 std::unique_ptr<viewing::FrameSource> makeSource(const Options& options) {
   if (options.simulated_scene.empty() == options.inputs.empty())
     throw io::OptionError("either a recording or --simulate must be given");
-  if (!options.inputs.empty()) return viewing::openSource(options.inputs, options.recording);
+  if (!options.inputs.empty()) {
+    io::RecordingOptions recording = options.recording;
+    recording.skip_damaged = true;
+    return viewing::openSource(options.inputs, recording);
+  }
   simulation::SimulationOptions simulation = options.simulation;
   simulation.scene = options.simulated_scene;
   simulation.frames_per_second = options.viewer.frames_per_second;
@@ -41,17 +46,19 @@ std::unique_ptr<viewing::FrameSource> makeSource(const Options& options) {
   return viewing::makeSimulatedSource(simulation);
 }
 
-/** \brief Before there is a window that could only stay empty: the first frame must be readable. */
+/** \brief Before there is a window that could only stay empty: of the first frame something must be readable. */
 void checkFirstFrame(const Options& options, viewing::FrameSource& source) {
   const std::optional<std::size_t> count = source.frameCount();
   const std::size_t first = options.viewer.first_frame;
   if (count && first >= *count)
     throw io::OptionError("--start is " + std::to_string(first) + ", must be under the " + std::to_string(*count) +
                           " frames of the recording");
-  if (count) {
-    io::LoadedFrame frame;
-    source.read(first, frame);
-  }
+  if (!count) return;
+  io::LoadedFrame frame;
+  source.read(first, frame);
+  const auto missing = [](const DepthView& view) { return view.missing(); };
+  if (!frame.damaged.empty() && std::all_of(frame.rig.views.begin(), frame.rig.views.end(), missing))
+    throw io::InputError(frame.damaged[0].message + "; --start begins with another frame");
 }
 
 /** \brief "640:400" among the keys is a place that the cursor goes to. */
@@ -69,7 +76,24 @@ void exportAll(const Options& options, viewing::Viewer& viewer) {
   if (!options.cloud.empty()) viewing::writeShownCloud(options.cloud, *viewer.shown()->clouds[0]->cloud);
   if (!options.screenshot.empty()) viewing::writeScreenshot(options.screenshot, viewer.window().renderWindow());
   if (!options.orbit.empty()) viewer.film(options.orbit);
-  if (!viewer.error().empty()) throw io::InputError(viewer.error());
+  const std::vector<std::string>& problems = viewer.problems();
+  if (problems.empty()) return;
+  const std::string others = problems.size() > 1 ? " (" + std::to_string(problems.size() - 1) + " more)" : "";
+  throw io::InputError(problems[0] + others + "; what was asked for is written without it");
+}
+
+/** \brief False if fusion had to be left to itself. */
+bool show(const Options& options, std::unique_ptr<viewing::FrameSource> source) {
+  viewing::Viewer viewer(std::move(source), options.viewer);
+  for (const std::string& key : options.keys) {
+    viewer.settle();
+    if (const auto cursor = cursorOf(key))
+      viewer.window().moveCursor((*cursor)[0], (*cursor)[1]);
+    else
+      viewer.window().pressKey(key);
+  }
+  options.viewer.offscreen ? exportAll(options, viewer) : viewer.run();
+  return viewer.stopWithin(std::chrono::milliseconds(200));
 }
 
 int run(const Options& options) {
@@ -90,21 +114,10 @@ int run(const Options& options) {
   if (options.viewer.color_by == viewing::ColorBy::TruthDistance && !source->knowsTruth())
     throw io::OptionError("--color-by truth: the truth of this recording is not known");
   drawing::requireDisplay("fuse_flow_viewer");
-  viewing::Viewer viewer(std::move(source), options.viewer);
-  for (const std::string& key : options.keys) {
-    viewer.settle();
-    if (const auto cursor = cursorOf(key))
-      viewer.window().moveCursor((*cursor)[0], (*cursor)[1]);
-    else
-      viewer.window().pressKey(key);
-  }
-  if (exports)
-    exportAll(options, viewer);
-  else
-    viewer.run();
+  const bool ended = show(options, std::move(source));
   const int code = io::interrupt_requested ? io::kInterrupted : io::kSuccess;
-  // Nobody waits for a frame that nobody will see.
-  if (!viewer.stopWithin(std::chrono::milliseconds(700))) std::_Exit(code);
+  // The window, its threads and its memory are gone by now; the frame at hand is for nobody.
+  if (!ended) std::_Exit(code);
   return code;
 }
 
@@ -115,7 +128,8 @@ void addViewOptions(CLI::App& app, Options& options) {
   std::map<std::string, viewing::ColorBy> colors;
   for (std::size_t k = 0; k < viewing::colorByNames().size(); ++k)
     colors[viewing::colorByNames()[k]] = static_cast<viewing::ColorBy>(k);
-  app.add_option("--fps", v.frames_per_second, "frames a second at which the recording was taken")
+  app.add_option("--fps", v.frames_per_second,
+                 "frames a second at which the recording was taken; its stamps are not looked at")
       ->check(io::positiveNumber())
       ->capture_default_str();
   app.add_option("--speed", v.speed, "at which it is played; 1: as it was taken")
@@ -123,7 +137,9 @@ void addViewOptions(CLI::App& app, Options& options) {
       ->capture_default_str();
   app.add_flag("!--paused", v.play, "start with the first frame standing");
   app.add_flag("!--once", v.loop, "do not loop");
-  app.add_option("--start", v.first_frame, "first frame")->check(io::wholeNumber(0, 1000000))->capture_default_str();
+  app.add_option("--start", v.first_frame, "number of the first frame, from 0, as in the names of its files")
+      ->check(io::wholeNumber(0, 1000000))
+      ->capture_default_str();
   app.add_flag("--refine-extrinsics", v.refine_extrinsics,
                "estimate the poses from what the cameras see, and follow them from frame to frame, as the key 0 does")
       ->excludes(app.get_option("--slide"));

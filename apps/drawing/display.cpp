@@ -29,4 +29,11 @@ bool eventsWait(vtkRenderWindow* window) {
   return display && XEventsQueued(display, QueuedAfterReading) > 0;
 }
 
+void hide(vtkRenderWindow* window) {
+  auto* display = static_cast<Display*>(window->GetGenericDisplayId());
+  if (!display) return;
+  XUnmapWindow(display, reinterpret_cast<Window>(window->GetGenericWindowId()));
+  XFlush(display);
+}
+
 }  // namespace fuse_flow::drawing

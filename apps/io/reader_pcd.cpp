@@ -38,6 +38,7 @@ class PcdRecording : public Recording {
     out.images = images_;
     out.rig.cameras = cameras_;
     out.rig.stamp = 0;
+    out.damaged.clear();
     out.rig.views.assign(cameras_.size(), DepthView());
     for (std::size_t i = 0; i < cameras_.size(); ++i) {
       out.rig.views[i].depth32 = out.images[i].depth32.view();

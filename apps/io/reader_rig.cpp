@@ -27,7 +27,7 @@ std::size_t countFrames(const fs::path& folder) {
 class RigRecording : public Recording {
  public:
   RigRecording(fs::path folder, const std::vector<RigCamera>& rig, const RecordingOptions& options)
-      : folder_(std::move(folder)), read_color_(options.read_color) {
+      : folder_(std::move(folder)), read_color_(options.read_color), skip_damaged_(options.skip_damaged) {
     for (const RigCamera& entry : rig) {
       cameras_.push_back(entry.camera);
       depth_scales_.push_back(options.depth_scale.value_or(entry.depth_scale));
@@ -44,6 +44,7 @@ class RigRecording : public Recording {
     out.rig.views.resize(cameras_.size());
     out.images.resize(cameras_.size());
     out.rig.stamp = 0;
+    out.damaged.clear();
     const std::string stem = frameStem(frame);
     for (std::size_t i = 0; i < cameras_.size(); ++i) {
       const fs::path camera = folder_ / cameras_[i].name;
@@ -51,13 +52,14 @@ class RigRecording : public Recording {
       files.depth = (camera / "depth" / (stem + ".png")).string();
       if (read_color_) files.color = findImage((camera / "color").string(), stem);
       files.confidence = (camera / "confidence" / (stem + ".png")).string();
-      loadView(files, cameras_[i], depth_scales_[i], out.images[i], out.rig.views[i]);
+      loadView(files, depth_scales_[i], i, skip_damaged_, out);
     }
   }
 
  private:
   fs::path folder_;
   bool read_color_;
+  bool skip_damaged_;
   std::vector<Camera> cameras_;
   std::vector<float> depth_scales_;
   std::size_t frame_count_{0};

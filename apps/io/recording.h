@@ -21,6 +21,12 @@ struct LoadedView {
   FloatImage confidence;
 };
 
+/** \brief A view that is missing because a file of it cannot be read. */
+struct DamagedView {
+  std::size_t view{0};
+  std::string message;  ///< one line that names the file
+};
+
 /** \brief One instant with the memory behind it: rig.views point into images. Read every frame into the same one: the
  *  buffers are reused. */
 struct LoadedFrame {
@@ -32,6 +38,7 @@ struct LoadedFrame {
 
   RigFrame rig;
   std::vector<LoadedView> images;
+  std::vector<DamagedView> damaged;  ///< empty unless RecordingOptions::skip_damaged
 };
 
 /** \brief A source of rig frames: a folder of images with a calibration. */
@@ -48,7 +55,8 @@ class Recording {
   /** \brief What one camera's files are called, for messages and reports: "frame-000060", "left". */
   std::string viewName(std::size_t view) const { return cameras()[view].name; }
   /** \brief Replaces what out holds by a frame in [0, frameCount()). A camera whose depth file is not there becomes a
-   *  missing view. Throws InputError on a damaged file or an image that does not fit its camera. */
+   *  missing view. Throws InputError on a damaged file or an image that does not fit its camera, unless
+   *  RecordingOptions::skip_damaged. */
   virtual void read(std::size_t frame, LoadedFrame& out) = 0;
 };
 
@@ -66,6 +74,9 @@ struct RecordingOptions {
   std::string poses;
   /** \brief False: colour images are not opened. */
   bool read_color{true};
+  /** \brief A camera with a file that cannot be read is missing from that frame, see LoadedFrame::damaged; false: read()
+   *  throws. PCD files are read as they are opened, and then it throws always. */
+  bool skip_damaged{false};
 };
 
 /** \brief Looks at what it is given and picks the reader. One path: a folder, or its rig.json; several: organised PCD

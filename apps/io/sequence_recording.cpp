@@ -11,8 +11,11 @@ namespace {
 
 class SequenceRecording : public Recording {
  public:
-  SequenceRecording(Sequence sequence, std::vector<std::size_t> views, std::size_t slide)
-      : sequence_(std::move(sequence)), views_(std::move(views)), slide_(slide) {
+  SequenceRecording(Sequence sequence, std::vector<std::size_t> views, const RecordingOptions& options)
+      : sequence_(std::move(sequence)),
+        views_(std::move(views)),
+        slide_(static_cast<std::size_t>(options.slide)),
+        skip_damaged_(options.skip_damaged) {
     while (slide_ > 0 && allExist(frame_count_)) ++frame_count_;
     for (std::size_t view = 0; view < views_.size(); ++view) cameras_.push_back(cameraOf(frameOf(view, 0)));
   }
@@ -26,10 +29,11 @@ class SequenceRecording : public Recording {
     out.rig.cameras.resize(views_.size());
     out.rig.views.resize(views_.size());
     out.rig.stamp = frameOf(0, frame).stamp;
+    out.damaged.clear();
     for (std::size_t view = 0; view < views_.size(); ++view) {
       const SequenceFrame& source = frameOf(view, frame);
       out.rig.cameras[view] = cameraOf(source);
-      loadView(source.files, out.rig.cameras[view], sequence_.depth_scale, out.images[view], out.rig.views[view]);
+      loadView(source.files, sequence_.depth_scale, view, skip_damaged_, out);
     }
   }
 
@@ -52,6 +56,7 @@ class SequenceRecording : public Recording {
   Sequence sequence_;
   std::vector<std::size_t> views_;
   std::size_t slide_;
+  bool skip_damaged_;
   std::size_t frame_count_{1};
   std::vector<Camera> cameras_;
 };
@@ -117,8 +122,7 @@ std::unique_ptr<Recording> openSequence(Sequence sequence, const RecordingOption
     for (auto& [number, frame] : sequence.frames) frame.files.color.clear();
   std::vector<std::size_t> views = chooseViews(sequence, options.views);
   const std::string path = sequence.path;
-  auto recording = std::make_unique<SequenceRecording>(std::move(sequence), std::move(views),
-                                                       static_cast<std::size_t>(options.slide));
+  auto recording = std::make_unique<SequenceRecording>(std::move(sequence), std::move(views), options);
   for (const Camera& camera : recording->cameras()) checkCameraInput(path, camera);
   return recording;
 }

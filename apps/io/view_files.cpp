@@ -56,4 +56,14 @@ void loadView(const ViewFiles& files, const Camera& camera, float depth_scale, L
   }
 }
 
+void loadView(const ViewFiles& files, float depth_scale, std::size_t number, bool skip_damaged, LoadedFrame& out) {
+  try {
+    loadView(files, out.rig.cameras[number], depth_scale, out.images[number], out.rig.views[number]);
+  } catch (const InputError& error) {
+    if (!skip_damaged) throw;
+    out.rig.views[number] = DepthView();
+    out.damaged.push_back({number, error.what()});
+  }
+}
+
 }  // namespace fuse_flow::io

@@ -23,4 +23,8 @@ std::string findImage(const std::string& folder, const std::string& stem);
  *  else exists. Throws InputError on a damaged file and on an image whose size is not its camera's. */
 void loadView(const ViewFiles& files, const Camera& camera, float depth_scale, LoadedView& images, DepthView& view);
 
+/** \brief The same for one view of a frame, whose cameras must be there and whose views and images must be as many.
+ *  \param skip_damaged what would be thrown is added to out.damaged, and the view is missing */
+void loadView(const ViewFiles& files, float depth_scale, std::size_t number, bool skip_damaged, LoadedFrame& out);
+
 }  // namespace fuse_flow::io

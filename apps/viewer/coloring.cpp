@@ -58,10 +58,10 @@ std::vector<Rgb8> colorsOf(const Cloud& cloud, ColorBy what, const PointAttribut
         colors[k] = {p.r, p.g, p.b};
         break;
       case ColorBy::Confidence:
-        colors[k] = viridis(p.confidence);
+        if (attributes.confidence_known) colors[k] = viridis(p.confidence);
         break;
       case ColorBy::Views:
-        colors[k] = viewsColor(p.view_count);
+        if (attributes.views_known) colors[k] = viewsColor(p.view_count);
         break;
       case ColorBy::Camera:
         if (k < attributes.origins.size() && attributes.origins[k].camera != Origin::kNone)

@@ -19,6 +19,8 @@ constexpr float kTruthLimit = 0.02f;  ///< distance from which on TruthDistance 
 
 /** \brief What some colourings need beyond the cloud; as many as points, or empty if not needed. */
 struct PointAttributes {
+  bool confidence_known{true};  ///< false: the method has none, whatever the points say
+  bool views_known{true};
   std::vector<Origin> origins;
   std::vector<Eigen::Vector3f> normals;
   std::vector<float> truth_distances;  ///< metres

@@ -9,6 +9,7 @@ CropBox::CropBox(Window& window, Panes& panes, OnChange on_change)
       widget_(vtkSmartPointer<vtkBoxWidget2>::New()) {
   representation_->SetPlaceFactor(1);
   representation_->HandlesOn();
+  representation_->GetOutlineProperty()->SetLineWidth(2);
   widget_->SetInteractor(window.interactor());
   widget_->SetRepresentation(representation_);
   widget_->RotationEnabledOff();  // the crop box of the parameters is parallel to the axes
@@ -24,6 +25,11 @@ void CropBox::show(const Eigen::AlignedBox3f& box) {
   widget_->SetCurrentRenderer(panes_.renderer(0));  // else it takes the one under the cursor
   representation_->PlaceWidget(bounds);
   widget_->On();
+}
+
+void CropBox::setColor(double r, double g, double b) {
+  for (vtkProperty* property : {representation_->GetOutlineProperty(), representation_->GetHandleProperty()})
+    property->SetColor(r, g, b);
 }
 
 void CropBox::hide() { widget_->Off(); }

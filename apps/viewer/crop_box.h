@@ -24,6 +24,7 @@ class CropBox {
   CropBox& operator=(const CropBox&) = delete;
 
   void show(const Eigen::AlignedBox3f& box);
+  void setColor(double r, double g, double b);
   void hide();
   bool visible() { return widget_->GetEnabled() != 0; }
 

@@ -1,6 +1,8 @@
 #include "viewer/frame_fuser.h"
 
 #include "io/tool.h"
+#include "io/view_files.h"
+#include "viewer/empty_cloud.h"
 #include "viewer/point_data.h"
 #include "viewer/thumbnail.h"
 
@@ -34,6 +36,14 @@ int threadsOf(const FusionSetting& setting) { return host::resolveThreads(static
 
 }  // namespace
 
+std::string frameName(std::size_t frame) {
+  return "frame " + std::to_string(frame + 1) + " (" + io::frameStem(frame) + ")";
+}
+
+std::string frameName(std::size_t frame, std::size_t frames) {
+  return "frame " + std::to_string(frame + 1) + " of " + std::to_string(frames) + " (" + io::frameStem(frame) + ")";
+}
+
 void FrameFuser::readFrame(std::size_t frame) {
   if (loaded_frame_ == frame) return;
   loaded_frame_.reset();
@@ -44,7 +54,18 @@ void FrameFuser::readFrame(std::size_t frame) {
   for (const DepthView& view : loaded_.rig.views) thumbnails_.push_back(thumbnailOf(view, kThumbnailHeight));
   given_ = loaded_.rig.cameras;
   placed_ = false;
+  truth_error_.clear();
   loaded_frame_ = frame;
+}
+
+const simulation::RayScene* FrameFuser::truth() {
+  if (!source_->knowsTruth() || !truth_error_.empty()) return nullptr;
+  try {
+    return &source_->truth(*loaded_frame_);
+  } catch (const io::InputError& error) {
+    truth_error_ = error.what();
+    return nullptr;
+  }
 }
 
 /** \brief Switched off, what was learned is forgotten: the next time begins with the given poses again. */
@@ -83,6 +104,10 @@ void FrameFuser::fuseCloud(const FusionRequest& request, Pane& pane, const Fusio
   pane.fused.setting = setting;
   pane.fused.cloud = cloud;
   pane.fused.statistics = pane.method->statistics();
+  pane.fused.attributes.confidence_known = setting->method == "fuse_flow";
+  // A voxel grid of PCL's averages points of several cameras, and does not count them.
+  pane.fused.attributes.views_known = setting->method == "fuse_flow" || setting->method == "concatenate";
+  if (cloud->empty()) pane.fused.why_empty = whyEmpty(*setting, loaded_.rig);
   pane.colored_by.reset();
   pane.frame = request.frame;
 }
@@ -95,6 +120,8 @@ void FrameFuser::measure(const FusionRequest& request, Pane& pane) {
   parameters.max_range = options.parameters.preprocessing.max_range;
   parameters.coverage_step = kCoverageStep;
   pane.fused.quality = multiCameraConsistency(*pane.fused.cloud, loaded_.rig, parameters, options.threads);
+  if (const simulation::RayScene* scene = truth())
+    pane.fused.truth_distance = meanTruthDistance(*pane.fused.cloud, *scene, threadsOf(*pane.setting));
   pane.published.reset();
 }
 
@@ -107,8 +134,9 @@ void FrameFuser::color(const FusionRequest& request, Pane& pane) {
     fused.attributes.origins = originsOf(*fused.cloud, loaded_.rig, threads);
   if (by_normal && fused.attributes.normals.empty())
     fused.attributes.normals = normalsOf(fused.attributes.origins, loaded_.rig, threads);
-  if (request.color_by == ColorBy::TruthDistance && fused.attributes.truth_distances.empty() && source_->knowsTruth())
-    fused.attributes.truth_distances = truthDistances(*fused.cloud, source_->truth(request.frame), threads);
+  if (request.color_by == ColorBy::TruthDistance && fused.attributes.truth_distances.empty())
+    if (const simulation::RayScene* scene = truth())
+      fused.attributes.truth_distances = truthDistances(*fused.cloud, *scene, threads);
   fused.slices = slicesOf(*fused.cloud, colorsOf(*fused.cloud, request.color_by, fused.attributes));
   pane.colored_by = request.color_by;
   pane.published.reset();
@@ -119,18 +147,20 @@ std::shared_ptr<const FusedFrame> FrameFuser::fuse(const FusionRequest& request,
   answer->number = request.number;
   answer->frame = request.frame;
   const auto failed = [&](const std::string& message) {
-    answer->error = "frame " + std::to_string(request.frame) + ": " + message;
+    answer->error = frameName(request.frame) + ": " + message;
     answer->clouds = {};
     return answer;
   };
   try {
     readFrame(request.frame);
   } catch (const std::exception& error) {
-    answer->ended = true;
     return failed(error.what());
   }
   answer->thumbnails = thumbnails_;
   answer->read_ms = read_ms_;
+  answer->color_by = request.color_by;
+  for (const io::DamagedView& view : loaded_.damaged)
+    answer->damaged.push_back("camera '" + loaded_.rig.cameras[view.view].name + "' is missing: " + view.message);
   try {
     placeCameras(request.refine_extrinsics);
     answer->cameras = loaded_.rig.cameras;
@@ -147,6 +177,7 @@ std::shared_ptr<const FusedFrame> FrameFuser::fuse(const FusionRequest& request,
       if (!pane.published) pane.published = std::make_shared<FusedCloud>(pane.fused);
       answer->clouds[k] = pane.published;
     }
+    if (!truth_error_.empty()) answer->damaged.push_back("the truth is not known: " + truth_error_);
   } catch (const pcl::PCLException& error) {
     return failed(io::messageOf(error));
   } catch (const std::exception& error) {

@@ -32,12 +32,15 @@ class FrameFuser {
   void readFrame(std::size_t frame);
   void placeCameras(bool refine);
   void fuseCloud(const FusionRequest& request, Pane& pane, const FusionSettingPtr& setting);
+  /** \brief Null if it is not known, or cannot be read. */
+  const simulation::RayScene* truth();
   void measure(const FusionRequest& request, Pane& pane);
   void color(const FusionRequest& request, Pane& pane);
 
   std::unique_ptr<FrameSource> source_;
   io::LoadedFrame loaded_;
   std::optional<std::size_t> loaded_frame_;
+  std::string truth_error_;    ///< of the loaded frame
   std::vector<Camera> given_;  ///< as the loaded frame came
   bool placed_{false};         ///< the loaded frame's cameras are where the last request wanted them
   std::optional<RefinedExtrinsics> refined_;

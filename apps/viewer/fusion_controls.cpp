@@ -27,6 +27,11 @@ FusionSettingPtr makeSetting(const std::string& title, const std::string& method
 
 }  // namespace
 
+bool uses(const FuseFlowParameters& parameters, Component component) {
+  FuseFlowParameters copy = parameters;
+  return switchOf(copy, component);
+}
+
 FusionControls::FusionControls(const std::string& method, const io::MethodOptions& options)
     : method_(method), options_(options), initial_(options), kept_(options) {
   update();
@@ -36,11 +41,6 @@ void FusionControls::update() { fused_ = makeSetting(titleOf(method_, options_),
 
 void FusionControls::toggle(Component component) {
   change([component](FuseFlowParameters& p) { switchOf(p, component) = !switchOf(p, component); });
-}
-
-bool FusionControls::uses(Component component) const {
-  FuseFlowParameters copy = options_.parameters;
-  return switchOf(copy, component);
 }
 
 void FusionControls::change(const std::function<void(FuseFlowParameters&)>& apply) {

@@ -10,6 +10,7 @@ namespace fuse_flow::viewing {
 
 /** \brief The three components of the paper's ablation. */
 enum class Component { MeasurementConfidence, DistanceConsistency, SpatialHash };
+bool uses(const FuseFlowParameters& parameters, Component component);
 
 /** \brief What is fused how, as the keys and sliders change it. */
 class FusionControls {
@@ -25,7 +26,6 @@ class FusionControls {
 
   /** \brief Switches a component off or on. */
   void toggle(Component component);
-  bool uses(Component component) const;
   /** \brief Applies a change to the parameters of the left view; the other one keeps what it has, but for the crop box. */
   void change(const std::function<void(FuseFlowParameters&)>& apply);
   /** \brief Back to where it started, but for the crop box. */

@@ -38,7 +38,7 @@ struct FusionRequest {
   std::array<FusionSettingPtr, kPanes> settings;  ///< null: that view is not shown
   ColorBy color_by{ColorBy::Rgb};
   bool refine_extrinsics{false};  ///< with poses that follow what the cameras see, not as given
-  bool measure_quality{true};     ///< E_MC takes time of its own
+  bool measure_quality{true};     ///< E_MC and the distance to the truth take time of their own
 };
 
 /** \brief One cloud, ready to be drawn. */
@@ -47,6 +47,8 @@ struct FusedCloud {
   std::shared_ptr<const Cloud> cloud;
   FrameStatistics statistics;
   std::optional<Quality> quality;
+  std::optional<double> truth_distance;  ///< mean, metres; absent: not known
+  std::string why_empty;                 ///< see whyEmpty(); empty: there are points
   PointAttributes attributes;
   std::vector<vtkSmartPointer<vtkPolyData>> slices;  ///< see slicesOf()
 };
@@ -58,16 +60,22 @@ struct RefinedExtrinsics {
   std::vector<CameraMotion> moved;  ///< the latest of each camera that was found to have moved as it played
 };
 
+/** \brief How people are told which frame: "frame 3 (000002)", counted from 1, and as its files are numbered. */
+std::string frameName(std::size_t frame);
+/** \brief "frame 3 of 12 (000002)" */
+std::string frameName(std::size_t frame, std::size_t frames);
+
 /** \brief The answer to a request. */
 struct FusedFrame {
   std::uint64_t number{0};
   std::size_t frame{0};
-  std::string error;  ///< one line; then the clouds are null, and what was shown stays
-  bool ended{false};  ///< the error: this frame could not be read
+  std::string error;                 ///< one line; then the clouds are null, and what was shown stays
+  std::vector<std::string> damaged;  ///< files that could not be read: a camera is missing, or the truth; one line each
   std::vector<Camera> cameras;
   std::optional<RefinedExtrinsics> refined;  ///< absent: the poses are as given
   std::vector<io::ColorImage> thumbnails;    ///< empty: the camera is missing
   double read_ms{0};
+  ColorBy color_by{ColorBy::Rgb};
   std::array<std::shared_ptr<const FusedCloud>, kPanes> clouds;
 };
 

@@ -15,6 +15,7 @@ constexpr int kMargin = 10;            // pixels, from the window's border
 constexpr int kTextSize = 14;          // pixels
 constexpr int kLegendWidth = 130;      // pixels
 constexpr double kLegendShare = 0.35;  // of the window's height
+constexpr int kTitles = 92;            // pixels above the strip: over the timeline
 constexpr double kStripShare = 0.2;    // of the window's height, at most
 
 vtkSmartPointer<vtkImageData> toImageData(const io::ColorImage& image) {
@@ -139,14 +140,12 @@ void Overlay::setImages(const std::vector<io::ColorImage>& thumbnails, const std
     image_names_.back()->SetVisibility(images_visible_);
   }
   for (std::size_t k = 0; k < names.size(); ++k)
-    image_names_[k]->SetInput((thumbnails[k].empty() ? names[k] + ": missing" : names[k]).c_str());
-  arrangeImages();
+    image_names_[k]->SetInput((thumbnails[k].empty() ? names[k] + ": no image" : names[k]).c_str());
 }
 
 void Overlay::showImages(bool visible) {
   images_visible_ = visible;
   for (const auto& name : image_names_) name->SetVisibility(visible);
-  arrangeImages();
 }
 
 void Overlay::arrangeImages() {
@@ -170,17 +169,21 @@ void Overlay::arrange(const Panes& panes) {
   status_->SetPosition(kMargin, height - kMargin);
   const int above_strip = aboveImages();
   readout_->SetPosition(kMargin, above_strip);
-  message_->SetPosition(width / 2.0, above_strip + 6 * kTextSize);
+  message_->SetPosition(width / 2.0, above_strip + kTitles + 2 * kTextSize);
   for (std::size_t k = 0; k < kPanes; ++k) {
     const auto [begin, end] = panes.extent(k);
-    titles_[k]->SetPosition(width * (begin + end) / 2, above_strip + 3 * kTextSize);
-    titles_[k]->SetVisibility(panes.comparing() && *titles_[k]->GetInput() != '\0');
+    double extent[2];
+    titles_[k]->GetSize(window_.overlay(), extent);
+    const double half = extent[0] / 2 + kMargin;  // a narrow pane's title stays within the window
+    titles_[k]->SetPosition(std::clamp(width * (begin + end) / 2, half, std::max(half, width - half)),
+                            above_strip + kTitles);
+    titles_[k]->SetVisibility(*titles_[k]->GetInput() != '\0');
   }
   legend_->SetVisibility(legend_visible_ && !legend_empty_);
   legend_->GetPositionCoordinate()->SetCoordinateSystemToDisplay();
   legend_->GetPosition2Coordinate()->SetCoordinateSystemToDisplay();
   legend_->GetPosition2Coordinate()->SetReferenceCoordinate(nullptr);
-  const int low = above_strip + 4 * kTextSize;
+  const int low = above_strip + kTitles + 4 * kTextSize;
   legend_->GetPositionCoordinate()->SetValue(kMargin, low);
   legend_->GetPosition2Coordinate()->SetValue(kMargin + kLegendWidth, low + kLegendShare * height);
 }

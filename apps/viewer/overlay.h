@@ -16,7 +16,8 @@
 
 namespace fuse_flow::viewing {
 
-/** \brief What lies over the world: texts, the cameras' images, and the legend of the colours. */
+/** \brief What lies over the world: texts, the cameras' images, and the legend of the colours. Titles, images and legend are seen
+ *  from the next arrange() on. */
 class Overlay {
  public:
   explicit Overlay(Window& window);
@@ -27,8 +28,11 @@ class Overlay {
   void setMessage(const std::string& text) { message_->SetInput(text.c_str()); }
   /** \brief Above the strip: the point under the cursor. */
   void setReadout(const std::string& text) { readout_->SetInput(text.c_str()); }
-  /** \brief Heads a pane. */
+  std::string readout() const { return readout_->GetInput(); }
+  std::string status() const { return status_->GetInput(); }
+  /** \brief Heads a pane; empty: nothing does. */
   void setTitle(std::size_t pane, const std::string& text) { titles_[pane]->SetInput(text.c_str()); }
+  vtkTextActor* title(std::size_t pane) { return titles_[pane]; }
   /** \brief Over everything; empty: none. */
   void setHelp(const std::string& text);
   void setLegend(const Legend& legend);

@@ -134,6 +134,38 @@ std::optional<std::array<double, 6>> Panes::bounds(std::size_t pane) const {
   return bounds;
 }
 
+Eigen::AlignedBox3f Panes::boxInView() {
+  constexpr double kOutermost = 0.01, kBorder = 0.9;  // shares of the points, and of the view's half
+  const Cloud& cloud = *clouds_[0]->cloud;
+  Eigen::AlignedBox3f box;
+  std::vector<float> values(cloud.size());
+  for (int axis = 0; axis < 3; ++axis) {
+    std::transform(cloud.begin(), cloud.end(), values.begin(), [axis](const PointFused& p) { return p.data[axis]; });
+    const auto at = [&](double share) {
+      const auto place = values.begin() + std::lround(share * static_cast<double>(values.size() - 1));
+      std::nth_element(values.begin(), place, values.end());
+      return *place;
+    };
+    box.min()[axis] = at(kOutermost);
+    box.max()[axis] = at(1 - kOutermost);
+  }
+  aimCamera(0);
+  const auto seen = [&](const Eigen::Vector3f& p) {
+    double x = static_cast<double>(p.x()), y = static_cast<double>(p.y()), z = static_cast<double>(p.z());
+    renderers_[0]->WorldToView(x, y, z);
+    return std::abs(x) < kBorder && std::abs(y) < kBorder && std::abs(z) < 1;
+  };
+  const Eigen::Vector3f centre = box.center(), half = box.sizes() / 2;
+  for (float share = 1; share > 0.1f; share *= 0.9f) {
+    bool all = true;
+    for (int axis = 0; axis < 3; ++axis)
+      for (const float side : {-1.0f, 1.0f})
+        all = all && seen(centre + side * share * half[axis] * Eigen::Vector3f::Unit(axis));
+    if (all) return Eigen::AlignedBox3f(centre - share * half, centre + share * half);
+  }
+  return box;  // whoever looks elsewhere
+}
+
 void Panes::setComparing(bool comparing) {
   comparing_ = comparing;
   arrange();

@@ -55,6 +55,9 @@ class Panes {
   std::size_t drawnPoints() const;
   /** \brief Around a cloud, low and high of x, y, z; absent: it has no points. */
   std::optional<std::array<double, 6>> bounds(std::size_t pane) const;
+  /** \brief A box within the first pane's cloud, which must have points: around all but the outermost of them, and as much smaller as
+   *  it takes to see the middles of its faces. */
+  Eigen::AlignedBox3f boxInView();
   void setPointSize(double pixels);
   /** \brief Of what is in the panes now. */
   void setForm(Form form);

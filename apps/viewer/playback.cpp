@@ -43,11 +43,6 @@ void Playback::seekEnd() {
 
 void Playback::setSpeed(double speed) { speed_ = std::clamp(speed, kSlowest, kFastest); }
 
-void Playback::endAt(std::size_t frames) {
-  frames_ = std::max<std::size_t>(1, frames);
-  seek(frame());
-}
-
 std::size_t Playback::frame() const { return static_cast<std::size_t>(position_); }
 
 }  // namespace fuse_flow::viewing

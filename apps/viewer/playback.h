@@ -30,8 +30,6 @@ class Playback {
   /** \brief Kept within kSlowest and kFastest. */
   void setSpeed(double speed);
   void setLoop(bool loop) { loop_ = loop; }
-  /** \brief The source turned out to hold only that many frames; at least 1. */
-  void endAt(std::size_t frames);
 
   std::size_t frame() const;
   std::optional<std::size_t> frames() const { return frames_; }

@@ -15,6 +15,7 @@ namespace {
 
 constexpr float kSameSurface = 0.05f;    // metres; as eq. 12 decides that a camera sees a point
 constexpr std::size_t kBlock = 1 << 13;  // points a task
+constexpr std::size_t kSample = 10000;   // points that tell a mean well enough to look at
 
 template <typename Body>
 void forEachPoint(std::size_t count, int threads, const Body& body) {
@@ -97,6 +98,19 @@ std::vector<float> truthDistances(const Cloud& cloud, const simulation::RayScene
   forEachPoint(cloud.size(), threads,
                [&](std::size_t k) { distances[k] = scene.nearest(cloud[k].getVector3fMap(), 1.0f).t; });
   return distances;
+}
+
+double meanTruthDistance(const Cloud& cloud, const simulation::RayScene& scene, int threads) {
+  const std::size_t step = (cloud.size() + kSample - 1) / kSample;
+  Cloud sample;
+  for (std::size_t k = 0; k < cloud.size(); k += step) sample.push_back(cloud[k]);
+  double sum = 0, count = 0;
+  for (const float distance : truthDistances(sample, scene, threads)) {
+    if (!std::isfinite(distance)) continue;
+    sum += static_cast<double>(distance);
+    ++count;
+  }
+  return sum / count;
 }
 
 }  // namespace fuse_flow::viewing

@@ -33,4 +33,7 @@ std::vector<Eigen::Vector3f> normalsOf(const std::vector<Origin>& origins, const
 /** \brief Of each point to the true surface, metres; infinite: over 1 m. */
 std::vector<float> truthDistances(const Cloud& cloud, const simulation::RayScene& scene, int threads);
 
+/** \brief The mean of that over at most 10,000 points, evenly spread over the cloud; metres, NaN if none is within 1 m. */
+double meanTruthDistance(const Cloud& cloud, const simulation::RayScene& scene, int threads);
+
 }  // namespace fuse_flow::viewing

@@ -61,10 +61,13 @@ std::optional<PickedPoint> Probe::pick(int x, int y) {
 }
 
 std::string Probe::describe(const PickedPoint& point) const {
-  const PointFused& p = (*panes_.cloud(point.pane)->cloud)[point.index];
+  const FusedCloud& shown = *panes_.cloud(point.pane);
+  const PointFused& p = (*shown.cloud)[point.index];
   std::ostringstream text;
-  text << std::fixed << std::setprecision(3) << "x " << p.x << ", y " << p.y << ", z " << p.z << " m, omega "
-       << std::setprecision(2) << p.confidence << ", " << p.view_count << (p.view_count == 1 ? " view" : " views");
+  text << std::fixed << std::setprecision(3) << "x " << p.x << ", y " << p.y << ", z " << p.z << " m"
+       << std::setprecision(2);
+  if (shown.attributes.confidence_known) text << ", omega " << p.confidence;
+  if (shown.attributes.views_known) text << ", " << p.view_count << (p.view_count == 1 ? " view" : " views");
   return text.str();
 }
 
@@ -88,12 +91,13 @@ SelectedPoints Probe::select(const std::array<int, 2>& from, const std::array<in
 
 std::string Probe::describe(const SelectedPoints& points) const {
   if (points.count == 0) return "there is no point in the rectangle";
+  const FusedCloud& shown = *panes_.cloud(points.pane);
   const Eigen::Vector3f size = points.box.sizes();
   std::ostringstream text;
-  text << points.count << (points.count == 1 ? " point of " : " points of ")
-       << panes_.cloud(points.pane)->setting->title << std::fixed << std::setprecision(3) << ", " << size.x() << " x "
-       << size.y() << " x " << size.z() << " m, omega " << std::setprecision(2) << points.mean_confidence << ", "
-       << std::setprecision(1) << points.mean_view_count << " views";
+  text << points.count << (points.count == 1 ? " point of " : " points of ") << shown.setting->title << std::fixed
+       << std::setprecision(3) << ", " << size.x() << " x " << size.y() << " x " << size.z() << " m";
+  if (shown.attributes.confidence_known) text << ", omega " << std::setprecision(2) << points.mean_confidence;
+  if (shown.attributes.views_known) text << ", " << std::setprecision(1) << points.mean_view_count << " views";
   return text.str();
 }
 

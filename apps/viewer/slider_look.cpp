@@ -42,6 +42,7 @@ void placeSlider(vtkSliderRepresentation2D* slider, Window& window, double left,
   slider->SetLabelHeight(kText / height);
   slider->GetPoint1Coordinate()->SetValue(left, y);
   slider->GetPoint2Coordinate()->SetValue(right, y);
+  slider->Modified();  // that its ends have moved it does not see
 }
 
 }  // namespace fuse_flow::viewing

@@ -26,17 +26,6 @@ std::string millimetres(double metres) {
   return text.str();
 }
 
-/** \brief NaN if there is none. */
-double meanOfFinite(const std::vector<float>& values) {
-  double sum = 0, count = 0;
-  for (const float value : values) {
-    if (!std::isfinite(value)) continue;
-    sum += value;
-    ++count;
-  }
-  return sum / count;
-}
-
 }  // namespace
 
 std::string refinementText(const RefinedExtrinsics& refined, const std::vector<Camera>& cameras) {
@@ -56,11 +45,11 @@ std::string refinementText(const RefinedExtrinsics& refined, const std::vector<C
 std::string cloudText(const FusedCloud& cloud) {
   std::ostringstream text = fixedPoint(1);
   text << cloud.setting->title << ": " << cloud.cloud->size() << " points";
-  if (cloud.quality)
+  if (!cloud.why_empty.empty()) text << ", " << cloud.why_empty;
+  if (cloud.truth_distance && !cloud.cloud->empty()) text << ", " << millimetres(*cloud.truth_distance) << " off truth";
+  if (cloud.quality && !cloud.cloud->empty())
     text << ", E_MC " << millimetres(cloud.quality->error) << " (2+ views "
          << millimetres(cloud.quality->multi_view_error) << "), covers " << 100 * cloud.quality->coverage() << " %";
-  const double off_truth = meanOfFinite(cloud.attributes.truth_distances);
-  if (std::isfinite(off_truth)) text << ", " << millimetres(off_truth) << " off truth";
   const FrameStatistics& s = cloud.statistics;
   text << "\n  " << s.total_ms << " ms";
   if (s.preprocess_ms + s.generate_ms + s.merge_ms + s.fuse_ms + s.output_ms > 0)
@@ -69,25 +58,35 @@ std::string cloudText(const FusedCloud& cloud) {
   return text.str();
 }
 
-std::string statusText(const Playback& playback, const Rates& rates, const FusionControls& controls,
-                       const FusedFrame& shown) {
+std::string statusText(const Playback& playback, const Rates& rates, const FusedFrame& shown, bool awaited) {
   std::ostringstream text = fixedPoint(1);
-  text << "frame " << shown.frame;
-  if (playback.frames()) text << " of " << *playback.frames();
+  text << (playback.frames() ? frameName(shown.frame, *playback.frames()) : frameName(shown.frame));
   text << (playback.playing() ? ", playing" : ", paused") << " at " << std::setprecision(playback.speed() < 1 ? 3 : 1)
-       << playback.speed() << "x" << (playback.loop() ? ", looping" : "") << std::setprecision(1);
-  text << "\n";
+       << playback.speed() << "x" << (playback.loop() ? ", looping" : "") << std::setprecision(1)
+       << (awaited ? "; the next picture is being fused ..." : "") << "\n";
   if (playback.playing() && rates.pictures > 0)
     text << rates.clouds << " clouds/s, " << rates.pictures << " pictures/s, ";
   text << "reading " << shown.read_ms << " ms\n";
-  const auto state = [&](Component component) { return controls.uses(component) ? "on" : "OFF"; };
+  const auto state = [&](Component component) {
+    return uses(shown.clouds[0]->setting->options.parameters, component) ? "on" : "OFF";
+  };
   text << "1 MF " << state(Component::MeasurementConfidence) << "  2 DC " << state(Component::DistanceConsistency)
        << "  3 SA " << state(Component::SpatialHash);
   text << "  0 poses " << (shown.refined ? "refined" : "given");
   if (shown.refined) text << refinementText(*shown.refined, shown.cameras);
   for (const auto& cloud : shown.clouds)
     if (cloud) text << "\n" << cloudText(*cloud);
+  for (const std::string& damage : shown.damaged) text << "\n" << damage;
   return text.str();
+}
+
+std::string headingOf(const FusedCloud& cloud, ColorBy color_by, bool comparing) {
+  std::string note = cloud.why_empty;
+  const PointAttributes& attributes = cloud.attributes;
+  if (note.empty() && color_by == ColorBy::Confidence && !attributes.confidence_known) note = "has no confidence, grey";
+  if (note.empty() && color_by == ColorBy::Views && !attributes.views_known) note = "counts no cameras, grey";
+  if (!comparing) return note;
+  return cloud.setting->title + (note.empty() ? "" : ": " + note);
 }
 
 }  // namespace fuse_flow::viewing

@@ -13,15 +13,18 @@ struct Rates {
   double pictures{0};  ///< pictures a second that the window could draw
 };
 
-/** \brief The overlay: playback, rates, components, and each cloud's figures. */
-std::string statusText(const Playback& playback, const Rates& rates, const FusionControls& controls,
-                       const FusedFrame& shown);
+/** \brief The overlay: playback, rates, and of what is shown the components and each cloud's figures. \param awaited something else
+ *  was asked for, and is not there yet */
+std::string statusText(const Playback& playback, const Rates& rates, const FusedFrame& shown, bool awaited);
+
+/** \brief What heads a view: its setting where two are compared, and what would be taken for a fault if it were not said. */
+std::string headingOf(const FusedCloud& cloud, ColorBy color_by, bool comparing);
 
 /** \brief How far the poses went from those given, the largest first, and which cameras have moved: a line "left by 12.3 mm, 0.80
  *  deg, right by …", and one "camera 'left' has moved by …" for each. */
 std::string refinementText(const RefinedExtrinsics& refined, const std::vector<Camera>& cameras);
 
-/** \brief One cloud's: "FUSE-Flow: 85321 points, E_MC 4.1 mm (2+ views 6.3 mm), covers 97 %", and the times of its stages. */
+/** \brief One cloud's: "FUSE-Flow: 85321 points, 2.5 mm off truth, E_MC 4.1 mm (2+ views 6.3 mm), covers 97 %", and the times of its stages. */
 std::string cloudText(const FusedCloud& cloud);
 
 }  // namespace fuse_flow::viewing

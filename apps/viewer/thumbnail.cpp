@@ -3,11 +3,15 @@
 #include "viewer/coloring.h"
 
 #include <algorithm>
+#include <functional>
+#include <numeric>
 
 namespace fuse_flow::viewing {
 namespace {
 
-constexpr int kBorder = 3;             // pixels
+constexpr int kBorder = 3;  // pixels
+constexpr double kUsualAspect = 4.0 / 3;
+constexpr Rgb8 kNoImage{40, 40, 40};
 constexpr float kDarkDistance = 6.0f;  // metres: depth from here on is black
 
 Rgb8 depthColor(float z) {
@@ -22,8 +26,14 @@ float depthAt(const DepthView& view, int u, int v) {
   return raw == 65535 ? 0.0f : view.depth_scale * static_cast<float>(raw);
 }
 
-double aspectOf(const io::ColorImage& thumbnail) {
-  return thumbnail.empty() ? 1.0 : static_cast<double>(thumbnail.width) / thumbnail.height;
+/** \brief Of each picture; where one is missing, that of the first which is there. */
+std::vector<double> aspectsOf(const std::vector<io::ColorImage>& thumbnails) {
+  const auto aspect = [](const io::ColorImage& image) { return static_cast<double>(image.width) / image.height; };
+  const auto there = std::find_if_not(thumbnails.begin(), thumbnails.end(), std::mem_fn(&io::ColorImage::empty));
+  const double missing = there == thumbnails.end() ? kUsualAspect : aspect(*there);
+  std::vector<double> aspects;
+  for (const io::ColorImage& image : thumbnails) aspects.push_back(image.empty() ? missing : aspect(image));
+  return aspects;
 }
 
 void draw(const io::ColorImage& picture, Rgb8 border, int begin, int width, io::ColorImage& strip) {
@@ -32,8 +42,8 @@ void draw(const io::ColorImage& picture, Rgb8 border, int begin, int width, io::
       Rgb8& pixel = strip.at(begin + u, v);
       if (std::min({u, v, width - 1 - u, strip.height - 1 - v}) < kBorder)
         pixel = border;
-      else if (!picture.empty())
-        pixel = picture.at(u * picture.width / width, v * picture.height / strip.height);
+      else
+        pixel = picture.empty() ? kNoImage : picture.at(u * picture.width / width, v * picture.height / strip.height);
     }
 }
 
@@ -54,15 +64,15 @@ io::ColorImage thumbnailOf(const DepthView& view, int height) {
 }
 
 Strip stripOf(const std::vector<io::ColorImage>& thumbnails, int max_width, int max_height) {
-  double aspect = 0;
-  for (const io::ColorImage& thumbnail : thumbnails) aspect += aspectOf(thumbnail);
+  const std::vector<double> aspects = aspectsOf(thumbnails);
+  const double aspect = std::accumulate(aspects.begin(), aspects.end(), 0.0);
   const int height = std::max(1, std::min(max_height, static_cast<int>(max_width / std::max(aspect, 1e-3))));
   Strip strip;
   std::vector<int> widths;
   int end = 0;
-  for (const io::ColorImage& thumbnail : thumbnails) {
+  for (const double each : aspects) {
     strip.begin.push_back(end);
-    widths.push_back(std::max(1, static_cast<int>(aspectOf(thumbnail) * height)));
+    widths.push_back(std::max(1, static_cast<int>(each * height)));
     end += widths.back();
   }
   strip.image.resize(end, height);

@@ -15,7 +15,7 @@ constexpr double kLength = 220, kMargin = 30;  // pixels
 Timeline::Timeline(Window& window, OnSeek on_seek)
     : window_(window),
       on_seek_(std::move(on_seek)),
-      slider_(makeSlider("frame", 0, 1)),
+      slider_(makeSlider("frame", 1, 2)),
       widget_(vtkSmartPointer<vtkSliderWidget>::New()) {
   slider_->SetLabelFormat("%.0f");
   widget_->SetInteractor(window.interactor());
@@ -28,13 +28,13 @@ Timeline::Timeline(Window& window, OnSeek on_seek)
 Timeline::~Timeline() { widget_->Off(); }
 
 void Timeline::moved(vtkObject*, unsigned long, void*) {
-  on_seek_(static_cast<std::size_t>(std::lround(slider_->GetValue())));
+  on_seek_(static_cast<std::size_t>(std::lround(slider_->GetValue())) - 1);
 }
 
 void Timeline::setFrame(std::size_t frame, std::optional<std::size_t> frames) {
   useful_ = frames && *frames > 1;
-  if (useful_) slider_->SetMaximumValue(static_cast<double>(*frames - 1));
-  slider_->SetValue(static_cast<double>(frame));
+  if (useful_) slider_->SetMaximumValue(static_cast<double>(*frames));
+  slider_->SetValue(static_cast<double>(frame + 1));
   update();
 }
 

@@ -21,7 +21,7 @@ class Timeline {
   Timeline(const Timeline&) = delete;
   Timeline& operator=(const Timeline&) = delete;
 
-  /** \brief What is shown, of how many; does not tell of it. */
+  /** \brief What is shown, of how many; does not tell of it. The slider counts from 1. */
   void setFrame(std::size_t frame, std::optional<std::size_t> frames);
   void setVisible(bool visible);
   /** \param y pixels from the window's lower border */

@@ -3,6 +3,7 @@
 #include "drawing/display.h"
 #include "io/tool.h"
 
+#include <algorithm>
 #include <thread>
 
 namespace fuse_flow::viewing {
@@ -11,6 +12,7 @@ namespace {
 constexpr std::chrono::milliseconds kTick{5};  // between two looks for events
 constexpr double kRest = 0.08;                 // seconds: a cursor that rests so long asks what is under it
 constexpr double kRefine = 0.25;               // seconds: all points again, so long after the view moved
+constexpr double kAwaited = 0.3;               // seconds: a picture that takes longer is said to be awaited
 
 }  // namespace
 
@@ -53,7 +55,6 @@ Viewer::Viewer(std::unique_ptr<FrameSource> source, const ViewerOptions& options
   day_ = true;
   toggleBackground();
   sliders_.setValues(controls_.parameters());
-  updateLegend();
   connectEvents();
 }
 
@@ -73,6 +74,8 @@ void Viewer::run() {
     last_tick_ = now;
     std::this_thread::sleep_for(kTick);
   }
+  orbit_.reset();                         // a film ends here, and is whole
+  drawing::hide(window_.renderWindow());  // the rest may take its time on a busy machine
 }
 
 void Viewer::tick(double elapsed) {
@@ -82,6 +85,7 @@ void Viewer::tick(double elapsed) {
   if (const auto answer = worker_.take()) show(*answer);
   if (arranged_size_ != std::array<int, 2>{window_.width(), window_.height()}) arrange();
   rest_seconds_ += elapsed;
+  await(elapsed);
   if (!cursor_probed_ && !interacting_ && rest_seconds_ > kRest) probeCursor();
   if (message_seconds_ > 0 && (message_seconds_ -= elapsed) <= 0) say(error_);
   if (refine_in_ >= 0 && !interacting_ && (refine_in_ -= elapsed) < 0) {
@@ -131,6 +135,17 @@ void Viewer::postWhatIsWanted() {
   worker_.post(std::move(request));
 }
 
+bool Viewer::awaited() const { return posted_ && answered_ != posted_->number; }
+
+/** \brief Where frames follow each other, a next one is always awaited. */
+void Viewer::await(double elapsed) {
+  const double before = awaited_seconds_;
+  awaited_seconds_ = awaited() && !playback_.playing() ? before + elapsed : 0;
+  if (!(awaited_seconds_ > kAwaited) || before > kAwaited) return;
+  updateStatus();
+  dirty_ = true;
+}
+
 void Viewer::viewMoves() {
   panes_.setCoarse(true);
   refine_in_ = kRefine;
@@ -151,36 +166,32 @@ void Viewer::show(const std::shared_ptr<const FusedFrame>& answer) {
   const FusedFrame& frame = *answer;
   answered_ = frame.number;
   error_ = frame.error;
+  for (const std::string& damage : frame.damaged) complain(frameName(frame.frame) + ": " + damage);
   if (!frame.error.empty()) {
-    say(frame.error);
-    if (frame.ended && frame.frame > 0) {
-      playback_.endAt(frame.frame);
-      say(frame.error + "; the recording is played up to there");
-    }
+    complain(frame.error);
+    updateStatus();
     return;
   }
   if (message_seconds_ <= 0) say("");
   const bool first = !shown_;
+  const bool colored_anew = first || shown_->color_by != frame.color_by || frame.color_by == ColorBy::Camera;
   shown_ = answer;
   const Clock::time_point now = Clock::now();
   cloud_rate_.add(now - last_cloud_);
   last_cloud_ = now;
-  for (std::size_t k = 0; k < kPanes; ++k) {
-    panes_.setCloud(k, frame.clouds[k]);
-    overlay_.setTitle(k, frame.clouds[k] ? frame.clouds[k]->setting->title : "");
-  }
+  for (std::size_t k = 0; k < kPanes; ++k) panes_.setCloud(k, frame.clouds[k]);
   frusta_.setCameras(frame.cameras);
   std::vector<std::string> names;
   for (const Camera& camera : frame.cameras) names.push_back(camera.name);
   overlay_.setImages(frame.thumbnails, names);
-  if (color_by_ == ColorBy::Camera) updateLegend();
+  if (colored_anew) overlay_.setLegend(legendOf(frame.color_by, names));
+  updateReadout(std::nullopt);  // what it said is of the cloud before; the next tick() asks again
   cursor_probed_ = false;
   if (const auto bounds = panes_.bounds(0)) axes_.setExtent(bounds->data());
   first ? resetView() : panes_.fitClippingRange();
   timeline_.setFrame(frame.frame, playback_.frames());
   updateStatus();
-  if (first) arrange();
-  redraw();
+  arrange();
 }
 
 void Viewer::render() {
@@ -190,6 +201,7 @@ void Viewer::render() {
 
 void Viewer::arrange() {
   arranged_size_ = {window_.width(), window_.height()};
+  updateHeadings();
   overlay_.arrange(panes_);
   sliders_.arrange();
   timeline_.arrange(overlay_.aboveImages() + 45);
@@ -198,14 +210,22 @@ void Viewer::arrange() {
 
 void Viewer::updateStatus() {
   if (shown_ && show_text_)
-    overlay_.setStatus(statusText(playback_, {cloud_rate_.perSecond(), picture_rate_.perSecond()}, controls_, *shown_));
+    overlay_.setStatus(statusText(playback_, {cloud_rate_.perSecond(), picture_rate_.perSecond()}, *shown_,
+                                  awaited() && !playback_.playing()));
 }
 
-void Viewer::updateLegend() {
-  std::vector<std::string> names;
-  if (shown_)
-    for (const Camera& camera : shown_->cameras) names.push_back(camera.name);
-  overlay_.setLegend(legendOf(color_by_, names));
+/** \brief Of what is in the panes, which may not be yet what was asked for. */
+void Viewer::updateHeadings() {
+  for (std::size_t k = 0; k < kPanes; ++k) {
+    const std::shared_ptr<const FusedCloud>& cloud = panes_.cloud(k);
+    const bool drawn = shown_ && cloud && (k == 0 || panes_.comparing());
+    overlay_.setTitle(k, drawn ? headingOf(*cloud, shown_->color_by, panes_.comparing()) : "");
+  }
+}
+
+void Viewer::complain(const std::string& problem) {
+  if (std::find(problems_.begin(), problems_.end(), problem) == problems_.end()) problems_.push_back(problem);
+  say(problem);
 }
 
 void Viewer::say(const std::string& message) {

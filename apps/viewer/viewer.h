@@ -72,6 +72,8 @@ class Viewer {
   bool stopWithin(std::chrono::milliseconds limit) { return worker_.stopWithin(limit); }
   /** \brief What went wrong with the frame that was asked for last; empty: nothing. */
   const std::string& error() const { return error_; }
+  /** \brief All that went wrong with frames since the start, files that cannot be read included; each once. */
+  const std::vector<std::string>& problems() const { return problems_; }
   /** \brief Null until the first one came. */
   const std::shared_ptr<const FusedFrame>& shown() const { return shown_; }
 
@@ -146,6 +148,7 @@ class Viewer {
   bool onMove();
   bool onRelease();
   void onExit(vtkObject*, unsigned long, void*);
+  void onLeave(vtkObject*, unsigned long, void*);
   void onInteractionStart(vtkObject*, unsigned long, void*);
   void onInteractionEnd(vtkObject*, unsigned long, void*);
   void onRenderStart(vtkObject*, unsigned long, void*);
@@ -159,10 +162,15 @@ class Viewer {
   /** \brief Fewer points until it has stood for a while. */
   void viewMoves();
   void show(const std::shared_ptr<const FusedFrame>& answer);
+  /** \brief Something was asked for that is not shown yet. */
+  bool awaited() const;
+  void await(double elapsed);
   void probeCursor();
+  void updateReadout(const std::optional<PickedPoint>& point);
   void arrange();
-  void updateLegend();
+  void updateHeadings();
   void updateStatus();
+  void complain(const std::string& problem);
   void stepOrbit();
   void changeParameters(const std::function<void(FuseFlowParameters&)>& apply);
   std::string unusedPath(const std::string& stem, const std::string& extension) const;
@@ -197,12 +205,14 @@ class Viewer {
   std::uint64_t answered_{0};
   std::shared_ptr<const FusedFrame> shown_;
   std::string error_;
+  std::vector<std::string> problems_;
   std::string message_;
   double message_seconds_{0};  ///< for which the message is still shown
 
   double coarse_points_{100000};  ///< that a moving view may have
   RunningRate cloud_rate_, picture_rate_;
   Clock::time_point render_start_, last_tick_, last_cloud_;
+  double awaited_seconds_{0};
   double rest_seconds_{0};    ///< since the cursor moved
   bool cursor_probed_{true};  ///< since then
   bool cursor_seen_{false};   ///< it was over the window

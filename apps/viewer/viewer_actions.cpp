@@ -1,4 +1,5 @@
 #include "io/error.h"
+#include "io/view_files.h"
 #include "viewer/key_bindings.h"
 #include "viewer/viewer.h"
 
@@ -16,14 +17,6 @@ std::string fileNameOf(std::string title) {
   for (char& c : title)
     if (!std::isalnum(static_cast<unsigned char>(c))) c = '_';
   return title;
-}
-
-/** \brief The box around a cloud, a little larger, so that its handles lie outside. */
-Eigen::AlignedBox3f boxAround(const Cloud& cloud) {
-  Eigen::AlignedBox3f box;
-  for (const PointFused& p : cloud) box.extend(p.getVector3fMap());
-  const Eigen::Vector3f margin = 0.01f * box.sizes();
-  return Eigen::AlignedBox3f(box.min() - margin, box.max() + margin);
 }
 
 }  // namespace
@@ -61,7 +54,7 @@ void Viewer::toggleCropBox() {
     changeParameters([&](FuseFlowParameters& p) { p.crop_box = options_.method_options.parameters.crop_box; });
   } else if (shown_ && shown_->clouds[0] && !shown_->clouds[0]->cloud->empty()) {
     const std::optional<Eigen::AlignedBox3f>& box = controls_.parameters().crop_box;
-    crop_box_.show(box ? *box : boxAround(*shown_->clouds[0]->cloud));
+    crop_box_.show(box ? *box : panes_.boxInView());
   }
 }
 
@@ -69,8 +62,7 @@ void Viewer::compareWith(const std::string& name) {
   controls_.compareWith(name);
   panes_.setComparing(controls_.comparison() != nullptr);
   if (!controls_.comparison()) panes_.setCloud(1, nullptr);
-  overlay_.setTitle(1, controls_.comparison() ? controls_.comparison()->title + " ..." : "");
-  say(controls_.comparison() ? "compared with: " + controls_.comparison()->title : "");
+  say(controls_.comparison() ? "to compare with: " + controls_.comparison()->title : "");
   arrange();
 }
 
@@ -92,8 +84,6 @@ void Viewer::toggleLayout() {
 void Viewer::colorBy(ColorBy what) {
   if (what == ColorBy::TruthDistance && !knows_truth_) return say("the truth of this recording is not known");
   color_by_ = what;
-  updateLegend();
-  arrange();
 }
 
 void Viewer::listColors() {
@@ -175,6 +165,7 @@ void Viewer::toggleBackground() {
   day_ = !day_;
   day_ ? panes_.setBackground(0.93, 0.93, 0.93) : panes_.setBackground(0.08, 0.09, 0.11);
   axes_.setColor(day_ ? 0.0 : 1.0);
+  day_ ? crop_box_.setColor(0.75, 0.3, 0) : crop_box_.setColor(1, 0.75, 0.2);
 }
 
 void Viewer::toggleFrusta() {
@@ -237,9 +228,8 @@ void Viewer::exportClouds() {
   std::string written;
   for (const auto& cloud : shown_->clouds) {
     if (!cloud) continue;
-    const std::string frame = std::to_string(shown_->frame);
-    const std::string path =
-        unusedPath("frame_" + frame + "_" + fileNameOf(cloud->setting->title), "." + options_.format);
+    const std::string path = unusedPath(
+        "frame_" + io::frameStem(shown_->frame) + "_" + fileNameOf(cloud->setting->title), "." + options_.format);
     writeShownCloud(path, *cloud->cloud);
     written += (written.empty() ? "wrote " : " and ") + path;
   }

@@ -23,9 +23,15 @@ void Viewer::connectEvents() {
   window_.renderWindow()->AddObserver(vtkCommand::StartEvent, this, &Viewer::onRenderStart);
   window_.renderWindow()->AddObserver(vtkCommand::EndEvent, this, &Viewer::onRenderEnd);
   window_.interactor()->AddObserver(vtkCommand::ExitEvent, this, &Viewer::onExit);
+  window_.interactor()->AddObserver(vtkCommand::LeaveEvent, this, &Viewer::onLeave);
 }
 
 void Viewer::onExit(vtkObject*, unsigned long, void*) { quit(); }
+
+void Viewer::onLeave(vtkObject*, unsigned long, void*) {
+  cursor_seen_ = false;
+  updateReadout(std::nullopt);
+}
 
 void Viewer::onRenderStart(vtkObject*, unsigned long, void*) { render_start_ = Clock::now(); }
 
@@ -73,6 +79,7 @@ void Viewer::onKey() {
   } catch (const std::exception& error) {
     say(error.what());
   }
+  cursor_probed_ = false;  // another pane, or another point, may be under it
   updateStatus();
   redraw();
 }
@@ -95,6 +102,7 @@ bool Viewer::onMove() {
   rest_seconds_ = 0;
   cursor_probed_ = false;
   cursor_seen_ = true;
+  updateReadout(std::nullopt);
   if (rubber_band_.dragged()) {
     const int* at = window_.interactor()->GetEventPosition();
     rubber_band_.moveTo({at[0], at[1]});
@@ -120,15 +128,18 @@ bool Viewer::onRelease() {
 
 void Viewer::probeCursor() {
   cursor_probed_ = true;
-  if (!cursor_seen_) return;
   const int* at = window_.interactor()->GetEventPosition();
-  const std::optional<PickedPoint> point = probe_.pick(at[0], at[1]);
+  updateReadout(cursor_seen_ ? probe_.pick(at[0], at[1]) : std::nullopt);
+}
+
+void Viewer::updateReadout(const std::optional<PickedPoint>& point) {
   std::string text = point ? probe_.describe(*point) : "";
   if (const std::optional<double> distance = probe_.distance()) {
     char marked[64];
     std::snprintf(marked, sizeof(marked), "marked: %.1f mm apart", 1000 * *distance);
     text += (text.empty() ? "" : "\n") + std::string(marked);
   }
+  if (text == overlay_.readout()) return;
   overlay_.setReadout(text);
   dirty_ = true;
 }

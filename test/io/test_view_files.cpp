@@ -65,6 +65,22 @@ TEST_F(ViewFiles, AnImageOfAnotherSizeIsNamedWithBothSizes) {
   EXPECT_TRUE(refuses([&] { load({depth(4, 3), "", confidence(3, 4)}); }, {path("confidence.png"), "3x4", "4x3"}));
 }
 
+TEST_F(ViewFiles, ADamagedFileIsSkippedWhereThatIsWanted) {
+  io::LoadedFrame frame;
+  frame.rig.cameras.assign(2, camera_);
+  frame.rig.views.resize(2);
+  frame.images.resize(2);
+  const io::ViewFiles whole{depth(4, 3), "", ""}, damaged{whole.depth, write("cut.png", "x"), ""};
+  io::loadView(whole, 0.002f, 0, true, frame);
+  io::loadView(damaged, 0.002f, 1, true, frame);
+  EXPECT_FALSE(frame.rig.views[0].missing());
+  EXPECT_TRUE(frame.rig.views[1].missing());
+  ASSERT_EQ(frame.damaged.size(), 1u);
+  EXPECT_EQ(frame.damaged[0].view, 1u);
+  EXPECT_NE(frame.damaged[0].message.find("cut.png"), std::string::npos) << frame.damaged[0].message;
+  EXPECT_TRUE(refuses([&] { io::loadView(damaged, 0.002f, 1, false, frame); }, {path("cut.png")}));
+}
+
 TEST_F(ViewFiles, AColorCameraHasASizeOfItsOwn) {
   camera_.color = ColorCamera();
   camera_.color->intrinsics.width = 8;

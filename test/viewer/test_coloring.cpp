@@ -45,6 +45,19 @@ TEST(Coloring, ConfidenceAndViewsChangeTheColorAndDoNothingElse) {
   EXPECT_FALSE(colorsOf(cloud, ColorBy::Views, {})[0] == colorsOf(cloud, ColorBy::Views, {})[1]);
 }
 
+TEST(Coloring, OfAMethodThatHasNoConfidenceOrCountsNoCamerasItIsGrey) {
+  Cloud cloud;
+  cloud.push_back(pointAt(0, 0, 1));
+  cloud[0].confidence = 1;
+  cloud[0].view_count = 1;
+  PointAttributes attributes;
+  attributes.confidence_known = attributes.views_known = false;
+  for (const ColorBy what : {ColorBy::Confidence, ColorBy::Views}) {
+    EXPECT_FALSE(colorsOf(cloud, what, {})[0] == (Rgb8{128, 128, 128}));
+    EXPECT_TRUE(colorsOf(cloud, what, attributes)[0] == (Rgb8{128, 128, 128}));
+  }
+}
+
 TEST(Coloring, TruthGoesFromBlueOnTheSurfaceToRedAtTheLimit) {
   Cloud cloud;
   for (int k = 0; k < 3; ++k) cloud.push_back(pointAt(0, 0, 1));

@@ -87,16 +87,49 @@ TEST_F(FrameFusing, TheComparisonIsMadeOfTheSameFrame) {
 
 TEST_F(FrameFusing, AFrameThatCannotBeReadIsAnAnswerThatSaysSo) {
   const auto answer = fuser_->fuse(requestOf(*controls_, 5), stop_);
-  EXPECT_TRUE(answer->ended);
   EXPECT_EQ(answer->clouds[0], nullptr);
-  EXPECT_EQ(answer->error, "frame 5: 000002.png: is cut short");
+  EXPECT_EQ(answer->error, "frame 6 (000005): 000002.png: is cut short");
   EXPECT_TRUE(fuser_->fuse(requestOf(*controls_, 4), stop_)->error.empty()) << "the others can still be read";
+}
+
+TEST_F(FrameFusing, ACameraWithADamagedImageIsMissingAndNamed) {
+  source_->damageRight(3);
+  const auto answer = fuser_->fuse(requestOf(*controls_, 3), stop_);
+  EXPECT_TRUE(answer->error.empty()) << answer->error;
+  EXPECT_EQ(answer->damaged,
+            (std::vector<std::string>{"camera 'right' is missing: right/depth/000003.png: is cut short"}));
+  EXPECT_EQ(answer->clouds[0]->statistics.missing_cameras, (std::vector<std::size_t>{1}));
+  EXPECT_TRUE(answer->thumbnails[1].empty());
+  EXPECT_TRUE(fuser_->fuse(requestOf(*controls_, 4), stop_)->damaged.empty());
+}
+
+TEST_F(FrameFusing, TheSettingThatLeavesNoPointIsFound) {
+  const auto reason = [&](const std::function<void(FuseFlowParameters&)>& change) {
+    controls_->reset();
+    controls_->change([](FuseFlowParameters& p) { p.crop_box.reset(); });
+    controls_->change(change);
+    const auto answer = fuser_->fuse(requestOf(*controls_), stop_);
+    EXPECT_TRUE(answer->clouds[0]->cloud->empty());
+    return answer->clouds[0]->why_empty;
+  };
+  EXPECT_EQ(reason([](FuseFlowParameters& p) { p.confidence.threshold = 1; }), "no point passes tau = 1");
+  EXPECT_EQ(reason([](FuseFlowParameters& p) { p.aggregation.min_weight = 1; }), "no point passes smallest weight = 1");
+  EXPECT_EQ(reason([](FuseFlowParameters& p) { p.max_noise = 1e-6f; }), "no point passes largest noise, mm = 0.001");
+  EXPECT_EQ(
+      reason([](FuseFlowParameters& p) { p.crop_box.emplace(Eigen::Vector3f(5, 5, 5), Eigen::Vector3f(6, 6, 6)); }),
+      "no point passes the crop box");
+  EXPECT_EQ(reason([](FuseFlowParameters& p) { p.preprocessing.max_range = 1; }),
+            "no camera measured anything within its range");
+  EXPECT_EQ(reason([](FuseFlowParameters& p) {
+              p.confidence.threshold = 1;
+              p.aggregation.min_weight = 1;
+            }),
+            "no point passes tau = 1, smallest weight = 1, largest noise, mm = 70");
 }
 
 TEST_F(FrameFusing, AParameterOutOfRangeIsAnAnswerThatNamesIt) {
   controls_->change([](FuseFlowParameters& p) { p.consistency.sigma = -1; });
   const auto answer = fuser_->fuse(requestOf(*controls_), stop_);
-  EXPECT_FALSE(answer->ended) << "the recording goes on";
   EXPECT_NE(answer->error.find("sigma"), std::string::npos) << answer->error;
   controls_->reset();
   EXPECT_TRUE(fuser_->fuse(requestOf(*controls_), stop_)->clouds[0]);

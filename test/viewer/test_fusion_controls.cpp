@@ -12,9 +12,9 @@ FusionControls defaults() { return FusionControls("fuse_flow", io::MethodOptions
 TEST(FusionControls, EachComponentHasASwitchOfItsOwn) {
   FusionControls controls = defaults();
   controls.toggle(Component::DistanceConsistency);
-  EXPECT_TRUE(controls.uses(Component::MeasurementConfidence));
-  EXPECT_FALSE(controls.uses(Component::DistanceConsistency));
-  EXPECT_TRUE(controls.uses(Component::SpatialHash));
+  EXPECT_TRUE(uses(controls.parameters(), Component::MeasurementConfidence));
+  EXPECT_FALSE(uses(controls.parameters(), Component::DistanceConsistency));
+  EXPECT_TRUE(uses(controls.parameters(), Component::SpatialHash));
   EXPECT_FALSE(controls.fused()->options.parameters.use_distance_consistency);
   controls.toggle(Component::DistanceConsistency);
   EXPECT_TRUE(controls.fused()->options.parameters.use_distance_consistency);
@@ -48,7 +48,7 @@ TEST(FusionControls, ResettingKeepsTheCropBox) {
   controls.toggle(Component::SpatialHash);
   controls.reset();
   EXPECT_FLOAT_EQ(controls.parameters().confidence.threshold, FuseFlowParameters().confidence.threshold);
-  EXPECT_TRUE(controls.uses(Component::SpatialHash));
+  EXPECT_TRUE(uses(controls.parameters(), Component::SpatialHash));
   EXPECT_TRUE(controls.parameters().crop_box);
 }
 

@@ -107,14 +107,4 @@ TEST(Playback, ASourceWithoutAnEndGoesOn) {
   EXPECT_EQ(playback.frame(), 0u);
 }
 
-TEST(Playback, ARecordingThatEndsEarlyIsPlayedUpToThere) {
-  Playback playback(10, 1);
-  playback.seek(7);
-  playback.endAt(5);
-  EXPECT_EQ(playback.frame(), 4u);
-  playback.play();
-  playback.advance(1);
-  EXPECT_EQ(playback.frame(), 0u);
-}
-
 }  // namespace

@@ -32,12 +32,13 @@ TEST(Thumbnail, TheStripFitsAndSaysWhereEachPictureBegins) {
   picture.resize(80, 60);
   const Strip roomy = stripOf({picture, io::ColorImage(), picture}, 1000, 60);
   EXPECT_EQ(roomy.image.height, 60);
-  EXPECT_EQ(roomy.image.width, 80 + 60 + 80) << "the missing one is square";
-  EXPECT_EQ(roomy.begin, (std::vector<int>{0, 80, 140}));
+  EXPECT_EQ(roomy.image.width, 3 * 80) << "the missing one is as wide as the others";
+  EXPECT_EQ(roomy.begin, (std::vector<int>{0, 80, 160}));
   EXPECT_EQ(roomy.image.at(81, 1).r, cameraColor(1).r) << "a border of the camera's colour";
-  const Strip tight = stripOf({picture, io::ColorImage(), picture}, 110, 60);
+  const Strip tight = stripOf({picture, io::ColorImage(), picture}, 120, 60);
   EXPECT_EQ(tight.image.height, 30);
-  EXPECT_LE(tight.image.width, 110);
+  EXPECT_LE(tight.image.width, 120);
+  EXPECT_EQ(stripOf({io::ColorImage()}, 1000, 60).image.width, 80);
 }
 
 TEST(Frusta, AnglesAndPlaceAreTheCameras) {
@@ -90,18 +91,40 @@ TEST(StatusText, SaysWhatIsShown) {
   cloud->quality->pixels = 4;
   cloud->quality->covered_pixels = 3;
   frame.clouds[0] = cloud;
-  const std::string text = statusText(playback, {2.5, 40}, controls, frame);
-  for (const char* words : {"frame 7 of 12, playing at 0.500x, looping",
+  const std::string text = statusText(playback, {2.5, 40}, frame, false);
+  for (const char* words : {"frame 8 of 12 (000007), playing at 0.500x, looping",
                             "2.5 clouds/s, 40.0 pictures/s, reading 12.3 ms", "1 MF on  2 DC OFF  3 SA on",
                             "FUSE-Flow: 85 points, E_MC 4.1 mm (2+ views -), covers 75.0 %", "40.0 ms = ", "fuse 30.0"})
     EXPECT_NE(text.find(words), std::string::npos) << "'" << words << "' is not in\n" << text;
   EXPECT_NE(text.find("0 poses given"), std::string::npos) << text;
   EXPECT_EQ(text.find("off truth"), std::string::npos) << "nobody said what is true";
-  cloud->attributes.truth_distances = {0.001f, std::numeric_limits<float>::infinity(), 0.004f};
-  EXPECT_NE(cloudText(*cloud).find("covers 75.0 %, 2.5 mm off truth\n"), std::string::npos) << cloudText(*cloud);
+  cloud->truth_distance = 0.0025;
+  EXPECT_NE(cloudText(*cloud).find("85 points, 2.5 mm off truth, E_MC"), std::string::npos) << cloudText(*cloud);
+  EXPECT_EQ(text.find("being fused"), std::string::npos);
   playback.pause();
-  EXPECT_EQ(statusText(playback, {2.5, 40}, controls, frame).find("clouds/s"), std::string::npos)
-      << "what stands has no rate";
+  const std::string standing = statusText(playback, {2.5, 40}, frame, true);
+  EXPECT_EQ(standing.find("clouds/s"), std::string::npos) << "what stands has no rate";
+  EXPECT_NE(standing.find("being fused"), std::string::npos) << standing;
+  frame.damaged = {"camera 'left' is missing: 000007.png: is cut short"};
+  EXPECT_NE(statusText(playback, {}, frame, false).find("\n" + frame.damaged[0]), std::string::npos);
+  EXPECT_EQ(statusText(Playback(std::nullopt, 30), {}, frame, false).rfind("frame 8 (000007), ", 0), 0u);
+}
+
+TEST(StatusText, AHeadingSaysWhatWouldBeTakenForAFault) {
+  FusionControls controls("concatenate", io::MethodOptions());
+  FusedCloud cloud;
+  cloud.setting = controls.fused();
+  cloud.cloud = std::make_shared<Cloud>();
+  EXPECT_EQ(headingOf(cloud, ColorBy::Confidence, false), "");
+  EXPECT_EQ(headingOf(cloud, ColorBy::Confidence, true), "concatenated");
+  cloud.attributes.confidence_known = false;
+  EXPECT_EQ(headingOf(cloud, ColorBy::Rgb, true), "concatenated");
+  EXPECT_EQ(headingOf(cloud, ColorBy::Confidence, true), "concatenated: has no confidence, grey");
+  cloud.attributes.views_known = false;
+  EXPECT_EQ(headingOf(cloud, ColorBy::Views, false), "counts no cameras, grey");
+  cloud.why_empty = "no point passes tau = 1";
+  EXPECT_EQ(headingOf(cloud, ColorBy::Views, false), "no point passes tau = 1");
+  EXPECT_NE(cloudText(cloud).find("0 points, no point passes tau = 1"), std::string::npos) << cloudText(cloud);
 }
 
 TEST(StatusText, SaysHowFarPosesWentTheLargestFirstAndWhichCameraHasMoved) {

@@ -82,14 +82,14 @@ TEST_F(ViewerProgram, TakesRealKeysAndEndsWithQ) {
   RunOptions options;
   options.meanwhile = [&](pid_t) {
     pressUntil("j", path("screenshot_000.png"));
-    pressUntil("ctrl+w", path("frame_0_FUSE_Flow_000.ply"));
+    pressUntil("ctrl+w", path("frame_000000_FUSE_Flow_000.ply"));
     EXPECT_EQ(std::system("xdotool key --window $(xdotool search --name FUSE-Flow | head -1) q 2> /dev/null"), 0);
   };
   const ToolResult result = view({"--paused", "--folder", folder_.string()}, options);
   EXPECT_FALSE(result.timed_out);
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_TRUE(fs::exists(path("screenshot_000.png")));
-  EXPECT_TRUE(fs::exists(path("frame_0_FUSE_Flow_000.ply")));
+  EXPECT_TRUE(fs::exists(path("frame_000000_FUSE_Flow_000.ply")));
 }
 
 /** \brief As a window manager does when the cross in the corner is clicked. */
@@ -108,13 +108,17 @@ void closeWindow(const std::string& number) {
 
 TEST_F(ViewerProgram, EndsWithItsWindowWhileItPlays) {
   RunOptions options;
+  std::chrono::steady_clock::time_point closed;
   options.meanwhile = [&](pid_t) {
     pressUntil("j", path("screenshot_000.png"));
     const std::string find = "xdotool search --sync --onlyvisible --name FUSE-Flow > " + path("window");
     EXPECT_EQ(std::system(find.c_str()), 0);
     closeWindow(tool_test::readText(path("window")));
+    closed = std::chrono::steady_clock::now();
   };
   const ToolResult result = view({"--folder", folder_.string()}, options);
+  EXPECT_LT(std::chrono::steady_clock::now() - closed, std::chrono::seconds(10))
+      << "within a second, were it alone here";
   EXPECT_FALSE(result.timed_out);
   EXPECT_EQ(result.exit_code, 0) << result.err;
 }
@@ -145,7 +149,7 @@ TEST_F(ViewerProgram, PressesKeysByItself) {
   const ToolResult result = view({"--paused", "--press", "Right,Right,ctrl+w", "--folder", folder_.string(),
                                   "--offscreen", "--screenshot", path("shot.png")});
   EXPECT_EQ(result.exit_code, 0) << result.err;
-  EXPECT_TRUE(fs::exists(path("frame_2_FUSE_Flow_000.ply")));
+  EXPECT_TRUE(fs::exists(path("frame_000002_FUSE_Flow_000.ply")));
 }
 
 TEST_F(ViewerProgram, WithoutADisplayItSaysHowToGetOne) {
@@ -167,8 +171,9 @@ TEST_F(ViewerProgram, AWrongInputIsNamedBeforeAWindowOpens) {
   expectError(runProgram(FUSE_FLOW_VIEWER_TOOL, {path("nothing")}), 1, {path("nothing"), "not found"});
   expectError(runProgram(FUSE_FLOW_VIEWER_TOOL, {}), 2, {"--simulate"});
   expectError(runProgram(FUSE_FLOW_VIEWER_TOOL, {"--simulate", "moon"}), 2, {"moon"});
-  fs::resize_file(tool_test::depthFile(folder_ / "recording", 0, 0), 60);
-  expectError(view({}), 1, {"000000.png"});
+  for (std::size_t camera = 0; camera < 2; ++camera)
+    fs::resize_file(tool_test::depthFile(folder_ / "recording", camera, 0), 60);
+  expectError(view({}), 1, {"000000.png", "--start"});
 }
 
 TEST_F(ViewerProgram, AnOptionThatCannotBeUsedIsNamed) {
@@ -188,10 +193,22 @@ TEST_F(ViewerProgram, AnOptionThatCannotBeUsedIsNamed) {
   expectError(runProgram(FUSE_FLOW_VIEWER_TOOL, {"--simulate", "nowhere"}), 2, {"--simulate", "nowhere", "room"});
 }
 
-TEST_F(ViewerProgram, AFrameThatIsDamagedLaterEndsAnExportWithItsName) {
-  fs::resize_file(tool_test::depthFile(folder_ / "recording", 1, 2), 60);
-  expectError(view({"--paused", "--press", "Right,Right", "--offscreen", "--screenshot", path("shot.png")}), 1,
-              {"frame 2", "000002.png"});
+TEST_F(ViewerProgram, AnExportOverADamagedFrameIsMadeAndTheExitCodeTells) {
+  const fs::path damaged = tool_test::depthFile(folder_ / "recording", 1, 2);
+  fs::resize_file(damaged, 60);
+  const auto expectTold = [&](const ToolResult& result) {
+    expectError(result, 1, {"frame 3 (000002)", "'camera_1' is missing", damaged.string()});
+  };
+  expectTold(view({"--paused", "--press", "Right,Right", "--offscreen", "--screenshot", path("shot.png"),
+                   "--save-cloud", path("cloud.ply")}));
+  EXPECT_TRUE(fs::exists(path("shot.png")));
+  EXPECT_TRUE(fs::exists(path("cloud.ply")));
+  expectTold(view({"--offscreen", "--orbit", path("orbit"), "--orbit-pictures", "6"}));
+  EXPECT_TRUE(fs::exists(path("orbit/000005.png")));
+  expectTold(view({"--offscreen", "--orbit", path("film.ogv"), "--orbit-pictures", "6"}));
+  EXPECT_GT(fs::file_size(path("film.ogv")), 1000u);
+  expectTold(view({"--start", "2", "--paused", "--offscreen", "--screenshot", path("first.png")}));
+  EXPECT_TRUE(fs::exists(path("first.png")));
 }
 
 }  // namespace

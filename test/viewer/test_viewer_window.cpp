@@ -149,19 +149,44 @@ TEST_F(ViewerWindow, TheTimelineSeeks) {
   viewer_->settle();
   EXPECT_NEAR(static_cast<double>(viewer_->shown()->frame), 10, 1);
   press("Home");
-  EXPECT_EQ(slider->GetValue(), 0) << "it shows what is played";
+  EXPECT_EQ(slider->GetValue(), 1) << "it shows what is played, counted from 1";
+  press("End");
+  EXPECT_EQ(slider->GetValue(), 21);
+  EXPECT_EQ(viewer_->overlay().status().rfind("frame 21 of 21 (000020), ", 0), 0u) << viewer_->overlay().status();
+}
+
+TEST_F(ViewerWindow, TheCropBoxBeginsInViewInAColorOfItsOwn) {
+  openTable();
+  const io::ColorImage before = bare();
+  press("b");
+  const Eigen::AlignedBox3f box = viewer_->panes().boxInView();
+  Eigen::AlignedBox3f cloud;
+  for (const PointFused& p : *viewer_->panes().cloud(0)->cloud) cloud.extend(p.getVector3fMap());
+  EXPECT_TRUE(cloud.contains(box));
+  for (int axis = 0; axis < 3; ++axis)
+    for (const float side : {-0.5f, 0.5f}) {
+      const std::array<int, 2> handle =
+          drawnAt((box.center() + side * box.sizes()[axis] * Eigen::Vector3f::Unit(axis)).cast<double>());
+      EXPECT_TRUE(handle[0] > 0 && handle[0] < kWidth && handle[1] > 0 && handle[1] < kHeight);
+    }
+  for (const bool day : {false, true}) {
+    if (day) press("n");
+    const io::ColorImage image = bare();
+    const Rgb8 wanted = day ? Rgb8{191, 77, 0} : Rgb8{255, 191, 51};
+    EXPECT_GT(std::count_if(image.data.begin(), image.data.end(),
+                            [&](const Rgb8& p) { return std::abs(p.r - wanted.r) + std::abs(p.b - wanted.b) < 8; }),
+              200)
+        << (day ? "by day" : "at night");
+  }
 }
 
 TEST_F(ViewerWindow, DraggingAHandleOfTheCropBoxCropsTheCloud) {
-  options_.zoom = 0.35;  // all of the box is in view
   openTable();
   press("b");
   EXPECT_FALSE(viewer_->controls().parameters().crop_box) << "nothing is cropped until a handle moves";
-  Eigen::AlignedBox3f box;
-  for (const PointFused& p : *viewer_->panes().cloud(0)->cloud) box.extend(p.getVector3fMap());
+  const Eigen::AlignedBox3f box = viewer_->panes().boxInView();
   const Eigen::Vector3d middle = box.center().cast<double>();
-  const Eigen::Vector3d face(middle.x(), middle.y(),
-                             static_cast<double>(box.max().z()) + 0.01 * static_cast<double>(box.sizes().z()));
+  const Eigen::Vector3d face(middle.x(), middle.y(), static_cast<double>(box.max().z()));
   const std::array<int, 2> from = drawnAt(face), to = drawnAt(middle);
   drag(from[0], from[1], to[0], to[1]);
   viewer_->settle();
@@ -272,15 +297,139 @@ TEST_F(ViewerWindow, APointPickedInTheRightViewIsOfTheRightCloud) {
   EXPECT_NEAR(point->position.x(), per_pixel * (300 - 199.5), 0.03);
 }
 
-TEST_F(ViewerWindow, ADamagedFrameIsNamedAndTheRecordingIsPlayedUpToIt) {
+TEST_F(ViewerWindow, AFrameThatCannotBeReadIsNamedAndPlayingGoesOn) {
   openWall(20, 3);
   viewer_->playback().seek(3);
   viewer_->settle();
-  EXPECT_NE(viewer_->message().find("frame 3: 000002.png: is cut short"), std::string::npos) << viewer_->message();
-  EXPECT_EQ(viewer_->playback().frames(), 3u);
+  EXPECT_NE(viewer_->message().find("frame 4 (000003): 000002.png: is cut short"), std::string::npos)
+      << viewer_->message();
+  EXPECT_EQ(viewer_->shown()->frame, 0u);
+  EXPECT_EQ(viewer_->overlay().status().rfind("frame 1 of 20", 0), 0u) << "what is shown is the frame before";
+  EXPECT_EQ(viewer_->playback().frames(), 20u);
+  viewer_->playback().seek(2);
   viewer_->settle();
   EXPECT_TRUE(viewer_->error().empty());
   EXPECT_EQ(viewer_->shown()->frame, 2u);
+  EXPECT_EQ(viewer_->problems().size(), 1u);
+}
+
+TEST_F(ViewerWindow, ACameraWithADamagedImageIsMissingFromThatFrameAndPlayingGoesOn) {
+  auto source = std::make_unique<WallSource>(20);
+  source->damageRight(3);
+  viewer_ = std::make_unique<Viewer>(std::move(source), options_);
+  for (std::size_t frame : {0u, 3u, 4u, 3u}) {
+    viewer_->playback().seek(frame);
+    viewer_->settle();
+    EXPECT_EQ(viewer_->shown()->frame, frame);
+    EXPECT_FALSE(viewer_->panes().cloud(0)->cloud->empty());
+    EXPECT_EQ(viewer_->overlay().status().find("camera 'right' is missing") != std::string::npos, frame == 3)
+        << viewer_->overlay().status();
+  }
+  EXPECT_EQ(viewer_->problems(), (std::vector<std::string>{"frame 4 (000003): camera 'right' is missing: "
+                                                           "right/depth/000003.png: is cut short"}));
+  EXPECT_EQ(viewer_->message(), viewer_->problems()[0]);
+}
+
+/** \brief Keys pressed, and nothing come of them yet. */
+TEST_F(ViewerWindow, TitlesAndFiguresAreOfWhatIsShownNotOfWhatIsAskedFor) {
+  openWall();
+  const auto title = [this](std::size_t pane) { return std::string(viewer_->overlay().title(pane)->GetInput()); };
+  viewer_->window().pressKey("v");
+  EXPECT_EQ(title(0), "FUSE-Flow");
+  EXPECT_EQ(title(1), "") << "there is no cloud yet";
+  viewer_->settle();
+  EXPECT_EQ(title(1), "concatenated");
+  viewer_->window().pressKey("v");
+  EXPECT_EQ(title(1), "concatenated");
+  viewer_->settle();
+  EXPECT_EQ(title(1), "pcl::VoxelGrid, 10 mm");
+  viewer_->window().pressKey("1");
+  viewer_->window().pressKey("Right");
+  EXPECT_NE(viewer_->overlay().status().find("1 MF on"), std::string::npos) << viewer_->overlay().status();
+  EXPECT_EQ(viewer_->overlay().status().rfind("frame 1 of 20", 0), 0u) << viewer_->overlay().status();
+  viewer_->settle();
+  EXPECT_NE(viewer_->overlay().status().find("1 MF OFF"), std::string::npos) << viewer_->overlay().status();
+  EXPECT_EQ(viewer_->overlay().status().rfind("frame 2 of 20", 0), 0u) << viewer_->overlay().status();
+  EXPECT_EQ(viewer_->overlay().status().find("being fused"), std::string::npos) << viewer_->overlay().status();
+}
+
+TEST_F(ViewerWindow, WhatLeavesNoPointIsSaid) {
+  openWall();
+  viewer_->controls().change([](FuseFlowParameters& p) { p.confidence.threshold = 1; });
+  viewer_->settle();
+  EXPECT_STREQ(viewer_->overlay().title(0)->GetInput(), "no point passes tau = 1");
+  EXPECT_TRUE(viewer_->overlay().title(0)->GetVisibility());
+  EXPECT_NE(viewer_->overlay().status().find("0 points, no point passes tau = 1"), std::string::npos);
+  press("BackSpace");
+  EXPECT_FALSE(viewer_->overlay().title(0)->GetVisibility());
+}
+
+TEST_F(ViewerWindow, TitlesLieOverTheTimelineAndWithinTheWindow) {
+  options_.compare = "outlier_removal";
+  openWall();
+  vtkRenderer* overlay = viewer_->window().overlay();
+  const double* slider =
+      viewer_->timeline().representation()->GetPoint1Coordinate()->GetComputedDoubleDisplayValue(overlay);
+  const double label_top = slider[1] + 35;
+  for (const double split : {0.5, 0.05, 0.95}) {
+    viewer_->panes().setLayout(Layout::Split);
+    viewer_->panes().setSplit(split);
+    viewer_->settle();
+    for (std::size_t k = 0; k < kPanes; ++k) {
+      double extent[2];
+      viewer_->overlay().title(k)->GetSize(overlay, extent);
+      const double* place = viewer_->overlay().title(k)->GetPosition();
+      EXPECT_GT(place[1], label_top);
+      EXPECT_GE(place[0] - extent[0] / 2, 0);
+      EXPECT_LE(place[0] + extent[0] / 2, kWidth);
+    }
+  }
+}
+
+TEST_F(ViewerWindow, TheTimelineGoesDownToWhereTheImagesWere) {
+  openWall();
+  press("i");
+  const double* left = viewer_->timeline().representation()->GetPoint1Coordinate()->GetComputedDoubleDisplayValue(
+      viewer_->window().overlay());
+  const int begin = static_cast<int>(left[0]), row = kHeight - 1 - static_cast<int>(left[1]);
+  const io::ColorImage image = picture();
+  int orange = 0;
+  for (int u = begin; u < begin + 30; ++u) orange += image.at(u, row).r > 240 && image.at(u, row).b < 80;
+  EXPECT_GT(orange, 8) << "its handle";
+}
+
+TEST_F(ViewerWindow, WhatIsUnderTheCursorIsOfTheCloudThatIsShownAndGoesWithTheCursor) {
+  openWall();
+  moveTo(200, 150);
+  viewer_->settle();
+  EXPECT_EQ(viewer_->overlay().readout().rfind("x ", 0), 0u) << viewer_->overlay().readout();
+  EXPECT_NE(viewer_->overlay().readout().find("omega"), std::string::npos) << viewer_->overlay().readout();
+  moveTo(210, 150);
+  EXPECT_EQ(viewer_->overlay().readout(), "") << "it moves";
+  viewer_->tick(1);
+  EXPECT_NE(viewer_->overlay().readout(), "");
+  viewer_->controls().change([](FuseFlowParameters& p) { p.confidence.threshold = 1; });
+  viewer_->settle();
+  EXPECT_EQ(viewer_->overlay().readout(), "") << "there is no point any more";
+  press("BackSpace");
+  EXPECT_NE(viewer_->overlay().readout(), "");
+  viewer_->window().interactor()->InvokeEvent(vtkCommand::LeaveEvent);
+  EXPECT_EQ(viewer_->overlay().readout(), "");
+  press("Right");
+  EXPECT_EQ(viewer_->overlay().readout(), "") << "nor does a new cloud bring it back";
+}
+
+TEST_F(ViewerWindow, AConcatenatedCloudHasNoConfidence) {
+  options_.compare = "concatenate";
+  openWall();
+  press("5");
+  EXPECT_STREQ(viewer_->overlay().title(0)->GetInput(), "FUSE-Flow");
+  EXPECT_STREQ(viewer_->overlay().title(1)->GetInput(), "concatenated: has no confidence, grey");
+  moveTo(300, 150);
+  viewer_->settle();
+  EXPECT_EQ(viewer_->overlay().readout().find("omega"), std::string::npos) << viewer_->overlay().readout();
+  const io::ColorImage image = bare();
+  EXPECT_EQ(image.at(300, 150).r, 128);
 }
 
 TEST_F(ViewerWindow, WrittenCloudsHaveThePointsThatAreShown) {
@@ -289,9 +438,9 @@ TEST_F(ViewerWindow, WrittenCloudsHaveThePointsThatAreShown) {
     options_.format = format;
     openWall();
     press("ctrl+w");
-    const fs::path file = folder_ / ("frame_0_FUSE_Flow_000." + format);
+    const fs::path file = folder_ / ("frame_000000_FUSE_Flow_000." + format);
     ASSERT_TRUE(fs::exists(file)) << viewer_->message();
-    EXPECT_TRUE(fs::exists(folder_ / ("frame_0_concatenated_000." + format)));
+    EXPECT_TRUE(fs::exists(folder_ / ("frame_000000_concatenated_000." + format)));
     if (format == "vtk") continue;  // PCL has no reader of points for it
     pcl::PointCloud<pcl::PointXYZ> cloud;
     if (format == "ifs") {
@@ -369,7 +518,9 @@ TEST_F(ViewerWindow, TruthIsShownWhereItIsKnownElseThatIsSaid) {
   press("8");
   EXPECT_EQ(viewer_->coloredBy(), ColorBy::Rgb);
   EXPECT_EQ(viewer_->message(), "the truth of this recording is not known");
+  EXPECT_EQ(viewer_->overlay().status().find("off truth"), std::string::npos) << viewer_->overlay().status();
   openTable();
+  EXPECT_NE(viewer_->overlay().status().find("mm off truth"), std::string::npos) << viewer_->overlay().status();
   const io::ColorImage rgb = bare();
   press("8");
   EXPECT_EQ(viewer_->coloredBy(), ColorBy::TruthDistance);

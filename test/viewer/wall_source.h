@@ -21,6 +21,8 @@ class WallSource : public viewing::FrameSource {
   /** \param frames absent: without an end  \param damaged the first frame that cannot be read */
   explicit WallSource(std::optional<std::size_t> frames = 20, std::optional<std::size_t> damaged = std::nullopt)
       : frames_(frames), damaged_(damaged) {}
+  /** \brief In this frame the image of the right camera cannot be read. */
+  void damageRight(std::size_t frame) { damaged_right_ = frame; }
 
   static Camera camera(std::size_t k) {
     Camera camera;
@@ -38,6 +40,7 @@ class WallSource : public viewing::FrameSource {
   void read(std::size_t frame, io::LoadedFrame& out) override {
     ++reads;
     if (damaged_ && frame >= *damaged_) throw io::InputError("000002.png: is cut short");
+    out.damaged.clear();
     out.rig.cameras = {camera(0), camera(1)};
     out.rig.views.assign(2, DepthView());
     out.images.resize(2);
@@ -54,6 +57,9 @@ class WallSource : public viewing::FrameSource {
       out.rig.views[k].depth32 = image.depth32.view();
       out.rig.views[k].color = image.color.view();
     }
+    if (frame != damaged_right_) return;
+    out.rig.views[1] = DepthView();
+    out.damaged.push_back({1, "right/depth/000003.png: is cut short"});
   }
 
   std::atomic<int> reads{0};
@@ -61,6 +67,7 @@ class WallSource : public viewing::FrameSource {
  private:
   std::optional<std::size_t> frames_;
   std::optional<std::size_t> damaged_;
+  std::optional<std::size_t> damaged_right_;
 };
 
 }  // namespace viewer_test
