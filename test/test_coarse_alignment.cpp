@@ -1,6 +1,7 @@
 #include "rigs.h"
 
 #include <fuse_flow/coarse_alignment.h>
+#include <fuse_flow/impl/host/view_agreement.hpp>
 
 #include <pcl/exceptions.h>
 
@@ -183,6 +184,27 @@ TEST(CoarseAlignment, ColourKeepsCamerasFromBeingPlacedHalfATurnAway) {
 
 TEST(CoarseAlignment, OfARoomThatLooksAlikeAfterHalfATurnNotAllIsToldWithoutColour) {
   EXPECT_FALSE(align(unposed(around({10, 45, 85, 120}), halfTurnedRoom())).complete());
+}
+
+// Two views a quarter turn apart share little more than the floor, along which false counterparts pull.
+TEST(CoarseAlignment, RefiningAPoseNeverMakesTwoViewsAgreeLess) {
+  const auto cameras = around({10, 100});
+  Scene scene = unposed(cameras, furnishedRoom());
+  scenes::addNoise(scene, 0.006f);
+  fuse_flow::ExtrinsicParameters p;
+  p.reduction = 1;
+  fuse_flow::host::AlignmentSystem system(1);
+  system.add(scene.rig, p);
+  const std::vector<Eigen::Isometry3d> poses(2, Eigen::Isometry3d::Identity());
+  system.sample(poses, 600);
+  const CoarseAlignmentParameters parameters;
+  const fuse_flow::host::ViewComparison comparison(system, parameters);
+  Eigen::Isometry3d T = cameras[0].T_world_camera.inverse() * cameras[1].T_world_camera;
+  for (const double off : {0.0, 0.02, 0.04}) {
+    T.translation().x() += off;
+    const Eigen::Isometry3d refined = comparison.refine(1, T, {0}, poses, {0.06f, 0.05f, 0.04f, 0.03f});
+    EXPECT_GE(comparison.compare(0, 1, refined).score(), comparison.compare(0, 1, T).score()) << off;
+  }
 }
 
 TEST(CoarseAlignment, OneCameraIsARigOfItsOwn) {

@@ -101,6 +101,7 @@ FUSE_FLOW_INLINE CoarseAlignmentResult CoarseAlignment::estimate() {
       for (const std::size_t camera : group.members) result.placements[camera] = Placement::Ambiguous;
       break;
     }
+    placement.polish(group);
     accept(placement, group, result);
     left.erase(std::remove_if(left.begin(), left.end(),
                               [&](std::size_t i) { return result.placements[i] == Placement::Placed; }),

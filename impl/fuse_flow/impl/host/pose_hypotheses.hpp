@@ -33,8 +33,12 @@ class PoseHypotheses {
     found = best(found, kRefined, 1.5 * static_cast<double>(p_.cell_size), 0.1);
     std::vector<Eigen::Isometry3d> poses(system_.cameras(), Eigen::Isometry3d::Identity());
     for (PoseHypothesis& h : found) {
-      h.T = comparison_.refine(second, h.T, {first}, poses,
-                               {0.25f, 0.25f, 0.2f, 0.15f, 0.12f, 0.1f, 0.08f, 0.06f, 0.05f, 0.04f, 0.03f, 0.03f});
+      h.T = comparison_.refine(second, h.T, {first}, poses, {0.25f, 0.25f, 0.2f, 0.15f, 0.1f});
+      h.score = comparison_.compareRoughly(first, second, h.T, 0.05f);
+    }
+    found = best(found, kPolished, 0.1, 0.06);
+    for (PoseHypothesis& h : found) {
+      h.T = comparison_.refine(second, h.T, {first}, poses, {0.1f, 0.08f, 0.06f, 0.05f, 0.04f, 0.03f, 0.03f});
       const ViewAgreement agreement = comparison_.compare(first, second, h.T);
       h.score = agreement.score();
       h.color_spread = agreement.color_spread;
@@ -59,6 +63,7 @@ class PoseHypotheses {
 
   static constexpr std::size_t kPeaks = 80;     ///< translations of a rotation that are looked at
   static constexpr std::size_t kRefined = 150;  ///< guesses that are refined
+  static constexpr std::size_t kPolished = 40;  ///< of these, those that are refined to the end
 
   const AlignmentSystem& system_;
   const CoarseAlignmentParameters& p_;

@@ -14,15 +14,17 @@ class HypothesisTable {
  public:
   explicit HypothesisTable(std::size_t cameras) : cameras_(cameras), table_(cameras * cameras) {}
   std::size_t cameras() const { return cameras_; }
-  /** \brief How much views of the same differ in brightness in this rig, grey levels. Of neighbours some plausible pose is right:
-   *  the least that their views differ by. Of cameras that share nothing none is: so of all pairs the lower quartile. */
+  /** \brief How much views of the same differ in brightness in this rig, grey levels. Of neighbours one of the poses that depth
+   *  supports best is right: the one at which their views differ least. Of cameras that share nothing none is: so of all pairs
+   *  the lower quartile. */
   double colorNoise() const {
     constexpr double least = 2;  // of cameras without noise
     std::vector<double> spreads;
     for (const std::vector<PoseHypothesis>& hypotheses : table_) {
       double smallest = 0;
       for (const PoseHypothesis& h : hypotheses)
-        if (h.score > kPlausible && h.color_spread > 0 && (smallest == 0 || h.color_spread < smallest))
+        if (h.score > std::max(kPlausible, 0.5 * hypotheses[0].score) && h.color_spread > 0 &&
+            (smallest == 0 || h.color_spread < smallest))
           smallest = h.color_spread;
       if (smallest > 0) spreads.push_back(smallest);
     }
@@ -89,12 +91,27 @@ class RigPlacement {
         double score = jointScore(camera, T, others, group.poses);
         const PoseHypothesis other = bestAlternative(camera, T, others, group.poses);
         if (other.score > score) T = other.T;
-        group.poses[camera] = comparison_.refine(camera, T, others, group.poses, gates_);
+        score = std::max(score, other.score);
+        const Eigen::Isometry3d refined = comparison_.refine(camera, T, others, group.poses, gates_);
+        group.poses[camera] = jointScore(camera, refined, others, group.poses) > score ? refined : T;
       }
     group.score = 0;
     for (std::size_t i = 0; i < group.members.size(); ++i)
       for (std::size_t j = 0; j < i; ++j)
         group.score += agreement(group.members[i], group.members[j], group.poses).score();
+  }
+
+  /** \brief Of a group that stands: counts of points that agree are as good some centimetres beside the right pose as at it; sums
+   *  of squares are not. */
+  void polish(PlacedGroup& group) const {
+    for (int sweep = 0; sweep < kSweeps; ++sweep)
+      for (const std::size_t camera : group.members) {
+        const std::vector<std::size_t> others = without(group, camera);
+        const Eigen::Isometry3d& T = group.poses[camera];
+        const Eigen::Isometry3d next = comparison_.leastSquares(camera, T, others, group.poses, gates_);
+        if (jointScore(camera, next, others, group.poses) > kAsGood * jointScore(camera, T, others, group.poses))
+          group.poses[camera] = next;
+      }
   }
 
   /** \brief How well the best other pose of a member explains what it shares with the others, over how well its own does. */
@@ -110,6 +127,8 @@ class RigPlacement {
   }
 
  private:
+  static constexpr double kAsGood = 0.9;  ///< share of a score that is as good
+
   struct Seed {
     std::size_t first, second;
     PoseHypothesis hypothesis;

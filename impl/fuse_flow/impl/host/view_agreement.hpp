@@ -71,34 +71,22 @@ class ViewComparison {
   }
 
   /** \brief One camera's pose improved against others, which stay. \param gates largest distance of counterparts, iteration by
-   *  iteration, metres */
-  Eigen::Isometry3d refine(std::size_t camera, Eigen::Isometry3d T, const std::vector<std::size_t>& others,
+   *  iteration, metres; not empty */
+  Eigen::Isometry3d refine(std::size_t camera, const Eigen::Isometry3d& T, const std::vector<std::size_t>& others,
                            const std::vector<Eigen::Isometry3d>& poses, const std::vector<float>& gates) const {
-    for (const float gate : gates) {
-      const Eigen::Vector3d center = T.translation();
-      Matrix6 A = Matrix6::Zero();
-      Vector6 g = Vector6::Zero();
-      for (const std::size_t other : others) {
-        const Eigen::Isometry3d T_camera_other = T.inverse() * poses[other];
-        for (std::size_t t = 0; t < system_.instants(); ++t) {
-          if (system_.view(t, camera).missing() || system_.view(t, other).missing()) continue;
-          addResiduals(system_.view(t, other), system_.samples(t, camera), T_camera_other.inverse(), poses[other],
-                       center, gate, 1, A, g);
-          addResiduals(system_.view(t, camera), system_.samples(t, other), T_camera_other, T, center, gate, -1, A, g);
-        }
-      }
-      if (!(A.trace() > 0)) return T;
-      // Directions that nothing tells stay where they are.
-      A.diagonal().array() += 1e-5 * A.trace();
-      const Vector6 twist = CholeskyFactors(A).solve(-g);
-      const double angle = twist.tail<3>().norm();
-      if (!(angle < 0.5 && twist.head<3>().norm() < 1.0)) return T;
-      Eigen::Isometry3d motion = Eigen::Isometry3d::Identity();
-      if (angle > 0) motion.linear() = Eigen::AngleAxisd(angle, twist.tail<3>() / angle).toRotationMatrix();
-      motion.translation() = twist.head<3>();
-      T = Eigen::Translation3d(center) * motion * Eigen::Translation3d(-center) * T;
-    }
-    return T;
+    const Eigen::Isometry3d free = leastSquares(camera, T, others, poses, gates);
+    const Eigen::Isometry3d guarded = descend(camera, T, others, poses, gates, true);
+    return scoreWithin(camera, free, others, poses, gates.back()) >
+                   scoreWithin(camera, guarded, others, poses, gates.back())
+               ? free
+               : guarded;
+  }
+
+  /** \brief The same without a look at how well the views agree after a step: farther off where they share little, nearer to the
+   *  truth where they share much. */
+  Eigen::Isometry3d leastSquares(std::size_t camera, const Eigen::Isometry3d& T, const std::vector<std::size_t>& others,
+                                 const std::vector<Eigen::Isometry3d>& poses, const std::vector<float>& gates) const {
+    return descend(camera, T, others, poses, gates, false);
   }
 
  private:
@@ -108,16 +96,20 @@ class ViewComparison {
   /** \brief Between the brightness of two views, point by point. */
   struct Differences {
     double sign{1};
-    double count{0}, sum{0}, squares{0};
-    void add(double difference) {
+    double count{0}, weight{0}, sum{0}, squares{0};
+    /** \param contrast around the point, grey levels: there a difference is the work of the smallest error of depth or pose */
+    void add(double difference, double contrast) {
+      constexpr double plain = 3;
+      const double w = 1 / (1 + std::pow(contrast / plain, 2));
       count += 1;
-      sum += sign * difference;
-      squares += difference * difference;
+      weight += w;
+      sum += w * sign * difference;
+      squares += w * difference * difference;
     }
     double deviation() const {
       constexpr double enough = 30;
       if (count < enough) return 0;
-      return std::sqrt(std::max(0.0, squares / count - std::pow(sum / count, 2)));
+      return std::sqrt(std::max(0.0, squares / weight - std::pow(sum / weight, 2)));
     }
   };
 
@@ -133,6 +125,72 @@ class ViewComparison {
   static constexpr std::size_t kColorScale = 2;
   /** \brief Noise that a point may be off, standard deviations. */
   static constexpr float kDeviations = 3;
+
+  /** \brief What is added to the diagonal of the normal equations, over its mean: the first keeps still what nothing tells, the
+   *  last all but what most points tell. */
+  static constexpr double kCautions[] = {1e-4, 0.02, 0.3};
+
+  /** \brief Least squares, gate by gate. Where the views share little more than a floor, what pulls along it are false
+   *  counterparts. \param guarded a step, bold or cautious, counts only if the views agree better after it; else every bold one
+   *  does, which comes farther where the views share much */
+  Eigen::Isometry3d descend(std::size_t camera, Eigen::Isometry3d T, const std::vector<std::size_t>& others,
+                            const std::vector<Eigen::Isometry3d>& poses, const std::vector<float>& gates,
+                            bool guarded) const {
+    for (const float gate : gates) {
+      Matrix6 A = Matrix6::Zero();
+      Vector6 g = Vector6::Zero();
+      for (const std::size_t other : others) {
+        const Eigen::Isometry3d T_camera_other = T.inverse() * poses[other];
+        for (std::size_t t = 0; t < system_.instants(); ++t) {
+          if (system_.view(t, camera).missing() || system_.view(t, other).missing()) continue;
+          addResiduals(system_.view(t, other), system_.samples(t, camera), T_camera_other.inverse(), poses[other],
+                       T.translation(), gate, 1, A, g);
+          addResiduals(system_.view(t, camera), system_.samples(t, other), T_camera_other, T, T.translation(), gate, -1,
+                       A, g);
+        }
+      }
+      if (!(A.trace() > 0)) return T;
+      if (!guarded) {
+        T = stepped(T, A, g, kCautions[0]);
+        continue;
+      }
+      const Eigen::Isometry3d start = T;
+      double best = scoreWithin(camera, T, others, poses, gate);
+      for (const double caution : kCautions) {
+        const Eigen::Isometry3d next = stepped(start, A, g, caution);
+        const double score = scoreWithin(camera, next, others, poses, gate);
+        if (!(score > best)) continue;
+        best = score;
+        T = next;
+      }
+    }
+    return T;
+  }
+
+  /** \brief How well a camera agrees with others, for all that an error tells. */
+  double scoreWithin(std::size_t camera, const Eigen::Isometry3d& T, const std::vector<std::size_t>& others,
+                     const std::vector<Eigen::Isometry3d>& poses, float error) const {
+    double sum = 0;
+    for (const std::size_t other : others) {
+      const Eigen::Isometry3d T_other_camera = poses[other].inverse() * T;
+      sum += error > 2 * tolerance_ ? compareRoughly(other, camera, T_other_camera, error)
+                                    : compare(other, camera, T_other_camera).score();
+    }
+    return sum;
+  }
+
+  /** \brief A pose after a step about its own centre. */
+  static Eigen::Isometry3d stepped(const Eigen::Isometry3d& T, Matrix6 A, const Vector6& g, double caution) {
+    A.diagonal().array() += caution / 6 * A.trace();
+    const Vector6 twist = CholeskyFactors(A).solve(-g);
+    const double angle = twist.tail<3>().norm();
+    if (!(angle < 0.5 && twist.head<3>().norm() < 1.0)) return T;
+    Eigen::Isometry3d motion = Eigen::Isometry3d::Identity();
+    if (angle > 0) motion.linear() = Eigen::AngleAxisd(angle, twist.tail<3>() / angle).toRotationMatrix();
+    motion.translation() = twist.head<3>();
+    const Eigen::Translation3d center(T.translation());
+    return center * motion * center.inverse() * T;
+  }
 
   template <typename Visit>
   void forEachView(std::size_t first, std::size_t second, const Eigen::Isometry3d& T_first_second,
@@ -177,8 +235,13 @@ class ViewComparison {
         const bool painted = view.hasColor() && s.luma[0] >= 0 && std::fabs(view.luma(u, v) - s.luma[0]) > kGreyLimit;
         const bool faces = dot(n, n_q) >= kNormalCosine;
         ++(painted || !faces ? sum.unlike : sum.confirmed);
-        if (faces && view.hasColor() && s.luma[0] >= 0)
-          differences.add(static_cast<double>(s.luma[kColorScale] - view.luma(u, v, kColorScale)));
+        if (faces && view.hasColor() && s.luma[0] >= 0) {
+          const float here = s.luma[kColorScale], there = view.luma(u, v, kColorScale);
+          const float contrast =
+              std::max(std::fabs(s.luma[kColorScale - 1] - here), std::fabs(view.luma(u, v, kColorScale - 1) - there)) +
+              std::max(std::fabs(s.luma[kColorScale + 1] - here), std::fabs(view.luma(u, v, kColorScale + 1) - there));
+          differences.add(static_cast<double>(here - there), static_cast<double>(contrast));
+        }
       } else if (q.z < d.z && seenThrough(view, u, v, q.z + 2 * reach)) {
         ++sum.contradicted;
       }
