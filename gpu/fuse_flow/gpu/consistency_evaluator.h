@@ -112,14 +112,20 @@ struct ConsistencyEvaluator {
     return sight;
   }
 
+  /** \brief Depths of the pixels around one. */
+  struct DepthsAround {
+    const DepthMapOfView& map;
+    int u, v;
+    FUSE_FLOW_HD float operator()(int a, int b) const { return map.depth(u + a, v + b); }
+  };
+
   FUSE_FLOW_HD void confirm(const Vec3& p_W, const Sight& sight, const float* refined_z,
                             Confirmation& confirmation) const {
     const DeviceView& view = views[sight.address.view];
     const DepthMapOfView map{&view, refined_z};
     const int u = sight.address.u, v = sight.address.v;
     const float here = map.depth(u, v);
-    const float refined_depth =
-        depthBetween(sight.du, sight.dv, reach, [&map, u, v](int a, int b) { return map.depth(u + a, v + b); });
+    const float refined_depth = depthBetween(sight.du, sight.dv, reach, DepthsAround{map, u, v});
     confirmation.add(p_W - view.model.T_world_camera.t, sight.depth_of_point, refined_depth,
                      noiseWeight(axialNoise(noise_model, here), view.noise_scale * per_half_weight_noise), reach);
   }

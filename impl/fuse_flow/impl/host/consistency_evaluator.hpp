@@ -124,12 +124,17 @@ class ConsistencyEvaluator {
     return open;
   }
 
+  /** \brief Depths of the pixels around one. Not a lambda, which nvcc lets no function call that is for both sides. */
+  struct DepthsAround {
+    const float* here;
+    int stride;
+    FUSE_FLOW_HD float operator()(int a, int b) const { return here[a + b * stride]; }
+  };
+
   void confirm(std::uint32_t j, const Vec3& p_W, Evaluation& point) const {
     const DepthMap& map = (*refined_)[j];
     const float* here = map.row(point.v) + point.u;  // zeros around the image stand for no measurement
-    const int stride = map.stride();
-    const float refined =
-        depthBetween(point.du, point.dv, reach_, [here, stride](int a, int b) { return here[a + b * stride]; });
+    const float refined = depthBetween(point.du, point.dv, reach_, DepthsAround{here, map.stride()});
     const float noise_scale = noise_scales_ != nullptr ? (*noise_scales_)[j] : 1.0f;
     point.confirmation.add(p_W - (*rig_)[j].T_world_camera.t, point.z, refined,
                            noiseWeight(axialNoise(noise_model_, *here), noise_scale * per_half_), reach_);
