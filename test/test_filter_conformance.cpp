@@ -1442,6 +1442,7 @@ TEST(BadParameters, AdaptiveHashFusionNamesThem) {
   expectRejected<Filter>(&P::points_per_cell, 0.0f, owner, "points_per_cell", "0");
   expectRejected<Filter>(&P::min_weight, 1.5f, owner, "min_weight", "1.5");
   expectRejected<Filter>(&P::weak_weight, -0.5f, owner, "weak_weight", "-0.5");
+  expectRejected<Filter>(&P::confirmation_reach, kNaN, owner, "confirmation_reach", "nan");
 }
 
 }  // namespace

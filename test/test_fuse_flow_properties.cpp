@@ -217,9 +217,10 @@ TEST(FuseFlowProperties, WeakPointsGoOnlyWhereABetterOneStays) {
 }
 
 TEST(FuseFlowProperties, AnUnsplitCellGivesOnePointAtMostAndItLiesInside) {
-  // Unsplit cells: one point a cell at most, and in it.
+  // Unsplit cells: one point a cell at most, and in it, unless other views draw it out.
   const Scene scene = noisyScene(3);
   FuseFlowParameters parameters;
+  parameters.aggregation.confirmation_reach = 0;
   parameters.aggregation.min_cell_size = parameters.aggregation.cell_size;
   FrameStatistics statistics;
   const Cloud cloud = scenes::fuse(scene.rig, parameters, 2, &statistics);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <fuse_flow/gpu/device_view.h>
+#include <fuse_flow/math/confirmation.h>
 #include <fuse_flow/math/consistency.h>
 
 namespace fuse_flow {
@@ -14,6 +15,12 @@ struct ConsistencyEvaluator {
   /** \brief Whether the noise of the views is known, and how it grows. */
   bool noise_known{false};
   ConfidenceParameters noise_model{};
+  /** \brief D^r of eq. 8, for alongListOf() to find what the views confirm; null: not known. */
+  const float* refined{nullptr};
+  /** \brief See Confirmation, metres. */
+  float reach{0};
+  /** \brief One over FuseFlowParameters::half_weight_noise; 0: noise does not weigh. */
+  float per_half_weight_noise{0};
 
   static constexpr std::uint32_t kNoCamera = 0xffffffffu;
 
@@ -62,6 +69,13 @@ struct ConsistencyEvaluator {
    *  one list, that of its first point's camera. What the next view measured is on its way from memory while the last one is
    *  judged. */
   FUSE_FLOW_HD float alongListOf(std::uint32_t first, const Vec3& p_W, std::uint32_t camera) const {
+    Confirmation confirmation;
+    return alongListOf(first, p_W, camera, nullptr, confirmation);
+  }
+
+  /** \brief The same, and where D^r is given what the views confirm. \param refined_z null: not asked for */
+  FUSE_FLOW_HD float alongListOf(std::uint32_t first, const Vec3& p_W, std::uint32_t camera, const float* refined_z,
+                                 Confirmation& confirmation) const {
     const DeviceView& owner = views[first];
     const std::uint32_t most = static_cast<std::uint32_t>(parameters.max_candidates);
     const std::uint32_t candidates = owner.neighbour_count < most ? owner.neighbour_count : most;
@@ -69,7 +83,11 @@ struct ConsistencyEvaluator {
     Sight sight = look(p_W, first, camera);
     for (std::uint32_t k = 0;; ++k) {
       const Sight next = k < candidates ? look(p_W, owner.neighbours[k], camera) : Sight{};
-      if (sight.depth > 0) result.add(judge(p_W, sight));
+      if (sight.depth > 0) {
+        const ViewOpinion said = judge(p_W, sight);
+        result.add(said);
+        if (refined_z != nullptr && said.verdict == ViewOpinion::Distance) confirm(p_W, sight, refined_z, confirmation);
+      }
       if (k == candidates || result.views() >= parameters.max_views - 1) return consistency(parameters, result);
       sight = next;
     }
@@ -81,6 +99,7 @@ struct ConsistencyEvaluator {
     PixelAddress address;
     float depth_of_point;
     float depth{0};
+    float du, dv;
   };
 
   /** \brief Nothing in the camera that measured the point: there it is always right. */
@@ -88,9 +107,28 @@ struct ConsistencyEvaluator {
     const DeviceView& view = views[j];
     Sight sight;
     sight.address.view = j;
-    if (j != camera && view.model.locate(p_W, sight.address.u, sight.address.v, sight.depth_of_point))
+    if (j != camera &&
+        view.model.locate(p_W, sight.address.u, sight.address.v, sight.depth_of_point, sight.du, sight.dv))
       sight.depth = z[view.indexOf(sight.address.u, sight.address.v)];
     return sight;
+  }
+
+  /** \brief Depths of the pixels around one. */
+  struct DepthsAround {
+    const DepthMapOfView& map;
+    int u, v;
+    FUSE_FLOW_HD float operator()(int a, int b) const { return map.depth(u + a, v + b); }
+  };
+
+  FUSE_FLOW_HD void confirm(const Vec3& p_W, const Sight& sight, const float* refined_z,
+                            Confirmation& confirmation) const {
+    const DeviceView& view = views[sight.address.view];
+    const DepthMapOfView map{&view, refined_z};
+    const int u = sight.address.u, v = sight.address.v;
+    const float here = map.depth(u, v);
+    const float refined_depth = depthBetween(sight.du, sight.dv, reach, DepthsAround{map, u, v});
+    confirmation.add(p_W - view.model.T_world_camera.t, sight.depth_of_point, refined_depth,
+                     noiseWeight(axialNoise(noise_model, here), view.noise_scale * per_half_weight_noise), reach);
   }
 
   FUSE_FLOW_HD ViewOpinion judge(const Vec3& p_W, const Sight& sight) const {

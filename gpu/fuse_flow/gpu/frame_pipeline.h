@@ -171,7 +171,13 @@ class FramePipeline {
   }
 
   ConsistencyEvaluator evaluator() const {
-    return {views_.grid().views, maps_.measured(), parameters.consistency, true, parameters.confidence};
+    ConsistencyEvaluator evaluator{views_.grid().views, maps_.measured(), parameters.consistency, true,
+                                   parameters.confidence};
+    if (!detail::usesConfirmation(parameters.smoothing, parameters.aggregation)) return evaluator;
+    evaluator.refined = maps_.refined();
+    evaluator.reach = parameters.aggregation.confirmation_reach;
+    evaluator.per_half_weight_noise = parameters.half_weight_noise > 0 ? 1.0f / parameters.half_weight_noise : 0.0f;
+    return evaluator;
   }
 
   /** \brief Section 5. */

@@ -119,12 +119,13 @@ FUSE_FLOW_HD PointState stateOf(const AggregationParameters& p, float weight) {
   return weight < p.weak_weight ? Weak : Kept;
 }
 
-/** \brief ConsistencyAt::CellMean: V once a child, at its fused point, which one V does not move. */
+/** \brief ConsistencyAt::CellMean: V once a child, at its fused point, which one V does not move; what other views confirm there
+ *  does, afterwards. */
 struct JudgeChildren {
   AggregationParameters parameters;
   ConsistencyEvaluator evaluator;
   bool use_consistency;
-  const FusedPoint* fused;
+  FusedPoint* fused;
   const std::uint32_t* cameras;
   const std::uint32_t* ranks;
   const CellOfChildren* cells;  // by rank
@@ -136,7 +137,13 @@ struct JudgeChildren {
     if (child >= *count) return;
     const std::uint32_t list = cameras[cells[ranks[child]].first];
     float weight = fused[child].weight;
-    if (use_consistency) weight *= evaluator.alongListOf(list, fused[child].p, cameras[child]);
+    if (use_consistency) {
+      const Vec3 p = fused[child].p;
+      Confirmation confirmation;
+      const float V = evaluator.alongListOf(list, p, cameras[child], evaluator.refined, confirmation);
+      if (evaluator.refined != nullptr) fused[child].p = confirmation.moved(p, weight);
+      weight *= V;
+    }
     weights[child] = weight;
     states[child] = stateOf(parameters, weight);
   }

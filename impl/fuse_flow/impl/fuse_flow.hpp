@@ -21,6 +21,7 @@ inline FuseFlowParameters FuseFlowParameters::published() {
   p.aggregation.consistency_at = ConsistencyAt::Representatives;
   p.aggregation.min_weight = 0;
   p.aggregation.weak_weight = 0;
+  p.aggregation.confirmation_reach = 0;
   return p;
 }
 

@@ -26,6 +26,12 @@ inline void checkNonNegative(const char* owner, const char* name, float value) {
     throwBadArgument(owner, ": ", name, " is ", value, ", must not be negative");
 }
 
+/** \brief Whether fused points move to where refined depth confirms them. */
+inline bool usesConfirmation(const SmoothingParameters& smoothing, const AggregationParameters& aggregation) {
+  return smoothing.passes > 0 && aggregation.confirmation_reach > 0 &&
+         aggregation.consistency_at == ConsistencyAt::CellMean;
+}
+
 }  // namespace detail
 
 inline void checkParameters(const PreprocessingParameters& p) {
@@ -83,6 +89,7 @@ inline void checkParameters(const AggregationParameters& p) {
   detail::checkPositive(owner, "points_per_cell", p.points_per_cell);
   detail::checkRange(owner, "min_weight", p.min_weight, 0.0f, 1.0f);
   detail::checkRange(owner, "weak_weight", p.weak_weight, 0.0f, 1.0f);
+  detail::checkNonNegative(owner, "confirmation_reach", p.confirmation_reach);
 }
 
 }  // namespace fuse_flow

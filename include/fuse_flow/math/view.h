@@ -23,6 +23,13 @@ struct ViewModel {
   /** \brief The pixel nearest to a point in the world frame, and the point's depth. False where the image does not
    *  reach. */
   FUSE_FLOW_HD bool locate(const Vec3& p_W, int& u, int& v, float& z) const {
+    float x = 0, y = 0;
+    return locate(p_W, u, v, z, x, y);
+  }
+
+  /** \brief The same with where in that pixel the point falls. \param du from its centre to the right, pixels, −½ … ½
+   *  \param dv likewise, down */
+  FUSE_FLOW_HD bool locate(const Vec3& p_W, int& u, int& v, float& z, float& du, float& dv) const {
     Vec3 q = P * p_W;
     z = q.z;
     if (!(z > 0)) return false;
@@ -42,6 +49,8 @@ struct ViewModel {
       return false;
     u = static_cast<int>(x);
     v = static_cast<int>(y);
+    du = x - 0.5f - static_cast<float>(u);
+    dv = y - 0.5f - static_cast<float>(v);
     return true;
   }
 };

@@ -32,7 +32,8 @@ struct CellScratch {
   std::vector<FusedPoint> output;
 };
 
-/** \brief Section 5 (2) b: V of every representative, or of every cell's mean, child after child. */
+/** \brief Section 5 (2) b: V of every representative, or of every cell's mean, child after child; and what other views
+ *  confirm there. */
 inline void measureConsistency(ConsistencyAt at, const Vec3& corner, const ConsistencyEvaluator* evaluator,
                                CellScratch& scratch) {
   scratch.judged.clear();
@@ -129,9 +130,12 @@ void fuseCell(const AggregationParameters& p, int max_level, const CoarseGrid& g
   scratch.fused.clear();
   const bool each = p.consistency_at == ConsistencyAt::Representatives;
   const float* V = scratch.V.data();
+  const bool confirmed = !each && evaluator != nullptr && evaluator->knowsRefinedDepth();
   for (const Child& child : scratch.children) {
     scratch.fused.push_back(fuseRepresentatives(child.chosen, corner, each ? V : nullptr));
-    if (!each) scratch.fused.back().weight *= *V;
+    FusedPoint& fused = scratch.fused.back();
+    if (confirmed) fused.p = scratch.opinions[scratch.fused.size() - 1].confirmation.moved(fused.p, fused.weight);
+    if (!each) fused.weight *= *V;
     V += each ? child.chosen.count() : 1;
   }
   selectPoints(p, level, scratch);

@@ -2,6 +2,7 @@
 
 #include <fuse_flow/impl/host/depth_map.hpp>
 #include <fuse_flow/impl/host/rig_geometry.hpp>
+#include <fuse_flow/math/confirmation.h>
 #include <fuse_flow/math/consistency.h>
 
 #include <algorithm>
@@ -21,6 +22,16 @@ class ConsistencyEvaluator {
     noise_model_ = model;
     noise_scales_ = &scales;
   }
+
+  /** \brief Where D^r of eq. 8 is known: evaluate() then finds what the views confirm. \param refined of each view
+   *  \param reach see Confirmation, metres; > 0  \param half_weight_noise as in FuseFlowParameters */
+  void setRefined(const std::vector<DepthMap>& refined, float reach, float half_weight_noise) {
+    refined_ = &refined;
+    reach_ = reach;
+    per_half_ = half_weight_noise > 0 ? 1.0f / half_weight_noise : 0.0f;
+  }
+
+  bool knowsRefinedDepth() const { return refined_ != nullptr; }
 
   /** \brief Calls visit(j, pixel u, pixel v, opinion) for up to K − 1 views other than camera i that say something
    *  about a point in the world frame. */
@@ -53,17 +64,22 @@ class ConsistencyEvaluator {
   /** \brief What evaluate() remembers of one point. */
   struct Evaluation {
     Consistency opinions;
+    Confirmation confirmation;
     /** \brief Where the point falls in the view being asked; null: nowhere. */
     const float* depth;
     float z;
     std::uint16_t u, v;
+    float du, dv;
   };
 
   /** \brief Eq. 7 for the points of one coarse cell: V[k] of p[k], which camera[k] measured. All of them walk one list, that
    *  of the first point's camera, view by view: neighbouring points fall on neighbouring pixels, so that each view's
    *  matrix and its few pixels stay at hand. */
   void evaluate(const Vec3* p, const std::uint32_t* camera, std::size_t n, Evaluation* scratch, float* V) const {
-    for (std::size_t k = 0; k < n; ++k) scratch[k].opinions = {};
+    for (std::size_t k = 0; k < n; ++k) {
+      scratch[k].opinions = {};
+      scratch[k].confirmation = {};
+    }
     const std::uint32_t first = camera[0];
     bool open = askAbout(first, p, camera, n, scratch);
     int candidates = 0;
@@ -87,21 +103,41 @@ class ConsistencyEvaluator {
       // In its own camera a point is always right.
       const bool wanted = camera[k] != j && points[k].opinions.views() < parameters_.max_views - 1;
       points[k].depth = nullptr;
-      if (!wanted || !view.locate(p[k], u, v, points[k].z)) continue;
+      if (!wanted || !view.locate(p[k], u, v, points[k].z, points[k].du, points[k].dv)) continue;
       points[k].depth = depth.row(v) + u;
       points[k].u = static_cast<std::uint16_t>(u);
       points[k].v = static_cast<std::uint16_t>(v);
 #if defined(__GNUC__)
       __builtin_prefetch(points[k].depth);
+      if (refined_ != nullptr) __builtin_prefetch((*refined_)[j].row(v) + u);
 #endif
     }
     bool open = false;
     for (std::size_t k = 0; k < n; ++k) {
-      if (points[k].depth != nullptr && *points[k].depth > 0)
-        points[k].opinions.add(opinion(j, p[k], points[k].u, points[k].v, points[k].z, *points[k].depth));
+      if (points[k].depth != nullptr && *points[k].depth > 0) {
+        const ViewOpinion said = opinion(j, p[k], points[k].u, points[k].v, points[k].z, *points[k].depth);
+        points[k].opinions.add(said);
+        if (refined_ != nullptr && said.verdict == ViewOpinion::Distance) confirm(j, p[k], points[k]);
+      }
       open |= points[k].opinions.views() < parameters_.max_views - 1;
     }
     return open;
+  }
+
+  /** \brief Depths of the pixels around one. Not a lambda, which nvcc lets no function call that is for both sides. */
+  struct DepthsAround {
+    const float* here;
+    int stride;
+    FUSE_FLOW_HD float operator()(int a, int b) const { return here[a + b * stride]; }
+  };
+
+  void confirm(std::uint32_t j, const Vec3& p_W, Evaluation& point) const {
+    const DepthMap& map = (*refined_)[j];
+    const float* here = map.row(point.v) + point.u;  // zeros around the image stand for no measurement
+    const float refined = depthBetween(point.du, point.dv, reach_, DepthsAround{here, map.stride()});
+    const float noise_scale = noise_scales_ != nullptr ? (*noise_scales_)[j] : 1.0f;
+    point.confirmation.add(p_W - (*rig_)[j].T_world_camera.t, point.z, refined,
+                           noiseWeight(axialNoise(noise_model_, *here), noise_scale * per_half_), reach_);
   }
 
   ViewOpinion opinion(std::uint32_t j, const Vec3& p_W, int u, int v, float z, float D) const {
@@ -131,6 +167,9 @@ class ConsistencyEvaluator {
   const std::vector<DepthMap>* depths_;
   ConfidenceParameters noise_model_;
   const std::vector<float>* noise_scales_{nullptr};
+  const std::vector<DepthMap>* refined_{nullptr};
+  float reach_{0};
+  float per_half_{0};
 };
 
 }  // namespace host

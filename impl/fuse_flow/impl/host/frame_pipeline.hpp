@@ -246,6 +246,9 @@ class FramePipeline {
   ConsistencyEvaluator makeEvaluator() const {
     ConsistencyEvaluator evaluator(parameters.consistency, rig_, depths_);
     evaluator.setNoise(parameters.confidence, statistics.noise_scales);
+    if (detail::usesConfirmation(parameters.smoothing, parameters.aggregation))
+      evaluator.setRefined(maps_[parameters.smoothing.passes % 2], parameters.aggregation.confirmation_reach,
+                           parameters.half_weight_noise);
     return evaluator;
   }
 
