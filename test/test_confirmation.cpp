@@ -146,7 +146,9 @@ TEST(FuseFlowConfirmation, OffOrWithoutRefinedDepthPointsStayWhereTheirOwnMeasur
 
 TEST(FuseFlowConfirmation, APlaneAtAnyAngleStaysExactlyWhereItIs) {
   const Eigen::Vector3d n = Eigen::Vector3d(0.5, -0.3, 1).normalized();
-  const Cloud cloud = scenes::fuse(scenes::makeScene(scenes::cameraRow(4), scenes::plane(n, 1.3)).rig);
+  FuseFlowParameters parameters;
+  parameters.aggregation.confirmation_reach = 0.033f;
+  const Cloud cloud = scenes::fuse(scenes::makeScene(scenes::cameraRow(4), scenes::plane(n, 1.3)).rig, parameters);
   ASSERT_GT(cloud.size(), 1000u);
   for (const auto& point : cloud) ASSERT_NEAR(n.dot(point.getVector3fMap().cast<double>()), 1.3, 5e-6);
 }
@@ -155,6 +157,7 @@ TEST(FuseFlowConfirmation, OnlyPositionsChangeAndByLessThanTheReach) {
   Scene scene = scenes::makeScene(scenes::cameraRow(4, 160, 120, 150), scenes::ballAndWall());
   scenes::addNoise(scene, 0.004f);
   FuseFlowParameters parameters;
+  parameters.aggregation.confirmation_reach = 0.033f;
   const Cloud cloud = scenes::fuse(scene.rig, parameters);
   parameters.aggregation.confirmation_reach = 0;
   const Cloud before = scenes::fuse(scene.rig, parameters);
@@ -174,6 +177,7 @@ TEST(FuseFlowConfirmation, BringsANoisyWallNearerToTheTruth) {
   Scene scene = scenes::makeScene(scenes::cameraRow(4, 160, 120, 150), scenes::plane({0.1, 0.2, 1}, 1.5));
   scenes::addNoise(scene, 0.006f);
   FuseFlowParameters parameters;
+  parameters.aggregation.confirmation_reach = 0.033f;
   const auto error = [&] {
     double sum = 0;
     const Cloud cloud = scenes::fuse(scene.rig, parameters);
