@@ -127,7 +127,7 @@ TEST(CoarseAlignment, PosesThatTheCamerasHaveMakeNoDifference) {
     EXPECT_EQ(without.T_world_camera[i].matrix(), with.T_world_camera[i].matrix());
 }
 
-TEST(CoarseAlignment, AnyNumberOfThreadsFindsTheSame) {
+TEST(CoarseAlignmentThreads, AnyNumberOfThemFindsTheSame) {
   const Scene scene = unposed(around({10, 55, 115}), furnishedRoom());
   const CoarseAlignmentResult one = align(scene, 1);
   for (const unsigned int threads : {2u, 5u}) {
