@@ -57,7 +57,7 @@ TEST(Confirmation, WithoutViewsThePointStays) {
 TEST(Confirmation, OneViewDrawsThePointAlongItsRay) {
   // 2 m before the view, 6 mm short of its depth: along (0.5, 0, 1) by 6 mm of depth, weighed with a/2 against ω = 0.7.
   Confirmation confirmation;
-  confirmation.add({1, 0, 2}, 2.0f, 2.006f, 0.5f, kReach);
+  confirmation.add({1, 0, 2}, 2.0f, 2.006f, 0.5f, 1 / kReach);
   const double w = 0.5 * kA, dz = kA * w * 0.006 / (0.7 + w);
   const Vec3 p = confirmation.moved({0, 0, 0}, 0.7f);
   EXPECT_NEAR(p.x, 0.5 * dz, 1e-7);
@@ -67,16 +67,16 @@ TEST(Confirmation, OneViewDrawsThePointAlongItsRay) {
 
 TEST(Confirmation, ViewsOnBothSidesLeaveItInTheMiddle) {
   Confirmation confirmation;
-  confirmation.add({0, 0, 1}, 1.0f, 1.006f, 1.0f, kReach);
-  confirmation.add({0, 0, 1}, 1.0f, 0.994f, 1.0f, kReach);
+  confirmation.add({0, 0, 1}, 1.0f, 1.006f, 1.0f, 1 / kReach);
+  confirmation.add({0, 0, 1}, 1.0f, 0.994f, 1.0f, 1 / kReach);
   EXPECT_NEAR(confirmation.moved({0, 0, 0}, 1.0f).z, 0, 1e-7);
 }
 
 TEST(Confirmation, AViewThatMeasuredSomethingBeyondTheReachStopsTheOthers) {
   Confirmation confirmation;
-  confirmation.add({0, 0, 1}, 1.0f, 1.006f, 1.0f, kReach);
+  confirmation.add({0, 0, 1}, 1.0f, 1.006f, 1.0f, 1 / kReach);
   EXPECT_GT(confirmation.moved({0, 0, 0}, 1.0f).z, 0.002f);
-  confirmation.add({0, 0, 1}, 1.0f, 1.031f, 1.0f, kReach);
+  confirmation.add({0, 0, 1}, 1.0f, 1.031f, 1.0f, 1 / kReach);
   EXPECT_EQ(confirmation.moved({0, 0, 0}, 1.0f).z, 0.0f);
 }
 
@@ -84,7 +84,7 @@ TEST(Confirmation, ThePointMovesByLessThanAThirdOfTheReach) {
   for (const float e : {0.001f, 0.005f, 0.01f, 0.015f, 0.02f, 0.029f, -0.012f})
     for (const float weight : {0.001f, 1.0f}) {
       Confirmation confirmation;
-      for (int view = 0; view < 7; ++view) confirmation.add({0, 0, 1.5f}, 1.5f, 1.5f + e, 1.0f, kReach);
+      for (int view = 0; view < 7; ++view) confirmation.add({0, 0, 1.5f}, 1.5f, 1.5f + e, 1.0f, 1 / kReach);
       const float dz = confirmation.moved({0, 0, 0}, weight).z;
       EXPECT_LE(std::abs(dz), kReach / 3);
       EXPECT_LE(std::abs(dz), std::abs(e));
@@ -94,10 +94,10 @@ TEST(Confirmation, ThePointMovesByLessThanAThirdOfTheReach) {
 
 TEST(Confirmation, AViewWithoutDepthThereChangesNothing) {
   Confirmation confirmation;
-  confirmation.add({0, 0, 1}, 1.0f, 1.006f, 1.0f, kReach);
+  confirmation.add({0, 0, 1}, 1.0f, 1.006f, 1.0f, 1 / kReach);
   const float z = confirmation.moved({0, 0, 0}, 1.0f).z;
   for (const float none : {0.0f, std::nanf("")}) {
-    confirmation.add({0, 0, 1}, 1.0f, none, 1.0f, kReach);
+    confirmation.add({0, 0, 1}, 1.0f, none, 1.0f, 1 / kReach);
     EXPECT_EQ(confirmation.moved({0, 0, 0}, 1.0f).z, z);
   }
 }

@@ -19,6 +19,8 @@ struct ConsistencyEvaluator {
   const float* refined{nullptr};
   /** \brief See Confirmation, metres. */
   float reach{0};
+  /** \brief One over it. */
+  float per_reach{0};
   /** \brief One over FuseFlowParameters::half_weight_noise; 0: noise does not weigh. */
   float per_half_weight_noise{0};
 
@@ -85,8 +87,9 @@ struct ConsistencyEvaluator {
       const Sight next = k < candidates ? look(p_W, owner.neighbours[k], camera) : Sight{};
       if (sight.depth > 0) {
         const ViewOpinion said = judge(p_W, sight);
+        if (refined_z != nullptr && said.verdict == ViewOpinion::Distance && result.agreeing < Confirmation::kViews)
+          confirm(p_W, sight, refined_z, confirmation);
         result.add(said);
-        if (refined_z != nullptr && said.verdict == ViewOpinion::Distance) confirm(p_W, sight, refined_z, confirmation);
       }
       if (k == candidates || result.views() >= parameters.max_views - 1) return consistency(parameters, result);
       sight = next;
@@ -99,7 +102,7 @@ struct ConsistencyEvaluator {
     PixelAddress address;
     float depth_of_point;
     float depth{0};
-    float du, dv;
+    float x, y;
   };
 
   /** \brief Nothing in the camera that measured the point: there it is always right. */
@@ -107,9 +110,11 @@ struct ConsistencyEvaluator {
     const DeviceView& view = views[j];
     Sight sight;
     sight.address.view = j;
-    if (j != camera &&
-        view.model.locate(p_W, sight.address.u, sight.address.v, sight.depth_of_point, sight.du, sight.dv))
+    if (j != camera && view.model.locate(p_W, sight.x, sight.y, sight.depth_of_point)) {
+      sight.address.u = static_cast<int>(sight.x);
+      sight.address.v = static_cast<int>(sight.y);
       sight.depth = z[view.indexOf(sight.address.u, sight.address.v)];
+    }
     return sight;
   }
 
@@ -126,9 +131,10 @@ struct ConsistencyEvaluator {
     const DepthMapOfView map{&view, refined_z};
     const int u = sight.address.u, v = sight.address.v;
     const float here = map.depth(u, v);
-    const float refined_depth = depthBetween(sight.du, sight.dv, reach, DepthsAround{map, u, v});
+    const float du = sight.x - 0.5f - static_cast<float>(u), dv = sight.y - 0.5f - static_cast<float>(v);
+    const float refined_depth = depthBetween(du, dv, reach, DepthsAround{map, u, v});
     confirmation.add(p_W - view.model.T_world_camera.t, sight.depth_of_point, refined_depth,
-                     noiseWeight(axialNoise(noise_model, here), view.noise_scale * per_half_weight_noise), reach);
+                     noiseWeight(axialNoise(noise_model, here), view.noise_scale * per_half_weight_noise), per_reach);
   }
 
   FUSE_FLOW_HD ViewOpinion judge(const Vec3& p_W, const Sight& sight) const {

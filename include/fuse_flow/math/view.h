@@ -24,12 +24,14 @@ struct ViewModel {
    *  reach. */
   FUSE_FLOW_HD bool locate(const Vec3& p_W, int& u, int& v, float& z) const {
     float x = 0, y = 0;
-    return locate(p_W, u, v, z, x, y);
+    if (!locate(p_W, x, y, z)) return false;
+    u = static_cast<int>(x);
+    v = static_cast<int>(y);
+    return true;
   }
 
-  /** \brief The same with where in that pixel the point falls. \param du from its centre to the right, pixels, −½ … ½
-   *  \param dv likewise, down */
-  FUSE_FLOW_HD bool locate(const Vec3& p_W, int& u, int& v, float& z, float& du, float& dv) const {
+  /** \brief The same with where in the image the point falls: pixel (u, v) reaches from x = u and y = v to u + 1 and v + 1. */
+  FUSE_FLOW_HD bool locate(const Vec3& p_W, float& x, float& y, float& z) const {
     Vec3 q = P * p_W;
     z = q.z;
     if (!(z > 0)) return false;
@@ -41,17 +43,11 @@ struct ViewModel {
       q = {pixel.u * z, pixel.v * z, z};
     }
     const float inverse_z = 1.0f / z;
-    const float x = q.x * inverse_z + 0.5f;
-    const float y = q.y * inverse_z + 0.5f;
-    // Compared as floats, so that a far-off projection never overflows the integer.
-    if (!((x >= 0) & (x < static_cast<float>(intrinsics.width)) & (y >= 0) &
-          (y < static_cast<float>(intrinsics.height))))
-      return false;
-    u = static_cast<int>(x);
-    v = static_cast<int>(y);
-    du = x - 0.5f - static_cast<float>(u);
-    dv = y - 0.5f - static_cast<float>(v);
-    return true;
+    x = q.x * inverse_z + 0.5f;
+    y = q.y * inverse_z + 0.5f;
+    // Compared as floats, so that a far-off projection never overflows an integer.
+    return (x >= 0) & (x < static_cast<float>(intrinsics.width)) & (y >= 0) &
+           (y < static_cast<float>(intrinsics.height));
   }
 };
 

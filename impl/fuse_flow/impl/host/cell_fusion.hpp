@@ -133,14 +133,16 @@ void fuseCell(const AggregationParameters& p, int max_level, const CoarseGrid& g
   const bool confirmed = !each && evaluator != nullptr && evaluator->knowsRefinedDepth();
   for (const Child& child : scratch.children) {
     scratch.fused.push_back(fuseRepresentatives(child.chosen, corner, each ? V : nullptr));
-    FusedPoint& fused = scratch.fused.back();
-    if (confirmed) fused.p = scratch.opinions[scratch.fused.size() - 1].confirmation.moved(fused.p, fused.weight);
-    if (!each) fused.weight *= *V;
+    if (!each) scratch.fused.back().weight *= *V;
     V += each ? child.chosen.count() : 1;
   }
   selectPoints(p, level, scratch);
-  for (std::size_t k = 0; k < scratch.fused.size(); ++k)
-    if (scratch.kept[k]) scratch.output.push_back(scratch.fused[k]);
+  for (std::size_t k = 0; k < scratch.fused.size(); ++k) {
+    if (!scratch.kept[k]) continue;
+    FusedPoint& fused = scratch.fused[k];
+    if (confirmed) fused.p = evaluator->confirmed(fused.p, fused.weight / scratch.V[k], scratch.opinions[k]);
+    scratch.output.push_back(fused);
+  }
   for (const Child& child : scratch.children) scratch.slot[child.position] = 0;
 }
 

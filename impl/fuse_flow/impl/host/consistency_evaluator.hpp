@@ -28,6 +28,7 @@ class ConsistencyEvaluator {
   void setRefined(const std::vector<DepthMap>& refined, float reach, float half_weight_noise) {
     refined_ = &refined;
     reach_ = reach;
+    per_reach_ = 1.0f / reach;
     per_half_ = half_weight_noise > 0 ? 1.0f / half_weight_noise : 0.0f;
   }
 
@@ -61,25 +62,26 @@ class ConsistencyEvaluator {
     return result;
   }
 
+  /** \brief Where a point falls in a view. */
+  struct Sight {
+    std::uint32_t view;
+    float x, y, z;  ///< of ViewModel::locate()
+  };
+
   /** \brief What evaluate() remembers of one point. */
   struct Evaluation {
     Consistency opinions;
-    Confirmation confirmation;
-    /** \brief Where the point falls in the view being asked; null: nowhere. */
-    const float* depth;
-    float z;
-    std::uint16_t u, v;
-    float du, dv;
+    Sight sight;         ///< in the view being asked
+    const float* depth;  ///< what that measured there; null: the point is not in its image
+    /** \brief In the first views that measured a surface at the point, where refined depth is known. */
+    Sight agreeing[Confirmation::kViews];
   };
 
   /** \brief Eq. 7 for the points of one coarse cell: V[k] of p[k], which camera[k] measured. All of them walk one list, that
    *  of the first point's camera, view by view: neighbouring points fall on neighbouring pixels, so that each view's
    *  matrix and its few pixels stay at hand. */
   void evaluate(const Vec3* p, const std::uint32_t* camera, std::size_t n, Evaluation* scratch, float* V) const {
-    for (std::size_t k = 0; k < n; ++k) {
-      scratch[k].opinions = {};
-      scratch[k].confirmation = {};
-    }
+    for (std::size_t k = 0; k < n; ++k) scratch[k].opinions = {};
     const std::uint32_t first = camera[0];
     bool open = askAbout(first, p, camera, n, scratch);
     int candidates = 0;
@@ -91,6 +93,14 @@ class ConsistencyEvaluator {
     for (std::size_t k = 0; k < n; ++k) V[k] = consistency(parameters_, scratch[k].opinions);
   }
 
+  /** \brief Where a point of weight ω lies by what the views confirm that agreed with it in evaluate(). */
+  Vec3 confirmed(const Vec3& p_W, float weight, const Evaluation& evaluation) const {
+    Confirmation confirmation;
+    const int n = std::min(evaluation.opinions.agreeing, Confirmation::kViews);
+    for (int k = 0; k < n; ++k) confirm(p_W, evaluation.agreeing[k], confirmation);
+    return confirmation.moved(p_W, weight);
+  }
+
  private:
   /** \brief Asks view j about all points that still want to know; returns whether any does afterwards. First where each
    *  falls, then what is there: the depths are on their way from memory while the next points are projected. */
@@ -99,25 +109,25 @@ class ConsistencyEvaluator {
     const DepthMap& depth = (*depths_)[j];
     if (depth.empty()) return true;
     for (std::size_t k = 0; k < n; ++k) {
-      int u = 0, v = 0;
       // In its own camera a point is always right.
       const bool wanted = camera[k] != j && points[k].opinions.views() < parameters_.max_views - 1;
+      Sight& sight = points[k].sight;
       points[k].depth = nullptr;
-      if (!wanted || !view.locate(p[k], u, v, points[k].z, points[k].du, points[k].dv)) continue;
-      points[k].depth = depth.row(v) + u;
-      points[k].u = static_cast<std::uint16_t>(u);
-      points[k].v = static_cast<std::uint16_t>(v);
+      if (!wanted || !view.locate(p[k], sight.x, sight.y, sight.z)) continue;
+      points[k].depth = depth.row(static_cast<int>(sight.y)) + static_cast<int>(sight.x);
 #if defined(__GNUC__)
       __builtin_prefetch(points[k].depth);
-      if (refined_ != nullptr) __builtin_prefetch((*refined_)[j].row(v) + u);
 #endif
     }
     bool open = false;
     for (std::size_t k = 0; k < n; ++k) {
       if (points[k].depth != nullptr && *points[k].depth > 0) {
-        const ViewOpinion said = opinion(j, p[k], points[k].u, points[k].v, points[k].z, *points[k].depth);
-        points[k].opinions.add(said);
-        if (refined_ != nullptr && said.verdict == ViewOpinion::Distance) confirm(j, p[k], points[k]);
+        Evaluation& point = points[k];
+        const ViewOpinion said = opinion(j, p[k], static_cast<int>(point.sight.x), static_cast<int>(point.sight.y),
+                                         point.sight.z, *point.depth);
+        if (refined_ != nullptr && said.verdict == ViewOpinion::Distance && point.opinions.agreeing < Confirmation::kViews)
+          point.agreeing[point.opinions.agreeing] = {j, point.sight.x, point.sight.y, point.sight.z};
+        point.opinions.add(said);
       }
       open |= points[k].opinions.views() < parameters_.max_views - 1;
     }
@@ -131,13 +141,15 @@ class ConsistencyEvaluator {
     FUSE_FLOW_HD float operator()(int a, int b) const { return here[a + b * stride]; }
   };
 
-  void confirm(std::uint32_t j, const Vec3& p_W, Evaluation& point) const {
-    const DepthMap& map = (*refined_)[j];
-    const float* here = map.row(point.v) + point.u;  // zeros around the image stand for no measurement
-    const float refined = depthBetween(point.du, point.dv, reach_, DepthsAround{here, map.stride()});
-    const float noise_scale = noise_scales_ != nullptr ? (*noise_scales_)[j] : 1.0f;
-    point.confirmation.add(p_W - (*rig_)[j].T_world_camera.t, point.z, refined,
-                           noiseWeight(axialNoise(noise_model_, *here), noise_scale * per_half_), reach_);
+  void confirm(const Vec3& p_W, const Sight& sight, Confirmation& confirmation) const {
+    const DepthMap& map = (*refined_)[sight.view];
+    const int u = static_cast<int>(sight.x), v = static_cast<int>(sight.y);
+    const float du = sight.x - 0.5f - static_cast<float>(u), dv = sight.y - 0.5f - static_cast<float>(v);
+    const float* here = map.row(v) + u;  // zeros around the image stand for no measurement
+    const float refined = depthBetween(du, dv, reach_, DepthsAround{here, map.stride()});
+    const float noise_scale = noise_scales_ != nullptr ? (*noise_scales_)[sight.view] : 1.0f;
+    confirmation.add(p_W - (*rig_)[sight.view].T_world_camera.t, sight.z, refined,
+                     noiseWeight(axialNoise(noise_model_, *here), noise_scale * per_half_), per_reach_);
   }
 
   ViewOpinion opinion(std::uint32_t j, const Vec3& p_W, int u, int v, float z, float D) const {
@@ -169,6 +181,7 @@ class ConsistencyEvaluator {
   const std::vector<float>* noise_scales_{nullptr};
   const std::vector<DepthMap>* refined_{nullptr};
   float reach_{0};
+  float per_reach_{0};
   float per_half_{0};
 };
 
