@@ -171,6 +171,9 @@ inline Scene makeScene(const std::vector<fuse_flow::Camera>& cameras, const Surf
   return scene;
 }
 
+/** \brief A row of cameras in front of a wall 1.5 m away. */
+inline Scene wall(int cameras) { return makeScene(cameraRow(cameras), plane({0, 0, 1}, 1.5)); }
+
 /** \brief Cameras whose images are each of one depth. */
 inline Scene makeFlatScene(const std::vector<fuse_flow::Camera>& cameras, const std::vector<float>& depths) {
   Scene scene;

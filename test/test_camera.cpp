@@ -1,3 +1,5 @@
+#include "refusal.h"
+
 #include <fuse_flow/camera.h>
 #include <fuse_flow/rig_frame.h>
 
@@ -11,6 +13,8 @@
 namespace {
 
 using namespace fuse_flow;
+using refusal::expectMentions;
+using refusal::messageOf;
 
 Camera goodCamera(const std::string& name = "front-left") {
   Camera camera;
@@ -23,24 +27,10 @@ Camera goodCamera(const std::string& name = "front-left") {
   return camera;
 }
 
-std::string messageOf(const std::function<void()>& action) {
-  try {
-    action();
-  } catch (const pcl::BadArgumentException& e) {
-    return e.what();
-  }
-  return "no pcl::BadArgumentException";
-}
-
 std::string complaint(const std::function<void(Camera&)>& spoil) {
   Camera camera = goodCamera();
   spoil(camera);
   return messageOf([&] { checkCamera(camera); });
-}
-
-void expectMentions(const std::string& message, const std::vector<std::string>& words) {
-  for (const std::string& word : words)
-    EXPECT_NE(message.find(word), std::string::npos) << word << " not in: " << message;
 }
 
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();

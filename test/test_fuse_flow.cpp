@@ -8,8 +8,7 @@ using fuse_flow::PointFused;
 using fuse_flow::Representatives;
 using scenes::Cloud;
 using scenes::Scene;
-
-Scene wall(int cameras) { return scenes::makeScene(scenes::cameraRow(cameras), scenes::plane({0, 0, 1}, 1.5)); }
+using scenes::wall;
 
 /** \brief Cells that are never split, so that every camera that looks at a place has points in its cell. */
 FuseFlowParameters coarse() {

@@ -1,6 +1,5 @@
+#include "refusal.h"
 #include "scenes.h"
-
-#include <pcl/exceptions.h>
 
 namespace {
 
@@ -8,30 +7,11 @@ using fuse_flow::FrameStatistics;
 using fuse_flow::FuseFlow;
 using fuse_flow::FuseFlowParameters;
 using fuse_flow::PointFused;
+using refusal::expectMentions;
+using refusal::messageOf;
 using scenes::Cloud;
 using scenes::Scene;
-
-Scene wall(int cameras) { return scenes::makeScene(scenes::cameraRow(cameras), scenes::plane({0, 0, 1}, 1.5)); }
-
-/** \brief The message of the exception of type Exception that action throws. */
-template <typename Exception = pcl::BadArgumentException, typename Action>
-std::string messageOf(const Action& action) {
-  try {
-    action();
-  } catch (const Exception& error) {
-    return error.what();
-  } catch (const std::exception& error) {
-    ADD_FAILURE() << "another exception: " << error.what();
-    return "";
-  }
-  ADD_FAILURE() << "nothing was thrown";
-  return "";
-}
-
-void expectMentions(const std::string& message, const std::vector<std::string>& parts) {
-  for (const std::string& part : parts)
-    EXPECT_NE(message.find(part), std::string::npos) << "'" << part << "' is not in: " << message;
-}
+using scenes::wall;
 
 void expectRefused(const Scene& scene, const std::vector<std::string>& parts) {
   expectMentions(messageOf([&] { scenes::fuse(scene.rig); }), parts);

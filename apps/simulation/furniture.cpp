@@ -1,5 +1,6 @@
 #include "simulation/furniture.h"
 
+#include "simulation/pi.h"
 #include "simulation/random.h"
 #include "simulation/shapes.h"
 
@@ -12,7 +13,6 @@ namespace {
 using Eigen::Vector2f;
 using Eigen::Vector3f;
 
-constexpr float kPi = 3.14159265f;
 const Material kOak{Material::Wood, {196, 152, 98}, {120, 78, 40}, 0.02f, 0.7f};
 const Material kDarkWood{Material::Wood, {126, 76, 44}, {72, 40, 24}, 0.02f, 0.5f};
 
@@ -195,7 +195,7 @@ void addPlant(Objects& objects, const Place& place, float standing_on, float hei
   TriangleMesh stems, leaves;
   constexpr int count = 9;
   for (int k = 0; k < count; ++k) {
-    const float turn = 2 * kPi * (static_cast<float>(k) + between(random, -0.3f, 0.3f)) / count;
+    const float turn = 2 * kPiF * (static_cast<float>(k) + between(random, -0.3f, 0.3f)) / count;
     const float top = height * between(random, 0.6f, 0.95f), lean = height * between(random, 0.06f, 0.2f);
     std::vector<Vector3f> path;
     for (int i = 0; i <= 12; ++i) {

@@ -1,5 +1,7 @@
 #include "simulation/person_walk.h"
 
+#include "simulation/pi.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -11,7 +13,6 @@ using Eigen::Isometry3d;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr double kSpeed = 1.0;   // m/s
 constexpr double kStride = 1.0;  // metres that one foot goes from step to step
 constexpr double kStance = 0.6;  // share of the time that a foot stands

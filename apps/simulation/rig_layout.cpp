@@ -1,6 +1,7 @@
 #include "simulation/rig_layout.h"
 
 #include "io/error.h"
+#include "simulation/pi.h"
 
 #include <algorithm>
 #include <cmath>
@@ -13,7 +14,6 @@ namespace {
 using Eigen::AlignedBox3d;
 using Eigen::Vector3d;
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr double kFromWall = 0.15;  // a camera's own depth, metres
 
 struct Layout {

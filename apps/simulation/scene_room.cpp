@@ -1,3 +1,4 @@
+#include "simulation/pi.h"
 #include "simulation/random.h"
 #include "simulation/scenes.h"
 #include "simulation/shapes.h"
@@ -7,8 +8,6 @@ namespace fuse_flow::simulation {
 namespace {
 
 using Eigen::Vector3f;
-
-constexpr float kPi = 3.14159265f;
 
 void addSmallThings(Objects& objects, const Place& table, Random& random) {
   const auto spread = [&](float reach) { return reach * (2 * static_cast<float>(random.uniform()) - 1); };
@@ -54,10 +53,10 @@ Objects furnishedRoom(const Place& table, std::uint32_t seed) {
   addTable(objects, table, {1.3f, 0.75f});
   for (const float side : {-1.0f, 1.0f}) {
     const Vector3f chair = table.pose() * Vector3f(side * 0.82f, 0, 0);
-    addChair(objects, {chair.x(), chair.y(), table.angle + side * 0.5f * kPi + 0.1f});
+    addChair(objects, {chair.x(), chair.y(), table.angle + side * 0.5f * kPiF + 0.1f});
   }
   addSofa(objects, {-0.2f, -1.57f, 0});
-  addShelf(objects, {2.34f, 0.1f, 0.5f * kPi}, 1.5f, seed);
+  addShelf(objects, {2.34f, 0.1f, 0.5f * kPiF}, 1.5f, seed);
   addFloorLamp(objects, {-2.15f, 1.6f, 0});
   addPlant(objects, {2.05f, -1.5f, 0}, 0, 0.95f, seed);
   addPictures(objects, livingRoom());

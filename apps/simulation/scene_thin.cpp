@@ -1,4 +1,5 @@
 #include "simulation/implicit_surface.h"
+#include "simulation/pi.h"
 #include "simulation/random.h"
 #include "simulation/scenes.h"
 #include "simulation/shapes.h"
@@ -10,8 +11,6 @@ namespace {
 
 using Eigen::Vector3d;
 using Eigen::Vector3f;
-
-constexpr float kPi = 3.14159265f;
 
 /** \brief Bars 5, 8, 10 and 15 mm wide within a frame of 20 mm, standing in the plane y = 0. */
 TriangleMesh lattice() {
@@ -90,7 +89,7 @@ TriangleMesh coil() {
   std::vector<Vector3f> path;
   constexpr int steps = 420;
   for (int k = 0; k <= steps; ++k) {
-    const float t = static_cast<float>(k) / steps, angle = 7 * kPi * t;
+    const float t = static_cast<float>(k) / steps, angle = 7 * kPiF * t;
     const float radius = 0.11f - 0.075f * t;
     path.emplace_back(radius * std::cos(angle), radius * std::sin(angle), 0.0036f + 0.02f * t);
   }

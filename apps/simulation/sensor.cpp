@@ -1,6 +1,7 @@
 #include "simulation/sensor.h"
 
 #include "io/error.h"
+#include "simulation/pi.h"
 #include "simulation/random.h"
 #include "simulation/true_view.h"
 
@@ -14,8 +15,6 @@ namespace {
 
 using Eigen::Vector3f;
 using host::parallelFor;
-
-constexpr float kPi = 3.14159265f;
 
 /** \brief 0 below a, 1 above b, smooth between. */
 float smoothStep(float a, float b, float x) {
@@ -102,7 +101,7 @@ class StructuredLight : public Sensor {
 
   static float axialDeviation(float z, float theta) {
     const float from_nearest = z - 0.4f;
-    const float open = std::max(kPi / 2 - theta, 0.05f);
+    const float open = std::max(kPiF / 2 - theta, 0.05f);
     const float measured =
         0.0012f + 0.0019f * from_nearest * from_nearest + 0.0001f / std::sqrt(z) * theta * theta / (open * open);
     // What they measured holds the error of rounding to a disparity, which quantised() adds.
@@ -216,7 +215,7 @@ class TimeOfFlight : public Sensor {
     const Vector3f tangent = normal.unitOrthogonal(), other = normal.cross(tangent);
     for (int k = 0; k < samples; ++k) {
       // Cosine-weighted over the hemisphere.
-      const float angle = 2 * kPi * static_cast<float>(random.uniform());
+      const float angle = 2 * kPiF * static_cast<float>(random.uniform());
       const float squared_radius = static_cast<float>((k + random.uniform()) / samples);
       const float radius = std::sqrt(squared_radius);
       const Vector3f direction = radius * std::cos(angle) * tangent + radius * std::sin(angle) * other +
@@ -227,7 +226,7 @@ class TimeOfFlight : public Sensor {
       const float light =
           5.0f / samples * scene.object(hit.object).material.infrared * returned(scene, bounce, rays.origin());
       const float extra = 0.5f * ((bounce.position - rays.origin()).norm() + bounce.t - towards.norm());
-      const float phase = 2 * kPi * extra / kModulationPeriod;
+      const float phase = 2 * kPiF * extra / kModulationPeriod;
       echo.in_phase += light * std::cos(phase);
       echo.behind += light * std::sin(phase);
     }
@@ -237,7 +236,7 @@ class TimeOfFlight : public Sensor {
   static float decide(const Echo& echo, Random& random) {
     const double doubt = random.uniform(), error = random.gaussian();
     if (!(echo.light > 0)) return 0;
-    const float lag = kModulationPeriod / (2 * kPi) * std::atan2(echo.behind, echo.light + echo.in_phase);
+    const float lag = kModulationPeriod / (2 * kPiF) * std::atan2(echo.behind, echo.light + echo.in_phase);
     const float z = echo.light_depth / echo.light + lag / echo.length_per_depth;
     const float reference = 5 * 0.7f / (z * z);  // reflectance 0.7 straight on
     const float weakness = reference / echo.light;

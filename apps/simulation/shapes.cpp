@@ -1,5 +1,7 @@
 #include "simulation/shapes.h"
 
+#include "simulation/pi.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -10,13 +12,12 @@ using Eigen::Vector2f;
 using Eigen::Vector3d;
 using Eigen::Vector3f;
 
-constexpr float kPi = 3.14159265f;
 constexpr float kChord = 1e-4f;  // metres between a chord and its arc
 
 /** \brief Pieces of a full circle: radius · (1 − cos(π / n)) ≤ kChord. */
 int piecesOfCircle(float radius) {
   const float half_angle = std::acos(std::max(0.0f, 1 - kChord / std::max(radius, kChord)));
-  return std::clamp(static_cast<int>(std::ceil(kPi / half_angle)), 12, 160);
+  return std::clamp(static_cast<int>(std::ceil(kPiF / half_angle)), 12, 160);
 }
 
 std::uint32_t addVertex(TriangleMesh& mesh, const Vector3f& p, const Vector3f& normal) {
@@ -77,7 +78,7 @@ void addCap(TriangleMesh& mesh, const std::vector<Vector3f>& ring, const Vector3
 std::vector<Vector3f> ringAround(const Vector3f& centre, const Vector3f& u, const Vector3f& v, float radius, int n) {
   std::vector<Vector3f> ring;
   for (int k = 0; k < n; ++k) {
-    const float angle = 2 * kPi * static_cast<float>(k) / static_cast<float>(n);
+    const float angle = 2 * kPiF * static_cast<float>(k) / static_cast<float>(n);
     ring.push_back(centre + radius * (std::cos(angle) * u + std::sin(angle) * v));
   }
   return ring;
@@ -110,7 +111,7 @@ TriangleMesh roundedBox(const Vector3f& size, float radius) {
   for (int k = -steps; k <= steps; ++k)
     for (int side = k <= 0 ? -1 : 1; side <= (k >= 0 ? 1 : -1); side += 2) {
       slopes.push_back(std::abs(k) == steps ? (k < 0 ? -1.0 : 1.0)
-                                            : std::tan(0.25 * static_cast<double>(kPi) * k / steps));
+                                            : std::tan(0.25 * static_cast<double>(kPiF) * k / steps));
       sides.push_back(side);
     }
   const Vector3d core = (0.5f * size - Vector3f::Constant(radius)).cast<double>();
@@ -146,7 +147,7 @@ TriangleMesh roundedBox(const Vector3f& size, float radius) {
 
 std::vector<Vector2f> arc(const Vector2f& centre, float radius, float from, float to) {
   const int n = std::max(
-      4, static_cast<int>(std::ceil(static_cast<float>(piecesOfCircle(radius)) * std::fabs(to - from) / (2 * kPi))));
+      4, static_cast<int>(std::ceil(static_cast<float>(piecesOfCircle(radius)) * std::fabs(to - from) / (2 * kPiF))));
   std::vector<Vector2f> points;
   for (int k = 0; k <= n; ++k) {
     const float angle = from + (to - from) * static_cast<float>(k) / static_cast<float>(n);
@@ -168,7 +169,7 @@ TriangleMesh lathe(const Profile& profile) {
     for (std::size_t k = 0; k < piece.size(); ++k) {
       const auto row = static_cast<std::uint32_t>(mesh.vertices.size());
       for (int j = 0; j < n; ++j) {
-        const float angle = 2 * kPi * static_cast<float>(j) / static_cast<float>(n);
+        const float angle = 2 * kPiF * static_cast<float>(j) / static_cast<float>(n);
         const float c = std::cos(angle), s = std::sin(angle);
         addVertex(mesh, {piece[k].x() * c, piece[k].x() * s, piece[k].y()},
                   {along[k].y() * c, along[k].y() * s, -along[k].x()});
@@ -179,7 +180,7 @@ TriangleMesh lathe(const Profile& profile) {
   return mesh;
 }
 
-TriangleMesh sphere(float radius) { return lathe({arc({0, 0}, radius, -kPi / 2, kPi / 2)}); }
+TriangleMesh sphere(float radius) { return lathe({arc({0, 0}, radius, -kPiF / 2, kPiF / 2)}); }
 
 TriangleMesh ellipsoid(const Vector3f& half_axes) {
   const float longest = half_axes.maxCoeff();
@@ -216,7 +217,7 @@ TriangleMesh torus(float ring_radius, float tube_radius) {
   const int n = piecesOfCircle(ring_radius + tube_radius), m = piecesOfCircle(tube_radius);
   TriangleMesh mesh;
   for (int k = 0; k < n; ++k) {
-    const float angle = 2 * kPi * static_cast<float>(k) / static_cast<float>(n);
+    const float angle = 2 * kPiF * static_cast<float>(k) / static_cast<float>(n);
     const Vector3f out(std::cos(angle), std::sin(angle), 0);
     for (const Vector3f& p : ringAround(ring_radius * out, out, -Vector3f::UnitZ(), tube_radius, m))
       addVertex(mesh, p, (p - ring_radius * out).normalized());

@@ -1,6 +1,7 @@
 #include "simulation/tableware.h"
 
 #include "simulation/implicit_surface.h"
+#include "simulation/pi.h"
 #include "simulation/shapes.h"
 
 #include <cmath>
@@ -12,15 +13,13 @@ using Eigen::Vector2f;
 using Eigen::Vector3d;
 using Eigen::Vector3f;
 
-constexpr float kPi = 3.14159265f;
-
 }  // namespace
 
 TriangleMesh bowl(float radius, float wall) {
   const float foot = 0.5f;  // angle between the axis and the foot's rim
   const Vector2f centre(0, radius * std::cos(foot));
-  const auto outside = arc(centre, radius, foot - 0.5f * kPi, 0);
-  const auto inside = arc(centre, radius - wall, 0, foot + 0.05f - 0.5f * kPi);
+  const auto outside = arc(centre, radius, foot - 0.5f * kPiF, 0);
+  const auto inside = arc(centre, radius - wall, 0, foot + 0.05f - 0.5f * kPiF);
   return lathe({{{0, outside.front().y()}, outside.front()},
                 outside,
                 {outside.back(), inside.front()},
@@ -30,7 +29,7 @@ TriangleMesh bowl(float radius, float wall) {
 
 TriangleMesh cup(float radius, float height, float wall) {
   const float inside = radius - wall, low = 0.006f, edge = 0.006f;
-  const auto bottom = arc({radius - edge, edge}, edge, -0.5f * kPi, 0);
+  const auto bottom = arc({radius - edge, edge}, edge, -0.5f * kPiF, 0);
   TriangleMesh mesh = lathe({{{0, 0}, bottom.front()},
                              bottom,
                              {bottom.back(), {radius, height}},
@@ -40,7 +39,7 @@ TriangleMesh cup(float radius, float height, float wall) {
   const float reach = 0.3f * height;
   std::vector<Vector3f> handle;  // ends within the wall
   for (int k = 0; k <= 40; ++k) {
-    const float angle = kPi * (static_cast<float>(k) / 40 - 0.5f);
+    const float angle = kPiF * (static_cast<float>(k) / 40 - 0.5f);
     handle.emplace_back(radius - 0.5f * wall + reach * std::cos(angle), 0.0f, 0.52f * height + reach * std::sin(angle));
   }
   append(mesh, tube(handle, 0.0045f));
@@ -49,13 +48,13 @@ TriangleMesh cup(float radius, float height, float wall) {
 
 TriangleMesh bottle(float radius, float height) {
   const float edge = 0.3f * radius, neck = 0.32f * radius;
-  const auto bottom = arc({radius - edge, edge}, edge, -0.5f * kPi, 0);
+  const auto bottom = arc({radius - edge, edge}, edge, -0.5f * kPiF, 0);
   // From the body to the neck: two arcs that turn against each other and meet in the middle.
   const float turn = 1.1f, bend = 0.5f * (radius - neck) / (1 - std::cos(turn));
   const float low = 0.52f * height;
   const auto shoulder = arc({radius - bend, low}, bend, 0, turn);
   const float high = low + 2 * bend * std::sin(turn);
-  auto throat = arc({neck + bend, high}, bend, kPi + turn, kPi);
+  auto throat = arc({neck + bend, high}, bend, kPiF + turn, kPiF);
   throat.front() = shoulder.back();
   return lathe({{{0, 0}, bottom.front()},
                 bottom,
@@ -69,7 +68,7 @@ TriangleMesh bottle(float radius, float height) {
 TriangleMesh gear(float radius, float height, int teeth) {
   std::vector<Vector2f> outline;
   for (int k = 0; k < teeth; ++k) {
-    const float pitch = 2 * kPi / static_cast<float>(teeth), start = pitch * static_cast<float>(k);
+    const float pitch = 2 * kPiF / static_cast<float>(teeth), start = pitch * static_cast<float>(k);
     const float corners[4][2] = {
         {0.1f, 0.82f}, {0.28f, 1.0f}, {0.52f, 1.0f}, {0.7f, 0.82f}};  // of the pitch, of the radius
     for (const auto& c : corners) {

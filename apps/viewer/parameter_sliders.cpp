@@ -7,7 +7,7 @@
 namespace fuse_flow::viewing {
 namespace {
 
-constexpr double kLength = 200, kDistance = 76, kMargin = 30;  // pixels
+constexpr double kSliderLength = 200, kSliderDistance = 76;  // pixels
 
 }  // namespace
 
@@ -62,10 +62,10 @@ void ParameterSliders::setValues(const FuseFlowParameters& parameters) {
 }
 
 void ParameterSliders::arrange() {
-  const double height = window_.height(), right = window_.width() - kMargin;
-  const double left = std::max(kMargin, right - kLength);
+  const double height = window_.height(), right = window_.width() - kSliderMargin;
+  const double left = std::max(kSliderMargin, right - kSliderLength);
   const double count = static_cast<double>(representations_.size());
-  const double distance = std::min(kDistance, (height - kMargin) / count);
+  const double distance = std::min(kSliderDistance, (height - kSliderMargin) / count);
   for (std::size_t k = 0; k < representations_.size(); ++k) {
     const double y = height - distance * (static_cast<double>(k) + 0.6);
     placeSlider(representations_[k], window_, left, right, y);

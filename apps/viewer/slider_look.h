@@ -9,6 +9,9 @@
 
 namespace fuse_flow::viewing {
 
+/** \brief From the border of the window, pixels. */
+constexpr double kSliderMargin = 30;
+
 /** \brief A slider as all of ours look. */
 vtkSmartPointer<vtkSliderRepresentation2D> makeSlider(const std::string& title, double low, double high);
 

@@ -8,7 +8,7 @@
 namespace fuse_flow::viewing {
 namespace {
 
-constexpr double kLength = 220, kMargin = 30;  // pixels
+constexpr double kTimelineLength = 220;  // pixels
 
 }  // namespace
 
@@ -50,8 +50,8 @@ void Timeline::update() {
 }
 
 void Timeline::arrange(double y) {
-  const double right = window_.width() - kMargin;
-  placeSlider(slider_, window_, std::max(kMargin, right - kLength), right, y);
+  const double right = window_.width() - kSliderMargin;
+  placeSlider(slider_, window_, std::max(kSliderMargin, right - kTimelineLength), right, y);
 }
 
 }  // namespace fuse_flow::viewing

@@ -10,12 +10,12 @@
 namespace fuse_flow::viewing {
 namespace {
 
-constexpr double kLength = 0.5;  // metres
+constexpr double kAxisLength = 0.5;  // metres
 
 }  // namespace
 
 WorldAxes::WorldAxes(Panes& panes) : axes_(vtkSmartPointer<vtkAxesActor>::New()) {
-  axes_->SetTotalLength(kLength, kLength, kLength);
+  axes_->SetTotalLength(kAxisLength, kAxisLength, kAxisLength);
   for (vtkCaptionActor2D* caption :
        {axes_->GetXAxisCaptionActor2D(), axes_->GetYAxisCaptionActor2D(), axes_->GetZAxisCaptionActor2D()}) {
     caption->GetTextActor()->SetTextScaleModeToNone();

@@ -53,7 +53,7 @@ struct SameField {
 };
 
 template <typename PointT>
-void expectSame(const pcl::PointCloud<PointT>& host, const pcl::PointCloud<PointT>& device) {
+void expectSamePoints(const pcl::PointCloud<PointT>& host, const pcl::PointCloud<PointT>& device) {
   ASSERT_EQ(device.size(), host.size());
   EXPECT_EQ(device.width, host.width);
   EXPECT_EQ(device.height, host.height);
@@ -124,7 +124,7 @@ TYPED_TEST(DeviceClouds, UploadAndDownloadKeepEverything) {
   RandomFrame frame;
   for (int k = 0; k < 5; ++k) {
     frame.draw(random);
-    for (const auto& cloud : cloudsOf<TypeParam>(frame.rig, random)) expectSame(*cloud, download(*upload(*cloud)));
+    for (const auto& cloud : cloudsOf<TypeParam>(frame.rig, random)) expectSamePoints(*cloud, download(*upload(*cloud)));
   }
 }
 
@@ -154,7 +154,7 @@ TYPED_TEST(DeviceClouds, ConfidenceEstimationIsTheHosts) {
     OnDevice<TypeParam> result;
     device.setInputCloud(upload(*cloud));
     device.filter(result);
-    expectSame(expected, download(result));
+    expectSamePoints(expected, download(result));
     EXPECT_EQ(*device.getRemovedIndices(), *host.getRemovedIndices());
     kept += result.size();
   }
@@ -187,7 +187,7 @@ TYPED_TEST(DeviceClouds, DepthBackprojectionIsTheHosts) {
     host.filter(expected);
     OnDevice<TypeParam> result;
     device.filter(result);
-    expectSame(expected, download(result));
+    expectSamePoints(expected, download(result));
     EXPECT_EQ(*device.getRemovedIndices(), *host.getRemovedIndices());
 
     // The same from a cloud in the camera's frame, whose other fields stay.
@@ -201,7 +201,7 @@ TYPED_TEST(DeviceClouds, DepthBackprojectionIsTheHosts) {
     device.setInputCloud(upload(*cloud));
     host.filter(expected);
     device.filter(result);
-    expectSame(expected, download(result));
+    expectSamePoints(expected, download(result));
     EXPECT_EQ(*device.getRemovedIndices(), *host.getRemovedIndices());
   }
 }
@@ -421,7 +421,7 @@ TEST(DeviceCloudChain, TheFramePipelineLeavesACloud) {
     Cloud expected;
     fusion.fuse(frame.rig, expected);
     fusion.fuse(frame.rig, on_device);
-    expectSame(expected, download(on_device));
+    expectSamePoints(expected, download(on_device));
     EXPECT_EQ(fusion.getStatistics().fused_points, expected.size());
   }
 }

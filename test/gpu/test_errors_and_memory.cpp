@@ -1,7 +1,6 @@
+#include "../refusal.h"
 #include "device_comparison.h"
 #include "random_rig.h"
-
-#include <pcl/exceptions.h>
 
 #include <fstream>
 
@@ -10,22 +9,8 @@ namespace {
 using namespace device_comparison;
 using random_rig::Random;
 using random_rig::RandomFrame;
-
-template <typename Exception, typename Action>
-std::string messageOf(const Action& action) {
-  try {
-    action();
-  } catch (const Exception& error) {
-    return error.what();
-  }
-  ADD_FAILURE() << "nothing was thrown";
-  return "";
-}
-
-void expectMentions(const std::string& message, const std::vector<std::string>& parts) {
-  for (const std::string& part : parts)
-    EXPECT_NE(message.find(part), std::string::npos) << "'" << part << "' is not in: " << message;
-}
+using refusal::expectMentions;
+using refusal::messageOf;
 
 /** \brief Two pixels, of which one lies far beyond the lattice. */
 struct FarPoint {

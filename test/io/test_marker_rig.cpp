@@ -15,7 +15,7 @@ using io::MarkerSighting;
 
 constexpr double kSide = 0.3;
 
-Isometry3d lookAt(const Vector3d& from, const Vector3d& at) {
+Isometry3d lookingAt(const Vector3d& from, const Vector3d& at) {
   Isometry3d T = Isometry3d::Identity();
   T.linear().col(2) = (at - from).normalized();
   T.linear().col(0) = T.linear().col(2).cross(Vector3d::UnitZ()).normalized();
@@ -34,14 +34,14 @@ std::vector<Camera> around(const std::vector<double>& degrees) {
     camera.intrinsics.distortion.k1 = 0.1f;
     camera.intrinsics.distortion.p1 = 0.002f;
     const double a = angle * M_PI / 180;
-    camera.T_world_camera = lookAt({1.9 * std::cos(a), 1.9 * std::sin(a), 0.5}, Vector3d::Zero());
+    camera.T_world_camera = lookingAt({1.9 * std::cos(a), 1.9 * std::sin(a), 0.5}, Vector3d::Zero());
     cameras.push_back(camera);
   }
   return cameras;
 }
 
 /** \brief A marker at a place near the middle that faces a direction. */
-Isometry3d facing(const Vector3d& at, const Vector3d& direction) { return lookAt(at, at - direction); }
+Isometry3d facing(const Vector3d& at, const Vector3d& direction) { return lookingAt(at, at - direction); }
 
 /** \brief Corners as the cameras that the marker faces see them, each off by noise, pixels. */
 void show(const std::vector<Camera>& cameras, const Isometry3d& T_world_marker, std::size_t frame, double noise,
