@@ -7,6 +7,7 @@
 
 #include "io/board.h"
 #include "io/error.h"
+#include "io/instances.h"
 #include "io/recording.h"
 #include "simulation/simulator.h"
 

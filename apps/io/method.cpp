@@ -20,6 +20,17 @@
 #include <sstream>
 #include <type_traits>
 
+namespace fuse_flow {
+
+// See instances.h.
+template class FuseFlow<PointFused>;
+template Quality multiCameraConsistency(const pcl::PointCloud<PointFused>&, const RigFrame&, const QualityParameters&,
+                                        unsigned int);
+template Quality multiCameraConsistency(const pcl::PointCloud<pcl::PointXYZ>&, const RigFrame&,
+                                        const QualityParameters&, unsigned int);
+
+}  // namespace fuse_flow
+
 namespace fuse_flow::io {
 namespace {
 

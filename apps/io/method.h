@@ -1,7 +1,6 @@
 #pragma once
 
-#include <fuse_flow/fuse_flow.h>
-#include <fuse_flow/point_types.h>
+#include "io/instances.h"
 
 #include <memory>
 #include <string>

@@ -1,7 +1,6 @@
 #pragma once
 
-#include <fuse_flow/fuse_flow.h>
-#include <fuse_flow/multi_camera_consistency.h>
+#include "io/instances.h"
 
 #include <nlohmann/json.hpp>
 

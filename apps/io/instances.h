@@ -1,0 +1,20 @@
+#pragma once
+
+/** \file
+ *  \brief What several programs would each compile for themselves; it is in method.cpp. */
+
+#include <fuse_flow/fuse_flow.h>
+#include <fuse_flow/multi_camera_consistency.h>
+#include <fuse_flow/point_types.h>
+
+#include <pcl/point_types.h>
+
+namespace fuse_flow {
+
+extern template class FuseFlow<PointFused>;
+extern template Quality multiCameraConsistency(const pcl::PointCloud<PointFused>&, const RigFrame&,
+                                               const QualityParameters&, unsigned int);
+extern template Quality multiCameraConsistency(const pcl::PointCloud<pcl::PointXYZ>&, const RigFrame&,
+                                               const QualityParameters&, unsigned int);
+
+}  // namespace fuse_flow
