@@ -9,10 +9,8 @@
 namespace fuse_flow::io {
 namespace {
 
-using nlohmann::json;
-
 /** \brief JSON has no NaN: what could not be measured is null. */
-json number(double value) { return std::isfinite(value) ? json(value) : json(nullptr); }
+nlohmann::json number(double value) { return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json(nullptr); }
 
 /** \brief Between two values in proportion, so that the median of an even number lies in the middle of its middle two.
  */
@@ -43,15 +41,15 @@ constexpr Stage kStages[] = {
 constexpr const char* kQualityFigures[] = {"e_mc_mm", "e_mc_multi_view_mm", "free_space_violations", "coverage"};
 
 /** \brief Over the frames in which the figure is a number. */
-json meanOf(const json& frames, const char* figure) {
+nlohmann::json meanOf(const nlohmann::json& frames, const char* figure) {
   double sum = 0;
   std::size_t count = 0;
-  for (const json& frame : frames) {
+  for (const nlohmann::json& frame : frames) {
     if (!frame[figure].is_number()) continue;
     sum += frame[figure].get<double>();
     ++count;
   }
-  return count ? json(sum / static_cast<double>(count)) : json(nullptr);
+  return count ? nlohmann::json(sum / static_cast<double>(count)) : nlohmann::json(nullptr);
 }
 
 std::string format(const char* pattern, double value) {
@@ -62,13 +60,13 @@ std::string format(const char* pattern, double value) {
 
 }  // namespace
 
-json qualityJson(const Quality& q) {
+nlohmann::json qualityJson(const Quality& q) {
   return {{"points", q.points},
           {"multi_view_points", q.multi_view_points},
           {"e_mc_mm", number(1e3 * q.error)},
           {"e_mc_multi_view_mm", number(1e3 * q.multi_view_error)},
-          {"free_space_violations", q.points ? json(q.violationShare()) : json(nullptr)},
-          {"coverage", q.pixels ? json(q.coverage()) : json(nullptr)}};
+          {"free_space_violations", q.points ? nlohmann::json(q.violationShare()) : nlohmann::json(nullptr)},
+          {"coverage", q.pixels ? nlohmann::json(q.coverage()) : nlohmann::json(nullptr)}};
 }
 
 std::string qualityHeader(std::size_t name_width) {
@@ -89,7 +87,7 @@ void Report::addFrame(std::size_t frame, const FrameStatistics& statistics, cons
   frames_.push_back({frame, statistics, quality});
 }
 
-json Report::json() const {
+nlohmann::json Report::json() const {
   nlohmann::json frames = nlohmann::json::array();
   std::vector<double> times[std::size(kStages)];
   double points_in = 0, points_out = 0;

@@ -124,7 +124,8 @@ TYPED_TEST(DeviceClouds, UploadAndDownloadKeepEverything) {
   RandomFrame frame;
   for (int k = 0; k < 5; ++k) {
     frame.draw(random);
-    for (const auto& cloud : cloudsOf<TypeParam>(frame.rig, random)) expectSamePoints(*cloud, download(*upload(*cloud)));
+    for (const auto& cloud : cloudsOf<TypeParam>(frame.rig, random))
+      expectSamePoints(*cloud, download(*upload(*cloud)));
   }
 }
 
