@@ -28,6 +28,8 @@ template Quality multiCameraConsistency(const pcl::PointCloud<PointFused>&, cons
                                         unsigned int);
 template Quality multiCameraConsistency(const pcl::PointCloud<pcl::PointXYZ>&, const RigFrame&,
                                         const QualityParameters&, unsigned int);
+// See organized_cloud.cpp.
+template class DepthBackprojection<pcl::PointXYZRGB>;
 
 }  // namespace fuse_flow
 

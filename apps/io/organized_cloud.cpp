@@ -5,6 +5,9 @@
 #include <cmath>
 #include <filesystem>
 
+// Compiled in method.cpp.
+extern template class fuse_flow::DepthBackprojection<pcl::PointXYZRGB>;
+
 namespace fuse_flow::io {
 namespace {
 
