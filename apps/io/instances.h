@@ -1,7 +1,8 @@
 #pragma once
 
 /** \file
- *  \brief What several programs would each compile for themselves; it is in method.cpp. */
+ *  \brief What several programs would each compile for themselves: it is in method.cpp. Not for nvcc, which refuses
+ *  the measure of quality. */
 
 #include <fuse_flow/fuse_flow.h>
 #include <fuse_flow/multi_camera_consistency.h>

@@ -2,6 +2,7 @@
 
 #include "io/error.h"
 #include "io/gpu_method.h"
+#include "io/instances.h"
 
 #include <fuse_flow/depth_backprojection.h>
 

@@ -1,6 +1,7 @@
 #pragma once
 
-#include "io/instances.h"
+#include <fuse_flow/fuse_flow.h>
+#include <fuse_flow/point_types.h>
 
 #include <memory>
 #include <string>

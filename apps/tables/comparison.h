@@ -1,10 +1,9 @@
 #pragma once
 
+#include "io/instances.h"
 #include "io/method.h"
 #include "simulation/simulator.h"
 #include "simulation/truth_quality.h"
-
-#include <fuse_flow/multi_camera_consistency.h>
 
 #include <functional>
 #include <string>

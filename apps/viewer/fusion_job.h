@@ -1,10 +1,10 @@
 #pragma once
 
 #include "io/image_io.h"
+#include "io/instances.h"
 #include "io/method.h"
 #include "viewer/coloring.h"
 
-#include <fuse_flow/multi_camera_consistency.h>
 #include <fuse_flow/pose_filter.h>
 
 #include <vtkPolyData.h>
