@@ -1,6 +1,7 @@
 // The tables of doc/calibration.md: how near the truth extrinsic estimation comes, beside PCL's registration, and what it costs
 // beside the fusion. fuse_flow_calibration_bench [accuracy | peers | scratch | scratch-tuning | board | real |
-// beside | knock]…; without a name all but scratch-tuning, which is of scenes that served tuning
+// beside | knock]…; without a name all but scratch-tuning, which is of scenes that served tuning. Of the tables that begin
+// from scratch, SCENE/RIG/SENSOR stands for one row.
 
 #include "registration_peers.h"
 #include "rig_error.h"
@@ -225,6 +226,9 @@ ScratchTrials scratchTrials(const std::string& scene, const std::string& rig, co
   return result;
 }
 
+/** \brief The rows that are wanted, as SCENE/RIG/SENSOR; empty: all. */
+std::vector<std::string> wanted_rows;
+
 void scratchTable(const std::vector<std::string>& scenes, const std::vector<std::string>& rigs,
                   const std::vector<std::string>& sensors, int seeds, bool peers) {
   std::printf(
@@ -234,6 +238,8 @@ void scratchTable(const std::vector<std::string>& scenes, const std::vector<std:
   for (const std::string& rig : rigs)
     for (const std::string& scene : scenes)
       for (const std::string& sensor : sensors) {
+        const std::string row = scene + '/' + rig + '/' + sensor;
+        if (!wanted_rows.empty() && std::find(wanted_rows.begin(), wanted_rows.end(), row) == wanted_rows.end()) continue;
         ScratchTrials peer;
         const bool beside = peers && rig == "ring-4";      // every pair of cameras takes it seconds
         const int trials = rig == "walls-16" ? 1 : seeds;  // a minute each
@@ -418,7 +424,11 @@ int main(int argc, char** argv) {
   const std::vector<std::pair<std::string, void (*)()>> tables{
       {"accuracy", accuracy}, {"peers", peers}, {"scratch", scratch}, {"scratch-tuning", scratchTuning},
       {"board", board},       {"real", real},   {"beside", beside},   {"knock", knock}};
-  std::vector<std::string> wanted(argv + 1, argv + argc);
+  std::vector<std::string> wanted;
+  for (int k = 1; k < argc; ++k) {
+    const std::string name = argv[k];
+    (name.find('/') != std::string::npos ? wanted_rows : wanted).push_back(name);
+  }
   for (const std::string& name : wanted)
     if (std::none_of(tables.begin(), tables.end(), [&](const auto& t) { return t.first == name; })) {
       std::fprintf(stderr,
