@@ -1,6 +1,7 @@
 // The tables of doc/calibration.md: how near the truth extrinsic estimation comes, beside PCL's registration, and what it costs
 // beside the fusion. fuse_flow_calibration_bench [accuracy | peers | scratch | scratch-tuning | board | real |
-// beside | knock]…; without a name all but scratch-tuning, which is of scenes that served tuning
+// beside | knock]…; without a name all but scratch-tuning, which is of scenes that served tuning. Of the tables that begin
+// from scratch, SCENE/RIG/SENSOR stands for one row; with /N behind it for that of N trials.
 
 #include "registration_peers.h"
 #include "rig_error.h"
@@ -226,6 +227,19 @@ ScratchTrials scratchTrials(const std::string& scene, const std::string& rig, co
   return result;
 }
 
+/** \brief The rows that are wanted, as SCENE/RIG/SENSOR or SCENE/RIG/SENSOR/TRIALS; empty: all. */
+std::vector<std::string> wanted_rows;
+
+/** \brief How many trials of a row are wanted, where usual are so many; 0: it is not wanted. */
+int wantedTrials(const std::string& row, int usual) {
+  if (wanted_rows.empty()) return usual;
+  for (const std::string& wanted : wanted_rows) {
+    if (wanted == row) return usual;
+    if (wanted.compare(0, row.size() + 1, row + '/') == 0) return std::atoi(wanted.c_str() + row.size() + 1);
+  }
+  return 0;
+}
+
 void scratchTable(const std::vector<std::string>& scenes, const std::vector<std::string>& rigs,
                   const std::vector<std::string>& sensors, int seeds, bool peers) {
   std::printf(
@@ -235,9 +249,10 @@ void scratchTable(const std::vector<std::string>& scenes, const std::vector<std:
   for (const std::string& rig : rigs)
     for (const std::string& scene : scenes)
       for (const std::string& sensor : sensors) {
+        const int trials = wantedTrials(scene + '/' + rig + '/' + sensor, rig == "walls-16" ? 1 : seeds);  // a minute each
+        if (trials < 1) continue;
         ScratchTrials peer;
-        const bool beside = peers && rig == "ring-4";      // every pair of cameras takes it seconds
-        const int trials = rig == "walls-16" ? 1 : seeds;  // a minute each
+        const bool beside = peers && rig == "ring-4";  // every pair of cameras takes it seconds
         const ScratchTrials t = scratchTrials(scene, rig, sensor, trials, beside ? &peer : nullptr);
         std::printf("| %s | %s | %s | %d of %d | %d | %d | %d | %.2f, %.3f | %.0f |", scene.c_str(), rig.c_str(),
                     sensor.c_str(), t.right, t.trials, t.open, t.trials - t.right - t.open, t.within,
@@ -419,7 +434,11 @@ int main(int argc, char** argv) {
   const std::vector<std::pair<std::string, void (*)()>> tables{
       {"accuracy", accuracy}, {"peers", peers}, {"scratch", scratch}, {"scratch-tuning", scratchTuning},
       {"board", board},       {"real", real},   {"beside", beside},   {"knock", knock}};
-  std::vector<std::string> wanted(argv + 1, argv + argc);
+  std::vector<std::string> wanted;
+  for (int k = 1; k < argc; ++k) {
+    const std::string name = argv[k];
+    (name.find('/') != std::string::npos ? wanted_rows : wanted).push_back(name);
+  }
   for (const std::string& name : wanted)
     if (std::none_of(tables.begin(), tables.end(), [&](const auto& t) { return t.first == name; })) {
       std::fprintf(stderr,

@@ -133,6 +133,19 @@ TEST(FuseFlowConfirmation, TwoViewsOfOneWallComeNearerToEachOther) {
   expectDepths(scenes::fuse(wallTwice().rig, equalWeights()), 1.004 + move, 1.010 - move);
 }
 
+TEST(FuseFlowConfirmation, TheFourNearestViewsHaveASay) {
+  // The fifth, of one place with the others and so the last that is asked, sees the wall 16 mm away.
+  const Scene scene =
+      scenes::makeFlatScene(scenes::sameCameras(6, 40, 40, 90), {1.004f, 1.010f, 1.010f, 1.010f, 1.010f, 1.020f});
+  std::size_t count = 0;
+  for (const auto& point : scenes::fuse(scene.rig, equalWeights())) {
+    if (point.z > 1.0086f) continue;
+    ++count;
+    ASSERT_NEAR(point.z, 1.004 + kA * 4 * kA * 0.006 / (1 + 4 * kA), 2e-6);
+  }
+  EXPECT_GT(count, 500u);
+}
+
 TEST(FuseFlowConfirmation, OffOrWithoutRefinedDepthPointsStayWhereTheirOwnMeasurementsAre) {
   for (int k = 0; k < 4; ++k) {
     FuseFlowParameters parameters = equalWeights();
