@@ -15,6 +15,7 @@
 #include <vtkWindowToImageFilter.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -52,6 +53,8 @@ class Video : public PictureSequence {
  public:
   explicit Video(std::string path) : path_(std::move(path)) {
     makeFolder(fs::path(path_).parent_path());
+    // VTK would print what it thinks of a file that cannot be opened.
+    if (!std::ofstream(path_)) throw io::OutputError(path_ + ": cannot be written: " + std::strerror(errno));
     writer_->SetFileName(path_.c_str());
     writer_->SetRate(kVideoRate);
     writer_->SetQuality(2);

@@ -35,8 +35,10 @@ class Overlay {
   vtkTextActor* title(std::size_t pane) { return titles_[pane]; }
   /** \brief Over everything; empty: none. */
   void setHelp(const std::string& text);
+  vtkTextActor* help() { return help_; }
   void setLegend(const Legend& legend);
   void setImages(const std::vector<io::ColorImage>& thumbnails, const std::vector<std::string>& names);
+  std::string imageName(std::size_t camera) const { return image_names_[camera]->GetInput(); }
 
   void showStatus(bool visible) { status_->SetVisibility(visible); }
   void showLegend(bool visible) { legend_visible_ = visible; }

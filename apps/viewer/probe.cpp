@@ -14,7 +14,8 @@
 namespace fuse_flow::viewing {
 namespace {
 
-constexpr double kTolerance = 4;  // pixels
+constexpr double kTolerance = 4;     // pixels
+constexpr double kInFront = -70000;  // VTK's units of depth: more than there are between the near and the far plane
 
 }  // namespace
 
@@ -23,6 +24,9 @@ Probe::Probe(Panes& panes)
   vtkNew<vtkPolyDataMapper> mapper;
   mapper->SetInputData(drawn_);
   mapper->SetResolveCoincidentTopologyToPolygonOffset();
+  // Over everything: they lie on the surface that they measure, whose points would hide them.
+  mapper->SetRelativeCoincidentTopologyPointOffsetParameter(kInFront);
+  mapper->SetRelativeCoincidentTopologyLineOffsetParameters(0, kInFront);
   actor_->SetMapper(mapper);
   actor_->GetProperty()->SetColor(1, 0.75, 0.2);
   actor_->GetProperty()->SetLighting(false);

@@ -45,6 +45,7 @@ class Probe {
   /** \brief The first point, then the second; a third one begins again. */
   void mark(const PickedPoint& point);
   void clear();
+  std::size_t marks() const { return marks_.size(); }
   /** \brief Between the two marked points, metres. */
   std::optional<double> distance() const;
 

@@ -37,7 +37,10 @@ std::string refinementText(const RefinedExtrinsics& refined, const std::vector<C
     text << (k == 0 ? "\n  " : ", ") << cameras[corrections[k].camera].name << " by "
          << 1000 * corrections[k].translation << " mm, " << std::setprecision(2) << corrections[k].rotation * 180 / M_PI
          << std::setprecision(1) << " deg";
-  if (corrections.size() > kCorrections) text << ", " << corrections.size() - kCorrections << " others by less";
+  if (corrections.size() > kCorrections) {
+    const std::size_t others = corrections.size() - kCorrections;
+    text << ", " << others << (others == 1 ? " other" : " others") << " by less";
+  }
   for (const CameraMotion& motion : refined.moved) text << "\n" << io::describe(motion, cameras);
   return text.str();
 }

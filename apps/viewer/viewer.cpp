@@ -63,6 +63,7 @@ void Viewer::run() {
   last_tick_ = Clock::now();
   if (!somebody_waits_) setInterrupt([this] { return drawing::eventsWait(window_.renderWindow()); });
   if (!shown_) overlay_.setStatus("the first frame is being read and fused ...");
+  if (message_.empty()) say("h: what keys and mouse do");
   while (!quitting_ && !io::interrupt_requested) {
     window_.interactor()->ProcessEvents();
     const Clock::time_point now = Clock::now();

@@ -134,11 +134,15 @@ void Viewer::probeCursor() {
 
 void Viewer::updateReadout(const std::optional<PickedPoint>& point) {
   std::string text = point ? probe_.describe(*point) : "";
+  std::string marked;
   if (const std::optional<double> distance = probe_.distance()) {
-    char marked[64];
-    std::snprintf(marked, sizeof(marked), "marked: %.1f mm apart", 1000 * *distance);
-    text += (text.empty() ? "" : "\n") + std::string(marked);
+    char apart[64];
+    std::snprintf(apart, sizeof(apart), "marked: %.1f mm apart", 1000 * *distance);
+    marked = apart;
+  } else if (probe_.marks() == 1) {
+    marked = "marked: one point; a second one tells their distance";
   }
+  if (!marked.empty()) text += (text.empty() ? "" : "\n") + marked;
   if (text == overlay_.readout()) return;
   overlay_.setReadout(text);
   dirty_ = true;

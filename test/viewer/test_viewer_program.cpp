@@ -152,6 +152,22 @@ TEST_F(ViewerProgram, PressesKeysByItself) {
   EXPECT_TRUE(fs::exists(path("frame_000002_FUSE_Flow_000.ply")));
 }
 
+TEST_F(ViewerProgram, GoesOnAtTheBeginningUnlessItIsToPlayOnce) {
+  for (const char* more : {"--paused", "--once"})
+    EXPECT_EQ(view({more, "--paused", "--start", "3", "--press", "Right,ctrl+w", "--folder", folder_.string(),
+                    "--offscreen", "--screenshot", path("shot.png")})
+                  .exit_code,
+              0);
+  EXPECT_TRUE(fs::exists(path("frame_000000_FUSE_Flow_000.ply")));
+  EXPECT_TRUE(fs::exists(path("frame_000003_FUSE_Flow_000.ply")));
+}
+
+TEST_F(ViewerProgram, AFilmThatCannotBeWrittenIsNamed) {
+  fs::create_directory(path("taken.ogv"));
+  expectError(view({"--offscreen", "--orbit", path("taken.ogv"), "--orbit-pictures", "2"}), 1,
+              {path("taken.ogv"), "cannot be written"});
+}
+
 TEST_F(ViewerProgram, WithoutADisplayItSaysHowToGetOne) {
   expectError(runProgram("/usr/bin/env", {"-u", "DISPLAY", FUSE_FLOW_VIEWER_TOOL, path("recording")}), 1,
               {"DISPLAY is not set", "xvfb-run"});

@@ -214,18 +214,59 @@ TEST_F(ViewerWindow, ThePointUnderTheCursorIsWhereTheRayMeetsTheWall) {
   EXPECT_FALSE(probe.pick(200, 150)) << "nothing is behind";
 }
 
+TEST_F(ViewerWindow, WhatIsUnderTheCursorIsThePointsOwn) {
+  openWall();
+  moveTo(120, 200);
+  viewer_->settle();
+  const std::optional<PickedPoint> point = Probe(viewer_->panes()).pick(120, 200);
+  ASSERT_TRUE(point);
+  const PointFused& p = (*viewer_->panes().cloud(0)->cloud)[point->index];
+  char expected[96];
+  std::snprintf(expected, sizeof(expected), "x %.3f, y %.3f, z %.3f m, omega %.2f, %u views", static_cast<double>(p.x),
+                static_cast<double>(p.y), static_cast<double>(p.z), static_cast<double>(p.confidence), p.view_count);
+  EXPECT_EQ(p.view_count, 2u) << "both cameras see the middle of the wall";
+  EXPECT_EQ(viewer_->overlay().readout(), expected);
+}
+
 TEST_F(ViewerWindow, TwoMarkedPointsAreAsFarApartAsOnTheWall) {
   openWall();
+  std::vector<Eigen::Vector3f> places;
   for (const int x : {100, 300}) {
     moveTo(x, 150, true);
     pressButton();
     releaseButton();
+    places.push_back(Probe(viewer_->panes()).pick(x, 150)->position);
+    EXPECT_EQ(viewer_->overlay().readout().find("marked: one point") != std::string::npos, places.size() == 1)
+        << viewer_->overlay().readout();
   }
   const double per_pixel = 2 * 2 * std::tan(15 * M_PI / 180) / kHeight;
   ASSERT_TRUE(viewer_->markedDistance());
-  EXPECT_NEAR(*viewer_->markedDistance(), 200 * per_pixel, 0.04);
+  EXPECT_NEAR(*viewer_->markedDistance(), 200 * per_pixel, 0.04) << "points of the wall are some pixels apart";
+  EXPECT_FLOAT_EQ(static_cast<float>(*viewer_->markedDistance()), (places[1] - places[0]).norm());
+  char said[64];
+  std::snprintf(said, sizeof(said), "marked: %.1f mm apart", 1000 * *viewer_->markedDistance());
+  EXPECT_NE(viewer_->overlay().readout().find(said), std::string::npos) << viewer_->overlay().readout();
   press("Escape");
   EXPECT_FALSE(viewer_->markedDistance());
+  EXPECT_EQ(viewer_->overlay().readout().find("marked"), std::string::npos) << viewer_->overlay().readout();
+}
+
+TEST_F(ViewerWindow, TheLineBetweenTwoMarksIsSeenOverTheSurfaceThatItLiesOn) {
+  options_.point_size = 6;
+  openWall();
+  for (const int x : {100, 300}) {
+    moveTo(x, 150);
+    press("m");
+  }
+  const io::ColorImage image = bare();
+  const auto marked = [&](int u, int v) { return image.at(u, v).r == 255 && image.at(u, v).b == 51; };
+  int columns = 0;
+  for (int u = 110; u < 290; ++u) {
+    int v = 140;
+    while (v < 160 && !marked(u, v)) ++v;
+    if (v < 160) ++columns;
+  }
+  EXPECT_EQ(columns, 180);
 }
 
 TEST_F(ViewerWindow, ADraggedRectangleTellsWhatIsInIt) {
@@ -536,6 +577,16 @@ TEST_F(ViewerWindow, WhilePlayingTheNextFramesAreShown) {
   EXPECT_EQ(viewer_->shown()->frame, 3u) << "at 30 frames a second";
 }
 
+TEST_F(ViewerWindow, ItPlaysAtTheRateAndTheSpeedThatItIsGiven) {
+  options_.play = true;
+  options_.frames_per_second = 10;
+  options_.speed = 2;
+  openWall();
+  viewer_->playback().advance(0.25);
+  viewer_->settle();
+  EXPECT_EQ(viewer_->shown()->frame, 5u);
+}
+
 TEST_F(ViewerWindow, AMovingViewDrawsFewerPointsAndAStandingOneAll) {
   openThreeSlices();
   const std::size_t all = viewer_->panes().cloud(0)->cloud->size();
@@ -596,6 +647,7 @@ TEST_F(ViewerWindow, ClosingTheWindowEndsTheViewer) {
   viewer_->window().interactor()->InvokeEvent(vtkCommand::ExitEvent);
   EXPECT_TRUE(viewer_->quitting());
   viewer_->run();  // returns
+  EXPECT_EQ(viewer_->message().rfind("h: ", 0), 0u) << "whoever opens a window is told the key that tells the others";
   EXPECT_TRUE(viewer_->stopWithin(std::chrono::minutes(1)));
 }
 

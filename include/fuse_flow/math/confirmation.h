@@ -46,8 +46,8 @@ struct Confirmation {
    *  help. */
   static constexpr int kViews = 4;
 
-  Vec3 sum{};         ///< Σ w e / z (p − c), metres
-  float total{0};     ///< Σ w
+  Vec3 sum{};          ///< Σ w e / z (p − c), metres
+  float total{0};      ///< Σ w
   float agreement{1};  ///< min a
 
   /** \brief One view more, which measured a surface at the point. \param from_centre p − c_j, world axes, metres

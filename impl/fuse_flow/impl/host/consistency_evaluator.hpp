@@ -125,7 +125,8 @@ class ConsistencyEvaluator {
         Evaluation& point = points[k];
         const ViewOpinion said = opinion(j, p[k], static_cast<int>(point.sight.x), static_cast<int>(point.sight.y),
                                          point.sight.z, *point.depth);
-        if (refined_ != nullptr && said.verdict == ViewOpinion::Distance && point.opinions.agreeing < Confirmation::kViews)
+        if (refined_ != nullptr && said.verdict == ViewOpinion::Distance &&
+            point.opinions.agreeing < Confirmation::kViews)
           point.agreeing[point.opinions.agreeing] = {j, point.sight.x, point.sight.y, point.sight.z};
         point.opinions.add(said);
       }

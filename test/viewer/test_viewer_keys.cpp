@@ -1,0 +1,157 @@
+#include "viewer/key_bindings.h"
+#include "viewer_fixture.h"
+
+#include <vtkBillboardTextActor3D.h>
+#include <vtkPropCollection.h>
+
+namespace viewer_test {
+namespace {
+
+TEST_F(ViewerWindow, TheKeysOfPlayingGoWhereTheHelpSays) {
+  openWall(40);
+  Playback& playback = viewer_->playback();
+  const auto expectFrame = [&](const std::string& key, std::size_t frame) {
+    press(key);
+    EXPECT_EQ(viewer_->shown()->frame, frame) << key;
+  };
+  for (const bool playing : {true, false}) {
+    viewer_->window().pressKey("space");
+    EXPECT_EQ(playback.playing(), playing);
+  }
+  expectFrame("Right", 1);
+  expectFrame("Next", 11);
+  expectFrame("Prior", 1);
+  expectFrame("Left", 0);
+  expectFrame("Left", 39);
+  expectFrame("Right", 0);
+  expectFrame("End", 39);
+  press("ctrl+l");
+  EXPECT_FALSE(playback.loop());
+  expectFrame("Right", 39);
+  expectFrame("Home", 0);
+  expectFrame("Left", 0);
+  press("ctrl+l");
+  EXPECT_TRUE(playback.loop());
+  for (const double speed : {2.0, 4.0}) {
+    press("bracketright");
+    EXPECT_EQ(playback.speed(), speed);
+  }
+  for (const double speed : {2.0, 1.0, 0.5}) {
+    press("bracketleft");
+    EXPECT_EQ(playback.speed(), speed);
+  }
+}
+
+TEST_F(ViewerWindow, Keys1To3SwitchTheComponentThatTheHelpNamesAndNoOther) {
+  openWall();
+  const std::vector<std::pair<std::string, Component>> components{
+      {"MF", Component::MeasurementConfidence}, {"DC", Component::DistanceConsistency}, {"SA", Component::SpatialHash}};
+  for (std::size_t k = 0; k < components.size(); ++k) {
+    const std::string key = std::to_string(k + 1);
+    EXPECT_EQ(findBinding(key)->help.rfind(components[k].first + ",", 0), 0u);
+    press(key);
+    for (const auto& [name, component] : components) {
+      const bool on = component != components[k].second;
+      EXPECT_EQ(uses(viewer_->panes().cloud(0)->setting->options.parameters, component), on) << key << ", " << name;
+      EXPECT_NE(viewer_->overlay().status().find(name + (on ? " on" : " OFF")), std::string::npos)
+          << viewer_->overlay().status();
+    }
+    press(key);
+  }
+}
+
+TEST_F(ViewerWindow, Keys4To9ColorByWhatTheHelpAndTheListSay) {
+  openTable();
+  const std::vector<std::pair<ColorBy, std::string>> modes{
+      {ColorBy::Rgb, "rgb"},       {ColorBy::Confidence, "confidence"},           {ColorBy::Views, "number of views"},
+      {ColorBy::Camera, "camera"}, {ColorBy::TruthDistance, "distance to truth"}, {ColorBy::Normal, "normal"}};
+  io::ColorImage before = bare();
+  for (std::size_t k = modes.size(); k-- > 0;) {
+    const auto& [mode, help] = modes[k];
+    const std::string key = std::to_string(4 + k);
+    EXPECT_EQ(findBinding(key)->help.rfind(help, 0), 0u) << key;
+    press(key);
+    EXPECT_EQ(viewer_->shown()->color_by, mode) << key;
+    const io::ColorImage now = bare();
+    EXPECT_GT(difference(now, before), 0.1) << key;
+    before = now;
+    testing::internal::CaptureStdout();
+    press("l");
+    testing::internal::GetCapturedStdout();
+    const std::string listed = colorByNames()[static_cast<std::size_t>(mode)] + " (" + key + ")";
+    EXPECT_NE(viewer_->message().find(listed), std::string::npos) << viewer_->message();
+  }
+}
+
+TEST_F(ViewerWindow, PlusMakesPointsLargerAndMinusSmaller) {
+  options_.point_size = 1;
+  openWall();
+  double before = filled(bare());
+  for (const double size : {2.0, 3.0}) {
+    press("plus");
+    EXPECT_EQ(viewer_->pointSize(), size);
+    const double now = filled(bare());
+    EXPECT_GT(now, before);
+    before = now;
+  }
+  press("minus");
+  EXPECT_EQ(viewer_->pointSize(), 2);
+  EXPECT_LT(filled(bare()), before);
+}
+
+TEST_F(ViewerWindow, TheHelpIsShownWhole) {
+  options_.width = 800;
+  options_.height = 600;
+  openWall();
+  press("h");
+  EXPECT_EQ(viewer_->overlay().help()->GetInput(), helpText());
+  double extent[2];
+  viewer_->overlay().help()->GetSize(viewer_->window().overlay(), extent);
+  EXPECT_LT(extent[0], 800);
+  EXPECT_LT(extent[1], 600);
+  press("h");
+  EXPECT_STREQ(viewer_->overlay().help()->GetInput(), "");
+}
+
+TEST_F(ViewerWindow, EachCameraHasItsNameInTheWorldAndOverItsImage) {
+  openWall();
+  std::vector<std::string> names;
+  vtkPropCollection* props = viewer_->panes().renderer(0)->GetViewProps();
+  props->InitTraversal();
+  while (vtkProp* prop = props->GetNextProp())
+    if (auto* text = vtkBillboardTextActor3D::SafeDownCast(prop)) {
+      names.push_back(text->GetInput());
+      EXPECT_NEAR(text->GetPosition()[0], names.back() == "left" ? -0.1 : 0.1, 1e-6);
+    }
+  EXPECT_EQ(names, (std::vector<std::string>{"left", "right"}));
+  EXPECT_EQ(viewer_->overlay().imageName(0), "left");
+  EXPECT_EQ(viewer_->overlay().imageName(1), "right");
+}
+
+TEST_F(ViewerWindow, TheStripShowsWhatTheCamerasSeeInTheFrameThatIsShown) {
+  simulation::SimulationOptions simulation;
+  simulation.scene = "person";
+  simulation.rig = "ring-2";
+  simulation.scale = 0.2;
+  viewer_ = std::make_unique<Viewer>(makeSimulatedSource(simulation), options_);
+  viewer_->settle();
+  // Two images of 80 x 60 pixels, 10 from the window's border, are all that is seen in these columns and rows.
+  const auto strip = [&] {
+    const io::ColorImage image = picture();
+    io::ColorImage part;
+    part.resize(140, 50);
+    for (int v = 0; v < part.height; ++v)
+      for (int u = 0; u < part.width; ++u) part.at(u, v) = image.at(20 + u, kHeight - 65 + v);
+    return part;
+  };
+  const io::ColorImage before = strip();
+  viewer_->playback().seek(30);
+  viewer_->settle();
+  EXPECT_GT(difference(before, strip()), 0.02) << "the person walks";
+  viewer_->playback().seek(0);
+  viewer_->settle();
+  EXPECT_EQ(difference(before, strip()), 0);
+}
+
+}  // namespace
+}  // namespace viewer_test
