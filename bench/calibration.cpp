@@ -249,7 +249,8 @@ void scratchTable(const std::vector<std::string>& scenes, const std::vector<std:
   for (const std::string& rig : rigs)
     for (const std::string& scene : scenes)
       for (const std::string& sensor : sensors) {
-        const int trials = wantedTrials(scene + '/' + rig + '/' + sensor, rig == "walls-16" ? 1 : seeds);  // a minute each
+        const int trials =
+            wantedTrials(scene + '/' + rig + '/' + sensor, rig == "walls-16" ? 1 : seeds);  // a minute each
         if (trials < 1) continue;
         ScratchTrials peer;
         const bool beside = peers && rig == "ring-4";  // every pair of cameras takes it seconds
