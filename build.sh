@@ -100,7 +100,7 @@ demo() {
   echo "                $PWD/$out/errors.png (concatenated, VoxelGrid, fused: blue on the true surface, red 20 mm off)"
   echo "Report:         $PWD/$out/fuse_flow.json"
   echo
-  echo "See it move:    build/bin/fuse_flow_viewer $recording --fps 3"
+  echo "See it move:    build/bin/fuse_flow_viewer $recording"
 }
 
 # The pictures of doc/viewer.md, of the demo's recording.

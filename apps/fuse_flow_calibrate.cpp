@@ -207,10 +207,10 @@ int run(Options options) {
     clouds.push_back(byCamera(loaded.rig));
     io::writeColorPng(options.picture, drawing::drawClouds(clouds, options.viewpoint));
   }
-  std::vector<io::RigCamera> rig;
+  io::RigDescription rig{{}, recording->framesPerSecond()};
   for (std::size_t i = 0; i < before.size(); ++i) {
-    rig.push_back({before[i], depth_scales[i]});
-    rig[i].camera.T_world_camera = result.T_world_camera[i];
+    rig.cameras.push_back({before[i], depth_scales[i]});
+    rig.cameras[i].camera.T_world_camera = result.T_world_camera[i];
   }
   io::writeRigJson(options.output, rig);
   if (options.from_scratch)

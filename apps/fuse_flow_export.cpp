@@ -17,7 +17,7 @@ using namespace fuse_flow;
 struct Options {
   std::vector<std::string> inputs;
   io::RecordingOptions recording;
-  double frames_per_second{30};
+  std::optional<double> frames_per_second;
   std::string output;
 };
 
@@ -28,8 +28,11 @@ int run(const Options& options) {
   std::size_t files = 0;
   for (std::size_t frame = 0; frame < recording->frameCount() && !io::interrupt_requested; ++frame) {
     recording->read(frame, loaded);
-    const auto stamp = loaded.rig.stamp ? static_cast<long long>(loaded.rig.stamp)
-                                        : std::llround(1e6 * static_cast<double>(frame) / options.frames_per_second);
+    const bool timed = recording->framesPerSecond() || loaded.rig.stamp;
+    const auto stamp =
+        timed && !options.frames_per_second
+            ? static_cast<long long>(loaded.rig.stamp)
+            : std::llround(1e6 * static_cast<double>(frame) / options.frames_per_second.value_or(30));
     char name[32];
     std::snprintf(name, sizeof(name), "%012lld.pcd", stamp);
     for (std::size_t k = 0; k < loaded.rig.views.size(); ++k) {
@@ -59,9 +62,8 @@ int main(int argc, char** argv) {
                "fuse_flow_export");
   app.add_option("input", options.inputs, "a rig recording, or a 7-Scenes, TUM RGB-D or Redwood folder")->required();
   app.add_option("-o,--output", options.output, "folder of the folders")->required();
-  app.add_option("--fps", options.frames_per_second, "frames per second, where the recording has no times")
-      ->check(CLI::Range(1e-3, 1e6))
-      ->capture_default_str();
+  app.add_option("--fps", options.frames_per_second, "frames per second; default: the recording's own times, else 30")
+      ->check(CLI::Range(1e-3, 1e6));
   app.add_option("--views", options.recording.views, "cameras, or frames that act as such: 0,60,120 or A:B:STEP")
       ->multi_option_policy(CLI::MultiOptionPolicy::Join);
   app.add_option("--slide", options.recording.slide, "move those frames on by this many, again and again")

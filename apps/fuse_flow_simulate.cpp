@@ -43,9 +43,9 @@ int run(const Options& options) {
   const fs::path folder(options.output);
   if (fs::exists(folder) && !(fs::is_directory(folder) && fs::is_empty(folder)))
     throw io::OutputError(folder.string() + ": exists, must be a new or empty folder");
-  std::vector<io::RigCamera> rig;
+  io::RigDescription rig{{}, s.frames_per_second};
   for (const Camera& camera : simulator.cameras()) {
-    rig.push_back({camera, simulator.sensor().depthScale()});
+    rig.cameras.push_back({camera, simulator.sensor().depthScale()});
     makeFolder(folder / camera.name / "depth");
     if (s.color) makeFolder(folder / camera.name / "color");
   }
@@ -58,7 +58,7 @@ int run(const Options& options) {
   }
   if (io::interrupt_requested) return io::kInterrupted;
   io::writeRigJson((folder / "rig.json").string(), rig);  // last: without it the folder is no recording
-  std::cout << options.output << ": " << rig.size() << " cameras, " << options.frames << " frames, scene " << s.scene
+  std::cout << options.output << ": " << rig.cameras.size() << " cameras, " << options.frames << " frames, scene " << s.scene
             << ", sensor " << s.sensor << std::endl;
   return io::kSuccess;
 }

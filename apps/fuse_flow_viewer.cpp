@@ -41,7 +41,7 @@ std::unique_ptr<viewing::FrameSource> makeSource(const Options& options) {
   }
   simulation::SimulationOptions simulation = options.simulation;
   simulation.scene = options.simulated_scene;
-  simulation.frames_per_second = options.viewer.frames_per_second;
+  if (options.viewer.frames_per_second) simulation.frames_per_second = *options.viewer.frames_per_second;
   simulation.threads = host::resolveThreads(static_cast<int>(options.viewer.method_options.threads));
   return viewing::makeSimulatedSource(simulation);
 }
@@ -129,9 +129,8 @@ void addViewOptions(CLI::App& app, Options& options) {
   for (std::size_t k = 0; k < viewing::colorByNames().size(); ++k)
     colors[viewing::colorByNames()[k]] = static_cast<viewing::ColorBy>(k);
   app.add_option("--fps", v.frames_per_second,
-                 "frames a second at which the recording was taken; its stamps are not looked at")
-      ->check(io::positiveNumber())
-      ->capture_default_str();
+                 "frames a second at which the recording was taken; default: what it says itself, else 30")
+      ->check(io::positiveNumber());
   app.add_option("--speed", v.speed, "at which it is played; 1: as it was taken")
       ->check(io::positiveNumber())
       ->capture_default_str();

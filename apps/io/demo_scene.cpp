@@ -155,9 +155,9 @@ void writeDemoRecording(const std::string& folder, const DemoRecording& recordin
     fs::create_directories(path, error);
     if (error) throw OutputError(path.string() + ": cannot be made: " + error.message());
   };
-  std::vector<RigCamera> rig;
+  RigDescription rig;
   for (std::size_t c = 0; c < recording.cameras.size(); ++c) {
-    rig.push_back({recording.cameras[c], recording.depth_scale});
+    rig.cameras.push_back({recording.cameras[c], recording.depth_scale});
     const fs::path camera = fs::path(folder) / recording.cameras[c].name;
     makeFolder(camera / "depth");
     makeFolder(camera / "color");

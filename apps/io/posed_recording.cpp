@@ -12,12 +12,13 @@ class PosedRecording : public Recording {
  public:
   PosedRecording(std::unique_ptr<Recording> recording, const std::string& rig_json)
       : recording_(std::move(recording)), rig_json_(rig_json), cameras_(recording_->cameras()) {
-    for (const RigCamera& entry : readRigJson(rig_json)) poses_[entry.camera.name] = entry.camera.T_world_camera;
+    for (const RigCamera& entry : readRigJson(rig_json).cameras) poses_[entry.camera.name] = entry.camera.T_world_camera;
     place(cameras_);
   }
 
   std::string kind() const override { return recording_->kind(); }
   std::size_t frameCount() const override { return recording_->frameCount(); }
+  std::optional<double> framesPerSecond() const override { return recording_->framesPerSecond(); }
   const std::vector<Camera>& cameras() const override { return cameras_; }
   void read(std::size_t frame, LoadedFrame& out) override {
     recording_->read(frame, out);

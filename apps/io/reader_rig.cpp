@@ -4,6 +4,7 @@
 #include "io/view_files.h"
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 
 namespace fs = std::filesystem;
@@ -26,9 +27,9 @@ std::size_t countFrames(const fs::path& folder) {
 
 class RigRecording : public Recording {
  public:
-  RigRecording(fs::path folder, const std::vector<RigCamera>& rig, const RecordingOptions& options)
-      : folder_(std::move(folder)), read_color_(options.read_color), skip_damaged_(options.skip_damaged) {
-    for (const RigCamera& entry : rig) {
+  RigRecording(fs::path folder, const RigDescription& rig, const RecordingOptions& options)
+      : folder_(std::move(folder)), frames_per_second_(rig.frames_per_second), read_color_(options.read_color), skip_damaged_(options.skip_damaged) {
+    for (const RigCamera& entry : rig.cameras) {
       cameras_.push_back(entry.camera);
       depth_scales_.push_back(options.depth_scale.value_or(entry.depth_scale));
       frame_count_ = std::max(frame_count_, countFrames(folder_ / entry.camera.name / "depth"));
@@ -37,6 +38,7 @@ class RigRecording : public Recording {
 
   std::string kind() const override { return "rig"; }
   std::size_t frameCount() const override { return frame_count_; }
+  std::optional<double> framesPerSecond() const override { return frames_per_second_; }
   const std::vector<Camera>& cameras() const override { return cameras_; }
 
   void read(std::size_t frame, LoadedFrame& out) override {
@@ -44,6 +46,8 @@ class RigRecording : public Recording {
     out.rig.views.resize(cameras_.size());
     out.images.resize(cameras_.size());
     out.rig.stamp = 0;
+    if (frames_per_second_)
+      out.rig.stamp = static_cast<std::uint64_t>(std::llround(1e6 * static_cast<double>(frame) / *frames_per_second_));
     out.damaged.clear();
     const std::string stem = frameStem(frame);
     for (std::size_t i = 0; i < cameras_.size(); ++i) {
@@ -58,6 +62,7 @@ class RigRecording : public Recording {
 
  private:
   fs::path folder_;
+  std::optional<double> frames_per_second_;
   bool read_color_;
   bool skip_damaged_;
   std::vector<Camera> cameras_;
@@ -71,17 +76,18 @@ bool isRigFolder(const std::string& folder) { return fs::exists(fs::path(folder)
 
 std::unique_ptr<Recording> openRig(const std::string& json_path, const RecordingOptions& options) {
   if (options.slide != 0) throw OptionError("--slide: " + json_path + " is a recording of several cameras, must be 0");
-  std::vector<RigCamera> rig = readRigJson(json_path);
+  RigDescription rig = readRigJson(json_path);
   if (!options.views.empty()) {
     std::vector<RigCamera> chosen;
-    for (const std::size_t i : parseRange(options.views, rig.size(), "--views")) chosen.push_back(rig[i]);
-    rig = std::move(chosen);
+    for (const std::size_t i : parseRange(options.views, rig.cameras.size(), "--views"))
+      chosen.push_back(rig.cameras[i]);
+    rig.cameras = std::move(chosen);
   }
   fs::path folder = fs::path(json_path).parent_path();
   auto recording = std::make_unique<RigRecording>(std::move(folder), rig, options);
   if (recording->frameCount() == 0)
     throw InputError(json_path + ": there are no depth images, expected files like " +
-                     (fs::path(json_path).parent_path() / rig[0].camera.name / "depth" / "000000.png").string());
+                     (fs::path(json_path).parent_path() / rig.cameras[0].camera.name / "depth" / "000000.png").string());
   return recording;
 }
 

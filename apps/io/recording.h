@@ -49,6 +49,8 @@ class Recording {
   /** \brief "rig", "seven_scenes", "tum", "redwood" or "pcd". */
   virtual std::string kind() const = 0;
   virtual std::size_t frameCount() const = 0;
+  /** \brief At which its frames were taken, Hz; > 0. Absent: it does not say. */
+  virtual std::optional<double> framesPerSecond() const { return std::nullopt; }
   /** \brief The cameras of frame 0. In a recording of one moving camera they differ from frame to frame: see
    *  LoadedFrame::rig. */
   virtual const std::vector<Camera>& cameras() const = 0;

@@ -125,7 +125,7 @@ bool isFolderName(const std::string& name) {
 
 }  // namespace
 
-std::vector<RigCamera> readRigJson(const std::string& path) {
+RigDescription readRigJson(const std::string& path) {
   Json json;
   try {
     json = Json::parse(readFile(path));
@@ -137,10 +137,15 @@ std::vector<RigCamera> readRigJson(const std::string& path) {
   if (!json.is_object() || !json.contains("cameras") || !json["cameras"].is_array() || json["cameras"].empty())
     throw InputError(path + ": cameras is missing or empty, must be a list with an object for each camera");
 
-  std::vector<RigCamera> cameras;
+  RigDescription rig;
+  if (const char* key = "frames_per_second"; json.contains(key)) {
+    rig.frames_per_second = Entry{json, path}.positive(key);
+    if (*rig.frames_per_second < 1e-3 || *rig.frames_per_second > 1e6)
+      Entry{json, path}.fail(key, "is " + json[key].dump() + ", must be 0.001 to 1000000");
+  }
   std::set<std::string> names;
   for (const Json& object : json["cameras"]) {
-    const std::string number = path + ": camera number " + std::to_string(cameras.size());
+    const std::string number = path + ": camera number " + std::to_string(rig.cameras.size());
     if (!object.is_object()) throw InputError(number + ": is " + object.dump() + ", must be an object");
     const Json& name = Entry{object, number}.get("name", "the name of a folder beside the file");
     if (!name.is_string() || !isFolderName(name.get<std::string>()))
@@ -148,15 +153,16 @@ std::vector<RigCamera> readRigJson(const std::string& path) {
     if (!names.insert(name.get<std::string>()).second)
       throw InputError(number + ": name is " + name.dump() + ", which another camera has");
     const std::string owner = path + ": camera '" + name.get<std::string>() + "'";
-    cameras.push_back(parseCamera(Entry{object, owner}, name.get<std::string>()));
-    checkCameraInput(path, cameras.back().camera);
+    rig.cameras.push_back(parseCamera(Entry{object, owner}, name.get<std::string>()));
+    checkCameraInput(path, rig.cameras.back().camera);
   }
-  return cameras;
+  return rig;
 }
 
-void writeRigJson(const std::string& path, const std::vector<RigCamera>& cameras) {
+void writeRigJson(const std::string& path, const RigDescription& rig) {
   Json json;
-  for (const RigCamera& rig_camera : cameras) {
+  if (rig.frames_per_second) json["frames_per_second"] = *rig.frames_per_second;
+  for (const RigCamera& rig_camera : rig.cameras) {
     Json entry;
     entry["name"] = rig_camera.camera.name;
     putIntrinsics(entry, rig_camera.camera.intrinsics);

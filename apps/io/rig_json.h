@@ -2,6 +2,7 @@
 
 #include <fuse_flow/camera.h>
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,11 +15,18 @@ struct RigCamera {
   float depth_scale{0.001f};
 };
 
+/** \brief What rig.json says. */
+struct RigDescription {
+  std::vector<RigCamera> cameras;
+  /** \brief At which all cameras took their frames, Hz; 0.001 to 10^6. */
+  std::optional<double> frames_per_second;
+};
+
 /** \brief Reads a rig's calibration; doc/formats.md describes the file. Throws InputError, naming file, camera, key,
  *  value and what is expected. */
-std::vector<RigCamera> readRigJson(const std::string& path);
+RigDescription readRigJson(const std::string& path);
 
 /** \brief Writes one, such that reading it gives the same numbers. Throws OutputError. */
-void writeRigJson(const std::string& path, const std::vector<RigCamera>& cameras);
+void writeRigJson(const std::string& path, const RigDescription& rig);
 
 }  // namespace fuse_flow::io

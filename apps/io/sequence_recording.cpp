@@ -18,10 +18,12 @@ class SequenceRecording : public Recording {
         skip_damaged_(options.skip_damaged) {
     while (slide_ > 0 && allExist(frame_count_)) ++frame_count_;
     for (std::size_t view = 0; view < views_.size(); ++view) cameras_.push_back(cameraOf(frameOf(view, 0)));
+    frames_per_second_ = medianRate();
   }
 
   std::string kind() const override { return sequence_.kind; }
   std::size_t frameCount() const override { return frame_count_; }
+  std::optional<double> framesPerSecond() const override { return frames_per_second_; }
   const std::vector<Camera>& cameras() const override { return cameras_; }
 
   void read(std::size_t frame, LoadedFrame& out) override {
@@ -38,6 +40,17 @@ class SequenceRecording : public Recording {
   }
 
  private:
+  /** \brief The median, for cameras drop frames. */
+  std::optional<double> medianRate() const {
+    std::vector<double> periods;  // microseconds
+    for (std::size_t frame = 1; frame < frame_count_; ++frame)
+      periods.push_back(static_cast<double>(frameOf(0, frame).stamp) - static_cast<double>(frameOf(0, frame - 1).stamp));
+    if (periods.empty()) return std::nullopt;
+    const auto median = periods.begin() + static_cast<std::ptrdiff_t>(periods.size() / 2);
+    std::nth_element(periods.begin(), median, periods.end());
+    if (!(*median > 0)) return std::nullopt;  // the format has no time
+    return 1e6 / *median;
+  }
   bool allExist(std::size_t frame) const {
     return std::all_of(views_.begin(), views_.end(),
                        [&](std::size_t number) { return sequence_.frames.count(number + frame * slide_) > 0; });
@@ -58,6 +71,7 @@ class SequenceRecording : public Recording {
   std::size_t slide_;
   bool skip_damaged_;
   std::size_t frame_count_{1};
+  std::optional<double> frames_per_second_;
   std::vector<Camera> cameras_;
 };
 

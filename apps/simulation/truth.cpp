@@ -190,7 +190,7 @@ Truth::Truth(const std::string& recording) : folder_(recording) {
   const std::string path = (truth / "simulation.json").string();
   if (!fs::exists(path))
     throw io::InputError(recording + ": holds no ground truth; fuse_flow_simulate writes it into the folder truth");
-  for (const io::RigCamera& camera : io::readRigJson((truth / "rig.json").string())) cameras_.push_back(camera.camera);
+  for (const io::RigCamera& camera : io::readRigJson((truth / "rig.json").string()).cameras) cameras_.push_back(camera.camera);
   try {
     const Json json = Json::parse(io::readFile(path));
     min_range_ = json.at("min_range").get<float>();
@@ -232,10 +232,10 @@ void writeTruth(const std::string& recording, const Simulator& simulator) {
                {"max_range", simulator.sensor().maxRange()}};
   for (const Object& object : simulator.fixedObjects()) json["objects"].push_back(objectJson(object, false));
   for (const Object& object : simulator.movingObjects(0)) json["objects"].push_back(objectJson(object, true));
-  std::vector<io::RigCamera> cameras;
-  for (const Camera& camera : simulator.trueCameras()) cameras.push_back({camera, simulator.sensor().depthScale()});
+  io::RigDescription rig{{}, o.frames_per_second};
+  for (const Camera& camera : simulator.trueCameras()) rig.cameras.push_back({camera, simulator.sensor().depthScale()});
   io::writeFile((truth / "fixed.ply").string(), meshFile(simulator.fixedObjects(), 0));
-  io::writeRigJson((truth / "rig.json").string(), cameras);
+  io::writeRigJson((truth / "rig.json").string(), rig);
   io::writeFile((truth / "simulation.json").string(), json.dump(2) + "\n");
 }
 

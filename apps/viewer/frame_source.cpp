@@ -22,6 +22,7 @@ class RecordedSource : public FrameSource {
 
   std::string name() const override { return name_; }
   std::optional<std::size_t> frameCount() const override { return recording_->frameCount(); }
+  std::optional<double> framesPerSecond() const override { return recording_->framesPerSecond(); }
   void read(std::size_t frame, io::LoadedFrame& out) override { recording_->read(frame, out); }
   bool knowsTruth() const override { return truth_.has_value(); }
   const simulation::RayScene& truth(std::size_t frame) override { return truth_->frame(frame); }
@@ -41,6 +42,7 @@ class SimulatedSource : public FrameSource {
     return "simulated " + o.scene + ", " + o.rig + ", " + o.sensor;
   }
   std::optional<std::size_t> frameCount() const override { return std::nullopt; }
+  std::optional<double> framesPerSecond() const override { return simulator_.options().frames_per_second; }
   void read(std::size_t frame, io::LoadedFrame& out) override { simulator_.measure(frame, out); }
   bool knowsTruth() const override { return true; }
   const simulation::RayScene& truth(std::size_t frame) override { return simulator_.truth(frame); }

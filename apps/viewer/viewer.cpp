@@ -19,7 +19,8 @@ constexpr double kAwaited = 0.3;               // seconds: a picture that takes 
 Viewer::Viewer(std::unique_ptr<FrameSource> source, const ViewerOptions& options)
     : options_(options),
       knows_truth_(source->knowsTruth()),
-      playback_(source->frameCount(), options.frames_per_second),
+      playback_(source->frameCount(),
+                options.frames_per_second.value_or(source->framesPerSecond().value_or(kFramesPerSecond))),
       controls_(options.method, options.method_options),
       window_("FUSE-Flow: " + source->name(), options.width, options.height, options.offscreen),
       panes_(window_, [this] { onSlice(); }),

@@ -26,11 +26,15 @@
 
 namespace fuse_flow::viewing {
 
+/** \brief Of most depth cameras. */
+constexpr double kFramesPerSecond = 30;
+
 /** \brief How the viewer starts. */
 struct ViewerOptions {
   std::string method{"fuse_flow"};  ///< as io::makeMethod() names it
   io::MethodOptions method_options;
-  double frames_per_second{30};  ///< at which a recording was taken
+  /** \brief At which frames were taken, in place of what the source says; where neither does, kFramesPerSecond. */
+  std::optional<double> frames_per_second;
   double speed{1};
   bool play{true};
   bool loop{true};

@@ -1,4 +1,5 @@
 #include "io/recording.h"
+#include "io/file_io.h"
 
 #include "io_fixture.h"
 #include "room.h"
@@ -58,6 +59,21 @@ TEST_F(Recording, ARigIsOpenedByItsJsonToo) {
   EXPECT_EQ(recording->kind(), "rig");
   fs::rename(path("rig.json"), path("other.json"));
   EXPECT_EQ(io::openRecording({path("other.json")})->frameCount(), 2u);
+}
+
+TEST_F(Recording, AFrameOfARigHasTheTimeThatItsRateGives) {
+  writeRig();
+  EXPECT_FALSE(open()->framesPerSecond());
+  std::string json = io::readFile(path("rig.json"));
+  write("rig.json", json.insert(1, "\"frames_per_second\": 12.5, "));
+  const auto recording = open();
+  EXPECT_EQ(recording->framesPerSecond(), 12.5);
+  io::LoadedFrame frame;
+  recording->read(1, frame);
+  EXPECT_EQ(frame.rig.stamp, 80000u);
+  io::RecordingOptions options;
+  options.poses = path("rig.json");
+  EXPECT_EQ(open(options)->framesPerSecond(), 12.5) << "with other poses it is the same recording";
 }
 
 TEST_F(Recording, FramesOfARigGoToTheHighestNumber) {

@@ -12,9 +12,9 @@ using Json = nlohmann::json;
 
 class RigJson : public IoTest {
  protected:
-  std::vector<io::RigCamera> read(const Json& json) const { return io::readRigJson(write("rig.json", json.dump())); }
+  std::vector<io::RigCamera> read(const Json& json) const { return readText(json.dump()); }
   std::vector<io::RigCamera> readText(const std::string& text) const {
-    return io::readRigJson(write("rig.json", text));
+    return io::readRigJson(write("rig.json", text)).cameras;
   }
 };
 
@@ -120,8 +120,9 @@ TEST_F(RigJson, WhatIsWrittenReadsBackTheSame) {
   right.camera.color.reset();
   right.camera.intrinsics.distortion = {};
   cameras.push_back(right);  // from here on camera is no more
-  io::writeRigJson(path("back.json"), cameras);
-  const auto back = io::readRigJson(path("back.json"));
+  io::writeRigJson(path("back.json"), {cameras, 29.97});
+  const auto [back, frames_per_second] = io::readRigJson(path("back.json"));
+  EXPECT_EQ(frames_per_second, 29.97);
   ASSERT_EQ(back.size(), 2u);
   for (std::size_t i = 0; i < 2; ++i) {
     EXPECT_EQ(back[i].camera.name, cameras[i].camera.name);
@@ -135,10 +136,22 @@ TEST_F(RigJson, WhatIsWrittenReadsBackTheSame) {
 }
 
 TEST_F(RigJson, WhatIsWrittenReadsWellToPeople) {
-  io::writeRigJson(path("back.json"), read(rig(leftCamera())));
+  io::writeRigJson(path("back.json"), {read(rig(leftCamera())), std::nullopt});
   const std::string text = io::readFile(path("back.json"));
   EXPECT_NE(text.find("\"depth_scale\": 0.00025,"), std::string::npos) << text;
   EXPECT_NE(text.find("\"fx\": 525.5,"), std::string::npos) << text;
+  EXPECT_EQ(text.find("frames_per_second"), std::string::npos) << "which it was not told";
+}
+
+TEST_F(RigJson, TheRateIsThatOfTheFile) {
+  Json json = rig(leftCamera());
+  EXPECT_FALSE(io::readRigJson(write("rig.json", json.dump())).frames_per_second);
+  json["frames_per_second"] = 12.5;
+  EXPECT_EQ(io::readRigJson(write("rig.json", json.dump())).frames_per_second, 12.5);
+  for (const Json& wrong : {Json(0), Json(-30), Json("30"), Json(), Json(1e-4), Json(2e6)}) {
+    json["frames_per_second"] = wrong;
+    EXPECT_TRUE(refuses([&] { read(json); }, {path("rig.json") + ": frames_per_second is " + wrong.dump() + ", must be"}));
+  }
 }
 
 TEST_F(RigJson, AKeyThatIsMissingIsNamedWithFileAndCamera) {

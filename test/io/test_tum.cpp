@@ -93,6 +93,24 @@ TEST_F(Tum, FramesHaveTheTimeOfTheirDepthInMicroseconds) {
   EXPECT_EQ(frame.rig.cameras[0].name, "1.100000");
 }
 
+TEST_F(Tum, TheRateIsThatOfMostFramesAndSlowerWhereTheViewsSlide) {
+  // 100 ms apart but for one that was lost.
+  std::string depth, poses;
+  for (const char* stamp : {"1.0", "1.1", "1.2", "1.4", "1.5"}) {
+    depth += std::string(stamp) + " depth/1.000000.png\n";
+    poses += std::string(stamp) + " " + poseLine(levelView().T_world_camera) + "\n";
+  }
+  write("depth.txt", depth);
+  write("groundtruth.txt", poses);
+  io::RecordingOptions options;
+  options.views = "0";
+  EXPECT_FALSE(io::openRecording({folder_.string()}, options)->framesPerSecond()) << "a single instant has none";
+  options.slide = 1;
+  EXPECT_NEAR(*io::openRecording({folder_.string()}, options)->framesPerSecond(), 10, 1e-9);
+  options.slide = 2;  // 0.2 s, then 0.3 s: the upper of two
+  EXPECT_NEAR(*io::openRecording({folder_.string()}, options)->framesPerSecond(), 1 / 0.3, 1e-9);
+}
+
 TEST_F(Tum, DepthWithoutAPoseWithinTwentyMillisecondsIsLeftOut) {
   writeImages("1.050000", tumView(levelView()));
   write("depth.txt",

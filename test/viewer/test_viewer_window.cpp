@@ -574,7 +574,16 @@ TEST_F(ViewerWindow, WhilePlayingTheNextFramesAreShown) {
   EXPECT_EQ(viewer_->shown()->frame, 0u);
   viewer_->playback().advance(0.1);
   viewer_->settle();
-  EXPECT_EQ(viewer_->shown()->frame, 3u) << "at 30 frames a second";
+  EXPECT_EQ(viewer_->shown()->frame, 2u) << "at the 20 frames a second that the recording tells";
+}
+
+TEST_F(ViewerWindow, ARecordingThatTellsNoRateIsPlayedAtThirtyFramesASecond) {
+  options_.play = true;
+  rate_.reset();
+  openWall();
+  viewer_->playback().advance(0.11);
+  viewer_->settle();
+  EXPECT_EQ(viewer_->shown()->frame, 3u);
 }
 
 TEST_F(ViewerWindow, ItPlaysAtTheRateAndTheSpeedThatItIsGiven) {

@@ -44,7 +44,9 @@ class ViewerWindow : public testing::Test {
     options_.from = {0, 0, 0};
     options_.at = {0, 0, 2};
     options_.up = {0, -1, 0};
-    viewer_ = std::make_unique<Viewer>(std::make_unique<WallSource>(frames, damaged), options_);
+    auto wall = std::make_unique<WallSource>(frames, damaged);
+    wall->frames_per_second = rate_;
+    viewer_ = std::make_unique<Viewer>(std::move(wall), options_);
     viewer_->settle();
   }
 
@@ -112,7 +114,8 @@ class ViewerWindow : public testing::Test {
 
   std::size_t files() const { return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder_), {})); }
 
-  double error_{0.002};  ///< metres
+  double error_{0.002};               ///< metres
+  std::optional<double> rate_{20.0};  ///< that the wall's recording tells, Hz
   fs::path folder_;
   ViewerOptions options_;
   std::unique_ptr<Viewer> viewer_;

@@ -34,6 +34,7 @@ class WallSource : public viewing::FrameSource {
 
   std::string name() const override { return "wall"; }
   std::optional<std::size_t> frameCount() const override { return frames_; }
+  std::optional<double> framesPerSecond() const override { return frames_per_second; }
   bool knowsTruth() const override { return false; }
   const simulation::RayScene& truth(std::size_t) override { throw std::logic_error("not known"); }
 
@@ -63,6 +64,7 @@ class WallSource : public viewing::FrameSource {
   }
 
   std::atomic<int> reads{0};
+  std::optional<double> frames_per_second{20};
 
  private:
   std::optional<std::size_t> frames_;
