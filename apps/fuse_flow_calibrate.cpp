@@ -1,16 +1,16 @@
 // Refines the poses of a rig from what its depth cameras see.
 
+#include "command_line/option_checks.h"
+#include "command_line/recording_arguments.h"
+#include "command_line/tool.h"
 #include "drawing/clouds.h"
 #include "drawing/display.h"
 #include "io/board.h"
 #include "io/file_io.h"
 #include "io/method.h"
-#include "io/option_checks.h"
 #include "io/range.h"
 #include "io/recording.h"
-#include "io/recording_arguments.h"
 #include "io/rig_json.h"
-#include "io/tool.h"
 
 #include <fuse_flow/coarse_alignment.h>
 #include <fuse_flow/extrinsic_estimation.h>
@@ -221,7 +221,7 @@ int run(Options options) {
     std::printf("Poses found from %zu markers that several cameras saw; corners fit to %.2f pixels.\n\n",
                 markers.markers, markers.residual);
   print(before, result);
-  return io::kSuccess;
+  return command_line::kSuccess;
 }
 
 }  // namespace
@@ -230,7 +230,7 @@ int main(int argc, char** argv) {
   Options options;
   ExtrinsicParameters& p = options.parameters;
   CLI::App app("Refines the poses of a rig from what its depth cameras see.", "fuse_flow_calibrate");
-  io::RecordingArguments recording(app);
+  command_line::RecordingArguments recording(app);
   recording.input()->required();
   app.remove_option(app.get_option("--slide"));  // one rig, calibrated once
   app.add_option("-o,--output", options.output, "rig.json with the new poses, for --poses of the other tools")
@@ -246,9 +246,9 @@ int main(int argc, char** argv) {
       app.add_option("--board", options.board,
                      "begin with AprilTags whose black square has this side, m, wherever the colour images "
                      "show them; the first camera stays");
-  board->check(io::positiveNumber())->excludes("--from-scratch");
+  board->check(command_line::positiveNumber())->excludes("--from-scratch");
   app.add_option("--board-family", options.board_family, "of the tags")
-      ->check(io::oneOf(io::MarkerDetector::families()))
+      ->check(command_line::oneOf(io::MarkerDetector::families()))
       ->capture_default_str()
       ->needs(board);
   app.add_option("--hold", options.hold, "what stays: the first camera, or the mean of all")
@@ -257,24 +257,28 @@ int main(int argc, char** argv) {
   app.add_flag("!--no-color", p.use_color, "depth alone");
   app.add_option("--samples", p.samples, "points of a view that look for counterparts")->capture_default_str();
   app.add_option("--max-distance", p.max_distance, "farthest counterpart at first, m")
-      ->check(io::positiveNumber())
+      ->check(command_line::positiveNumber())
       ->capture_default_str();
   app.add_option("--max-iterations", p.max_iterations, "steps at most")
-      ->check(io::wholeNumber(1, 1 << 20))
+      ->check(command_line::wholeNumber(1, 1 << 20))
       ->capture_default_str();
   app.add_option("--from", options.viewpoint.from, "of the picture: where the viewer stands, m")
       ->expected(3)
-      ->check(io::finiteNumber());
-  app.add_option("--at", options.viewpoint.at, "what the viewer looks at, m")->expected(3)->check(io::finiteNumber());
+      ->check(command_line::finiteNumber());
+  app.add_option("--at", options.viewpoint.at, "what the viewer looks at, m")
+      ->expected(3)
+      ->check(command_line::finiteNumber());
   app.add_option("--up", options.viewpoint.up, "which way is up")
       ->expected(3)
-      ->check(io::finiteNumber())
+      ->check(command_line::finiteNumber())
       ->capture_default_str();
   app.add_option("--zoom", options.viewpoint.zoom, "narrows the picture")
-      ->check(io::positiveNumber())
+      ->check(command_line::positiveNumber())
       ->capture_default_str();
-  app.add_option("--threads", options.threads, "0: one per core")->check(io::threadCount())->capture_default_str();
-  return io::runTool(app, argc, argv, [&] {
+  app.add_option("--threads", options.threads, "0: one per core")
+      ->check(command_line::threadCount())
+      ->capture_default_str();
+  return command_line::runTool(app, argc, argv, [&] {
     options.inputs = recording.inputs();
     options.recording = recording.options();
     return run(options);

@@ -1,14 +1,14 @@
 // Prints how well clouds, whoever made them, agree with the views they came from, and how near they are to the truth where
 // the recording is a simulated one.
 
+#include "command_line/option_checks.h"
+#include "command_line/tool.h"
 #include "drawing/clouds.h"
 #include "drawing/display.h"
 #include "io/cloud_io.h"
 #include "io/file_io.h"
-#include "io/option_checks.h"
 #include "io/recording.h"
 #include "io/report.h"
-#include "io/tool.h"
 #include "simulation/truth.h"
 #include "simulation/truth_report.h"
 
@@ -223,7 +223,7 @@ int run(const Options& options) {
     viewpoint.width = 800 * static_cast<int>(pictures.size());
     io::writeColorPng(options.error_picture, drawing::drawClouds(pictures, viewpoint));
   }
-  return io::kSuccess;
+  return command_line::kSuccess;
 }
 
 }  // namespace
@@ -238,26 +238,32 @@ int main(int argc, char** argv) {
                  "PLY or PCD files in the world frame, or folders of them, one a frame: 000000.ply")
       ->required();
   app.add_option("--frame", options.frame, "frame of the recording to compare single clouds with")
-      ->check(io::wholeNumber(0, std::numeric_limits<int>::max()))
+      ->check(command_line::wholeNumber(0, std::numeric_limits<int>::max()))
       ->capture_default_str();
   app.add_flag("--truth", options.truth, "compare with the exact surface of a recording of fuse_flow_simulate too");
   app.add_option("--error-picture", options.error_picture,
                  "with --truth: PNG of the first clouds, blue on the true surface to red 20 mm or more from it");
   app.add_option("--views", options.recording_options.views, "frames that act as the cameras of one instant");
   app.add_option("--slide", options.recording_options.slide, "move those views on by this many frames a frame")
-      ->check(io::wholeNumber(0, std::numeric_limits<int>::max()));
+      ->check(command_line::wholeNumber(0, std::numeric_limits<int>::max()));
   app.add_option("--poses", options.recording_options.poses, "rig.json whose poses replace the recording's");
   app.add_option("--depth-scale", options.recording_options.depth_scale, "metres per unit of depth")
-      ->check(io::positiveNumber());
+      ->check(command_line::positiveNumber());
   app.add_option("--visibility", options.quality.visibility, "largest |z - D| at which a view sees a point, m")
-      ->check(io::positiveNumber())
+      ->check(command_line::positiveNumber())
       ->capture_default_str();
   app.add_option("--coverage-radius", options.quality.coverage_radius, "m")
-      ->check(io::positiveNumber())
+      ->check(command_line::positiveNumber())
       ->capture_default_str();
-  app.add_option("--min-range", options.quality.min_range, "m")->check(io::nonNegativeNumber())->capture_default_str();
-  app.add_option("--max-range", options.quality.max_range, "m")->check(io::positiveNumber())->capture_default_str();
+  app.add_option("--min-range", options.quality.min_range, "m")
+      ->check(command_line::nonNegativeNumber())
+      ->capture_default_str();
+  app.add_option("--max-range", options.quality.max_range, "m")
+      ->check(command_line::positiveNumber())
+      ->capture_default_str();
   app.add_option("--json", options.json, "write the figures to this file too");
-  app.add_option("--threads", options.threads, "0: one per core")->check(io::threadCount())->capture_default_str();
-  return io::runTool(app, argc, argv, [&] { return run(options); });
+  app.add_option("--threads", options.threads, "0: one per core")
+      ->check(command_line::threadCount())
+      ->capture_default_str();
+  return command_line::runTool(app, argc, argv, [&] { return run(options); });
 }

@@ -1,9 +1,9 @@
 // Writes a recording as organised PCD files, a folder a camera: what pcl::PCDGrabber plays and pcl_viewer shows.
 
+#include "command_line/tool.h"
 #include "io/cloud_io.h"
 #include "io/organized_cloud.h"
 #include "io/recording.h"
-#include "io/tool.h"
 
 #include <cmath>
 #include <cstdio>
@@ -29,10 +29,9 @@ int run(const Options& options) {
   for (std::size_t frame = 0; frame < recording->frameCount() && !io::interrupt_requested; ++frame) {
     recording->read(frame, loaded);
     const bool timed = recording->framesPerSecond() || loaded.rig.stamp;
-    const auto stamp =
-        timed && !options.frames_per_second
-            ? static_cast<long long>(loaded.rig.stamp)
-            : std::llround(1e6 * static_cast<double>(frame) / options.frames_per_second.value_or(30));
+    const auto stamp = timed && !options.frames_per_second
+                           ? static_cast<long long>(loaded.rig.stamp)
+                           : std::llround(1e6 * static_cast<double>(frame) / options.frames_per_second.value_or(30));
     char name[32];
     std::snprintf(name, sizeof(name), "%012lld.pcd", stamp);
     for (std::size_t k = 0; k < loaded.rig.views.size(); ++k) {
@@ -51,7 +50,7 @@ int run(const Options& options) {
   }
   std::cout << options.output << ": " << files << " clouds of " << recording->cameras().size() << " cameras"
             << std::endl;
-  return io::interrupt_requested ? io::kInterrupted : io::kSuccess;
+  return io::interrupt_requested ? command_line::kInterrupted : command_line::kSuccess;
 }
 
 }  // namespace
@@ -69,5 +68,5 @@ int main(int argc, char** argv) {
   app.add_option("--slide", options.recording.slide, "move those frames on by this many, again and again")
       ->check(CLI::Range(0, 1000000));
   io::catchInterrupts();
-  return io::runTool(app, argc, argv, [&] { return run(options); });
+  return command_line::runTool(app, argc, argv, [&] { return run(options); });
 }

@@ -1,13 +1,14 @@
 // Fuses a recording of several depth cameras, frame by frame.
 
+#include "command_line/method_arguments.h"
+#include "command_line/option_checks.h"
+#include "command_line/recording_arguments.h"
+#include "command_line/tool.h"
 #include "io/cloud_io.h"
 #include "io/file_io.h"
 #include "io/live_extrinsics.h"
-#include "io/method_arguments.h"
 #include "io/range.h"
-#include "io/recording_arguments.h"
 #include "io/report.h"
-#include "io/tool.h"
 
 #include <unistd.h>
 
@@ -137,9 +138,9 @@ int run(const Options& options) {
   if (io::interrupt_requested) {
     std::cerr << "fuse_flow_fuse: interrupted after " << done << " of " << frames.size()
               << " frames; those are complete" << std::endl;
-    return io::kInterrupted;
+    return command_line::kInterrupted;
   }
-  return io::kSuccess;
+  return command_line::kSuccess;
 }
 
 }  // namespace
@@ -147,7 +148,7 @@ int run(const Options& options) {
 int main(int argc, char** argv) {
   Options options;
   CLI::App app("Fuses a recording of several depth cameras into one clean cloud a frame.", "fuse_flow_fuse");
-  io::RecordingArguments recording(app);
+  command_line::RecordingArguments recording(app);
   recording.input()->required();
   app.add_option("-o,--output", options.output, "a .ply or .pcd file for one frame, else a folder")->required();
   app.add_option("--report", options.report, "write figures per frame and in total to this JSON file");
@@ -160,9 +161,9 @@ int main(int argc, char** argv) {
       ->check(CLI::IsMember({"ply", "pcd"}))
       ->capture_default_str();
   app.add_flag("!--no-quality", options.evaluate, "do not measure E_MC, violations and coverage");
-  io::MethodArguments method(app);
-  return io::runTool(app, argc, argv, [&] {
-    options.frames = io::joinedList(options.frames);
+  command_line::MethodArguments method(app);
+  return command_line::runTool(app, argc, argv, [&] {
+    options.frames = command_line::joinedList(options.frames);
     options.inputs = recording.inputs();
     options.recording = recording.options();
     options.method = method.method();

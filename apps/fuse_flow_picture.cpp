@@ -1,11 +1,11 @@
 // Draws clouds side by side, from the same viewpoint, into a PNG.
 
+#include "command_line/option_checks.h"
+#include "command_line/tool.h"
 #include "drawing/clouds.h"
 #include "drawing/display.h"
 #include "io/cloud_io.h"
 #include "io/image_io.h"
-#include "io/option_checks.h"
-#include "io/tool.h"
 
 #include <pcl/point_types.h>
 
@@ -41,7 +41,7 @@ int run(Options options) {
   options.viewpoint.width = options.size[0];
   options.viewpoint.height = options.size[1];
   io::writeColorPng(options.output, drawing::drawClouds(clouds, options.viewpoint));
-  return io::kSuccess;
+  return command_line::kSuccess;
 }
 
 }  // namespace
@@ -54,23 +54,23 @@ int main(int argc, char** argv) {
   app.add_option("-o,--output", options.output, "PNG file")->required();
   app.add_option("--from", options.viewpoint.from, "where the viewer stands, m; default: outside the bounding box")
       ->expected(3)
-      ->check(io::finiteNumber());
+      ->check(command_line::finiteNumber());
   app.add_option("--at", options.viewpoint.at, "what the viewer looks at, m; default: the middle of the first cloud")
       ->expected(3)
-      ->check(io::finiteNumber());
+      ->check(command_line::finiteNumber());
   app.add_option("--up", options.viewpoint.up, "which way is up")
       ->expected(3)
-      ->check(io::finiteNumber())
+      ->check(command_line::finiteNumber())
       ->capture_default_str();
   app.add_option("--size", options.size, "width and height, pixels")
       ->expected(2)
-      ->check(io::wholeNumber(1, 16384))
+      ->check(command_line::wholeNumber(1, 16384))
       ->capture_default_str();
   app.add_option("--zoom", options.viewpoint.zoom, "narrows the view")
-      ->check(io::positiveNumber())
+      ->check(command_line::positiveNumber())
       ->capture_default_str();
   app.add_option("--point-size", options.viewpoint.point_size, "pixels")
-      ->check(io::positiveNumber())
+      ->check(command_line::positiveNumber())
       ->capture_default_str();
-  return io::runTool(app, argc, argv, [&] { return run(options); });
+  return command_line::runTool(app, argc, argv, [&] { return run(options); });
 }

@@ -1,9 +1,10 @@
 // Writes a recording of simulated depth cameras, with the exact surfaces behind it.
 
+#include "command_line/option_checks.h"
+#include "command_line/simulation_arguments.h"
+#include "command_line/tool.h"
 #include "io/rig_json.h"
-#include "io/tool.h"
 #include "io/view_files.h"
-#include "simulation/simulation_arguments.h"
 #include "simulation/truth.h"
 
 #include <fuse_flow/impl/host/parallel.hpp>
@@ -56,11 +57,11 @@ int run(const Options& options) {
     writeImages(folder, measured, frame);
     simulation::writeTruth(options.output, simulator, frame);
   }
-  if (io::interrupt_requested) return io::kInterrupted;
+  if (io::interrupt_requested) return command_line::kInterrupted;
   io::writeRigJson((folder / "rig.json").string(), rig);  // last: without it the folder is no recording
-  std::cout << options.output << ": " << rig.cameras.size() << " cameras, " << options.frames << " frames, scene " << s.scene
-            << ", sensor " << s.sensor << std::endl;
-  return io::kSuccess;
+  std::cout << options.output << ": " << rig.cameras.size() << " cameras, " << options.frames << " frames, scene "
+            << s.scene << ", sensor " << s.sensor << std::endl;
+  return command_line::kSuccess;
 }
 
 }  // namespace
@@ -70,17 +71,17 @@ int main(int argc, char** argv) {
   simulation::SimulationOptions defaults;
   CLI::App app("Writes a recording of simulated depth cameras, with the exact surfaces in its folder truth.",
                "fuse_flow_simulate");
-  app.add_option("--scene", defaults.scene, simulation::listed(simulation::sceneNames()))
-      ->check(io::oneOf(simulation::sceneNames()))
+  app.add_option("--scene", defaults.scene, command_line::listed(simulation::sceneNames()))
+      ->check(command_line::oneOf(simulation::sceneNames()))
       ->capture_default_str();
-  simulation::SimulationArguments rig(app);
+  command_line::SimulationArguments rig(app);
   app.add_option("--frames", options.frames, "how many")->check(CLI::Range(1, 1000000))->capture_default_str();
   app.add_option("-o,--output", options.output, "folder of the recording; new or empty")->required();
   app.add_option("--fps", defaults.frames_per_second, "frames per second of the scene's time")->capture_default_str();
   app.add_option("--threads", defaults.threads, "0: one per core")->check(CLI::Range(0, 1024));
   defaults.threads = 0;
   io::catchInterrupts();
-  return io::runTool(app, argc, argv, [&] {
+  return command_line::runTool(app, argc, argv, [&] {
     options.simulation = rig.options();
     options.simulation.scene = defaults.scene;
     options.simulation.frames_per_second = defaults.frames_per_second;

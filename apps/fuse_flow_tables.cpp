@@ -1,12 +1,12 @@
 // Reproduces the paper's tables on simulated rigs, against the truth and beside what people use, and writes them with plots
 // as one Markdown page.
 
+#include "command_line/option_checks.h"
+#include "command_line/tool.h"
 #include "drawing/charts.h"
 #include "drawing/clouds.h"
 #include "drawing/display.h"
 #include "io/file_io.h"
-#include "io/option_checks.h"
-#include "io/tool.h"
 #include "tables/comparison.h"
 #include "tables/markdown.h"
 
@@ -305,11 +305,11 @@ int main(int argc, char** argv) {
   app.add_option("-o,--output", options.output, "Markdown file; plots go to the folder images beside it")->required();
   app.add_option("--reading", options.reading, "Markdown file whose text opens the page");
   app.add_flag("--quick", options.quick, "a small part of everything, to see that it works");
-  app.add_option("--threads", options.threads, "0: one per core")->check(io::threadCount());
-  return io::runTool(app, argc, argv, [&] {
+  app.add_option("--threads", options.threads, "0: one per core")->check(command_line::threadCount());
+  return command_line::runTool(app, argc, argv, [&] {
     options.threads = host::resolveThreads(options.threads);
     drawing::requireDisplay("fuse_flow_tables");
     Page(options).write();
-    return io::kSuccess;
+    return command_line::kSuccess;
   });
 }

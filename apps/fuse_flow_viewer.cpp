@@ -1,10 +1,11 @@
 // Plays a recording, or simulated cameras, as fused clouds in a window.
 
+#include "command_line/method_arguments.h"
+#include "command_line/option_checks.h"
+#include "command_line/recording_arguments.h"
+#include "command_line/simulation_arguments.h"
+#include "command_line/tool.h"
 #include "drawing/display.h"
-#include "io/method_arguments.h"
-#include "io/recording_arguments.h"
-#include "io/tool.h"
-#include "simulation/simulation_arguments.h"
 #include "viewer/key_bindings.h"
 #include "viewer/viewer.h"
 
@@ -115,7 +116,7 @@ int run(const Options& options) {
     throw io::OptionError("--color-by truth: the truth of this recording is not known");
   drawing::requireDisplay("fuse_flow_viewer");
   const bool ended = show(options, std::move(source));
-  const int code = io::interrupt_requested ? io::kInterrupted : io::kSuccess;
+  const int code = io::interrupt_requested ? command_line::kInterrupted : command_line::kSuccess;
   // The window, its threads and its memory are gone by now; the frame at hand is for nobody.
   if (!ended) std::_Exit(code);
   return code;
@@ -130,14 +131,14 @@ void addViewOptions(CLI::App& app, Options& options) {
     colors[viewing::colorByNames()[k]] = static_cast<viewing::ColorBy>(k);
   app.add_option("--fps", v.frames_per_second,
                  "frames a second at which the recording was taken; default: what it says itself, else 30")
-      ->check(io::positiveNumber());
+      ->check(command_line::positiveNumber());
   app.add_option("--speed", v.speed, "at which it is played; 1: as it was taken")
-      ->check(io::positiveNumber())
+      ->check(command_line::positiveNumber())
       ->capture_default_str();
   app.add_flag("!--paused", v.play, "start with the first frame standing");
   app.add_flag("!--once", v.loop, "do not loop");
   app.add_option("--start", v.first_frame, "number of the first frame, from 0, as in the names of its files")
-      ->check(io::wholeNumber(0, 1000000))
+      ->check(command_line::wholeNumber(0, 1000000))
       ->capture_default_str();
   app.add_flag("--refine-extrinsics", v.refine_extrinsics,
                "estimate the poses from what the cameras see, and follow them from frame to frame, as the key 0 does")
@@ -151,13 +152,17 @@ void addViewOptions(CLI::App& app, Options& options) {
       ->check(CLI::Range(0.02, 0.98))
       ->capture_default_str();
   app.add_option("--color-by", v.color_by, "colour of the points")->transform(CLI::CheckedTransformer(colors));
-  app.add_option("--point-size", v.point_size, "pixels")->check(io::positiveNumberUpTo(100))->capture_default_str();
-  app.add_option("--from", v.from, "where the viewer stands, m")->expected(3)->check(io::finiteNumber());
-  app.add_option("--at", v.at, "what the viewer looks at, m")->expected(3)->check(io::finiteNumber());
-  app.add_option("--up", v.up, "which way is up")->expected(3)->check(io::finiteNumber());
-  app.add_option("--zoom", v.zoom, "narrows the view")->check(io::positiveNumber())->capture_default_str();
-  app.add_option("--width", v.width, "of the window, pixels")->check(io::wholeNumber(16, 16384))->capture_default_str();
-  app.add_option("--height", v.height, "pixels")->check(io::wholeNumber(16, 16384))->capture_default_str();
+  app.add_option("--point-size", v.point_size, "pixels")
+      ->check(command_line::positiveNumberUpTo(100))
+      ->capture_default_str();
+  app.add_option("--from", v.from, "where the viewer stands, m")->expected(3)->check(command_line::finiteNumber());
+  app.add_option("--at", v.at, "what the viewer looks at, m")->expected(3)->check(command_line::finiteNumber());
+  app.add_option("--up", v.up, "which way is up")->expected(3)->check(command_line::finiteNumber());
+  app.add_option("--zoom", v.zoom, "narrows the view")->check(command_line::positiveNumber())->capture_default_str();
+  app.add_option("--width", v.width, "of the window, pixels")
+      ->check(command_line::wholeNumber(16, 16384))
+      ->capture_default_str();
+  app.add_option("--height", v.height, "pixels")->check(command_line::wholeNumber(16, 16384))->capture_default_str();
   app.add_option("--press", options.keys,
                  "keys pressed at the start, and places X:Y, pixels from the lower left, that the cursor goes to: "
                  "h,alt+plus,640:400,m")
@@ -175,7 +180,7 @@ void addExportOptions(CLI::App& app, Options& options) {
   app.add_option("--save-cloud", options.cloud, ".ply, .pcd, .vtk, .ifs or .obj file");
   app.add_option("--orbit", options.orbit, "once around the cloud: a .ogv video, or a folder of numbered PNGs");
   app.add_option("--orbit-pictures", v.orbit_pictures, "of a film")
-      ->check(io::wholeNumber(1, 100000))
+      ->check(command_line::wholeNumber(1, 100000))
       ->capture_default_str();
 }
 
@@ -185,18 +190,18 @@ int main(int argc, char** argv) {
   Options options;
   CLI::App app("Plays a recording of several depth cameras as fused clouds. The key h lists what keys and mouse do.",
                "fuse_flow_viewer");
-  io::RecordingArguments recording(app);
+  command_line::RecordingArguments recording(app);
   CLI::Option* simulate =
       app.add_option("--simulate", options.simulated_scene,
-                     "simulated cameras instead of a recording: " + simulation::listed(simulation::sceneNames()))
-          ->check(io::oneOf(simulation::sceneNames()));
-  simulation::SimulationArguments rig(app);
+                     "simulated cameras instead of a recording: " + command_line::listed(simulation::sceneNames()))
+          ->check(command_line::oneOf(simulation::sceneNames()));
+  command_line::SimulationArguments rig(app);
   rig.need(simulate);
   addViewOptions(app, options);
   addExportOptions(app, options);
-  io::MethodArguments method(app);
+  command_line::MethodArguments method(app);
   io::catchInterrupts();
-  return io::runTool(app, argc, argv, [&] {
+  return command_line::runTool(app, argc, argv, [&] {
     options.inputs = recording.inputs();
     options.recording = recording.options();
     options.simulation = rig.options();

@@ -37,7 +37,8 @@ int main(int argc, char** argv) try {
   std::vector<std::string> sources(argv + 1, argv + argc);
   RigFrame frame;
   if (!sources.empty() && fs::path(sources[0]).extension() == ".json") {
-    for (const io::RigCamera& calibrated : io::readRigJson(sources[0]).cameras) frame.cameras.push_back(calibrated.camera);
+    for (const io::RigCamera& calibrated : io::readRigJson(sources[0]).cameras)
+      frame.cameras.push_back(calibrated.camera);
     sources.erase(sources.begin());
     if (frame.cameras.size() != sources.size())
       throw std::runtime_error("the calibration has not as many cameras as there are sources");

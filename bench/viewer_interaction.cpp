@@ -1,9 +1,9 @@
 // How long a picture of a turning view takes while fusion runs beside it, how long one of all points, and how soon a drag that
 // begins while that one is drawn is seen.
 
+#include "command_line/option_checks.h"
+#include "command_line/tool.h"
 #include "drawing/display.h"
-#include "io/option_checks.h"
-#include "io/tool.h"
 #include "viewer/viewer.h"
 
 #include <fuse_flow/impl/host/parallel.hpp>
@@ -89,8 +89,8 @@ int run(const Options& options) {
   for (int k = 0; k < options.pictures; ++k)
     drags.push_back(dragWhileDrawing(viewer, whole_ms * (k + 0.5) / options.pictures));
   report("drag during a picture of all points, fusion running", viewer.panes().drawnPoints(), drags);
-  if (!viewer.stopWithin(std::chrono::seconds(2))) std::_Exit(io::kSuccess);
-  return io::kSuccess;
+  if (!viewer.stopWithin(std::chrono::seconds(2))) std::_Exit(command_line::kSuccess);
+  return command_line::kSuccess;
 }
 
 }  // namespace
@@ -99,6 +99,6 @@ int main(int argc, char** argv) {
   Options options;
   CLI::App app("Times the viewer's pictures while its view turns and fusion runs.", "fuse_flow_viewer_bench");
   app.add_option("--rig", options.rig, "simulated cameras")->capture_default_str();
-  app.add_option("--pictures", options.pictures, "of the turning view")->check(io::wholeNumber(1, 100000));
-  return io::runTool(app, argc, argv, [&] { return run(options); });
+  app.add_option("--pictures", options.pictures, "of the turning view")->check(command_line::wholeNumber(1, 100000));
+  return command_line::runTool(app, argc, argv, [&] { return run(options); });
 }

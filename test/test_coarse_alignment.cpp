@@ -128,12 +128,12 @@ TEST(CoarseAlignment, PosesThatTheCamerasHaveMakeNoDifference) {
 }
 
 TEST(CoarseAlignmentThreads, AnyNumberOfThemFindsTheSame) {
-  const Scene scene = unposed(around({10, 55, 115}), furnishedRoom());
+  const Scene scene = unposed(around({10, 55}), furnishedRoom());
   const CoarseAlignmentResult one = align(scene, 1);
   for (const unsigned int threads : {2u, 5u}) {
     const CoarseAlignmentResult many = align(scene, threads);
     EXPECT_EQ(one.placements, many.placements);
-    for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(one.T_world_camera[i].matrix(), many.T_world_camera[i].matrix());
+    for (std::size_t i = 0; i < 2; ++i) EXPECT_EQ(one.T_world_camera[i].matrix(), many.T_world_camera[i].matrix());
   }
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <stdexcept>
+#include <string>
 
 namespace fuse_flow::io {
 
@@ -19,5 +20,11 @@ struct OptionError : InputError {
 struct OutputError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
+
+/** \brief PCL puts ": " before a message without a place in the source. */
+inline std::string messageOf(const std::runtime_error& error) {
+  const std::string message = error.what();
+  return message.rfind(": ", 0) == 0 ? message.substr(2) : message;
+}
 
 }  // namespace fuse_flow::io

@@ -1,6 +1,7 @@
 #include "io/marker_rig.h"
 
-#include <Eigen/Cholesky>
+#include <fuse_flow/impl/host/dense_algebra.hpp>
+
 #include <Eigen/LU>
 
 #include <algorithm>
@@ -89,7 +90,7 @@ Isometry3d refined(const Look& look, Isometry3d T, double side) {
   for (int iteration = 0; iteration < 40 && damping < 1e6; ++iteration) {
     Matrix6d A = pull.A;
     A.diagonal() *= 1 + damping;
-    const Isometry3d next = moved(Vector6d(A.ldlt().solve(-pull.g)), T);
+    const Isometry3d next = moved(host::CholeskyFactors(A).solve(-pull.g), T);
     const Pull there = pullOf(look, Isometry3d::Identity(), next, side);
     if (there.cost < pull.cost) {
       T = next;
@@ -257,7 +258,7 @@ class MarkerGraph {
     A.diagonal() *= 1 + damping;
     for (Matrix6d& M : inverse) {
       M.diagonal() *= 1 + damping;
-      M = Matrix6d(M.ldlt().solve(Matrix6d::Identity()));
+      M = host::CholeskyFactors(M).solveColumns(Matrix6d::Identity());
     }
     for (std::size_t k = 0; k < looks_.size(); ++k) {
       const Matrix6d half = pulls_[k].A * inverse[looks_[k].marker];
@@ -267,7 +268,7 @@ class MarkerGraph {
           A.block<6, 6>(begin(looks_[k].eye), begin(looks_[l].eye)) -= half * pulls_[l].A;
     }
     hold(A, g);
-    const Eigen::VectorXd motion = A.ldlt().solve(-g);
+    const Eigen::VectorXd motion = host::CholeskyFactors(A).solve(-g);
     for (std::size_t k = 0; k < looks_.size(); ++k)
       slope[looks_[k].marker] -= pulls_[k].A * motion.segment<6>(begin(looks_[k].eye));
     for (std::size_t m = 0; m < markers_.size(); ++m)

@@ -12,7 +12,8 @@ class PosedRecording : public Recording {
  public:
   PosedRecording(std::unique_ptr<Recording> recording, const std::string& rig_json)
       : recording_(std::move(recording)), rig_json_(rig_json), cameras_(recording_->cameras()) {
-    for (const RigCamera& entry : readRigJson(rig_json).cameras) poses_[entry.camera.name] = entry.camera.T_world_camera;
+    for (const RigCamera& entry : readRigJson(rig_json).cameras)
+      poses_[entry.camera.name] = entry.camera.T_world_camera;
     place(cameras_);
   }
 

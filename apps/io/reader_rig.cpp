@@ -28,7 +28,10 @@ std::size_t countFrames(const fs::path& folder) {
 class RigRecording : public Recording {
  public:
   RigRecording(fs::path folder, const RigDescription& rig, const RecordingOptions& options)
-      : folder_(std::move(folder)), frames_per_second_(rig.frames_per_second), read_color_(options.read_color), skip_damaged_(options.skip_damaged) {
+      : folder_(std::move(folder)),
+        frames_per_second_(rig.frames_per_second),
+        read_color_(options.read_color),
+        skip_damaged_(options.skip_damaged) {
     for (const RigCamera& entry : rig.cameras) {
       cameras_.push_back(entry.camera);
       depth_scales_.push_back(options.depth_scale.value_or(entry.depth_scale));
@@ -86,8 +89,9 @@ std::unique_ptr<Recording> openRig(const std::string& json_path, const Recording
   fs::path folder = fs::path(json_path).parent_path();
   auto recording = std::make_unique<RigRecording>(std::move(folder), rig, options);
   if (recording->frameCount() == 0)
-    throw InputError(json_path + ": there are no depth images, expected files like " +
-                     (fs::path(json_path).parent_path() / rig.cameras[0].camera.name / "depth" / "000000.png").string());
+    throw InputError(
+        json_path + ": there are no depth images, expected files like " +
+        (fs::path(json_path).parent_path() / rig.cameras[0].camera.name / "depth" / "000000.png").string());
   return recording;
 }
 

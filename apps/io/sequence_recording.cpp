@@ -44,7 +44,8 @@ class SequenceRecording : public Recording {
   std::optional<double> medianRate() const {
     std::vector<double> periods;  // microseconds
     for (std::size_t frame = 1; frame < frame_count_; ++frame)
-      periods.push_back(static_cast<double>(frameOf(0, frame).stamp) - static_cast<double>(frameOf(0, frame - 1).stamp));
+      periods.push_back(static_cast<double>(frameOf(0, frame).stamp) -
+                        static_cast<double>(frameOf(0, frame - 1).stamp));
     if (periods.empty()) return std::nullopt;
     const auto median = periods.begin() + static_cast<std::ptrdiff_t>(periods.size() / 2);
     std::nth_element(periods.begin(), median, periods.end());

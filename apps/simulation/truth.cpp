@@ -190,7 +190,8 @@ Truth::Truth(const std::string& recording) : folder_(recording) {
   const std::string path = (truth / "simulation.json").string();
   if (!fs::exists(path))
     throw io::InputError(recording + ": holds no ground truth; fuse_flow_simulate writes it into the folder truth");
-  for (const io::RigCamera& camera : io::readRigJson((truth / "rig.json").string()).cameras) cameras_.push_back(camera.camera);
+  for (const io::RigCamera& camera : io::readRigJson((truth / "rig.json").string()).cameras)
+    cameras_.push_back(camera.camera);
   try {
     const Json json = Json::parse(io::readFile(path));
     min_range_ = json.at("min_range").get<float>();

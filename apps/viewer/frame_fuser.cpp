@@ -1,6 +1,6 @@
 #include "viewer/frame_fuser.h"
 
-#include "io/tool.h"
+#include "io/error.h"
 #include "io/view_files.h"
 #include "viewer/empty_cloud.h"
 #include "viewer/point_data.h"

@@ -1,4 +1,4 @@
-#include "io/parameter_options.h"
+#include "command_line/parameter_options.h"
 
 #include "io_fixture.h"
 
@@ -14,7 +14,7 @@ using P = FuseFlowParameters;
 /** \brief The parameters of a command line; what the command line itself refuses is thrown as CLI::ParseError. */
 P parse(std::vector<std::string> arguments) {
   CLI::App app;
-  const io::ParameterOptions options(app);
+  const command_line::ParameterOptions options(app);
   std::reverse(arguments.begin(), arguments.end());  // as CLI11 takes them
   app.parse(arguments);
   return options.parameters();
@@ -111,7 +111,7 @@ TEST(ParameterOptions, EachReachesItsMemberAndNoOther) {
 
 TEST(ParameterOptions, AllAreTestedHere) {
   CLI::App app;
-  const io::ParameterOptions parameters(app);
+  const command_line::ParameterOptions parameters(app);
   std::set<std::string> tested{"--help", "--published", "--crop-box"}, offered;
   for (const Option& option : options()) tested.insert(option.name);
   for (const CLI::Option* option : app.get_options()) offered.insert("--" + option->get_lnames().at(0));

@@ -1,5 +1,5 @@
-#include "io/recording.h"
 #include "io/file_io.h"
+#include "io/recording.h"
 
 #include "io_fixture.h"
 #include "room.h"

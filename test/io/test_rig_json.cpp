@@ -150,7 +150,8 @@ TEST_F(RigJson, TheRateIsThatOfTheFile) {
   EXPECT_EQ(io::readRigJson(write("rig.json", json.dump())).frames_per_second, 12.5);
   for (const Json& wrong : {Json(0), Json(-30), Json("30"), Json(), Json(1e-4), Json(2e6)}) {
     json["frames_per_second"] = wrong;
-    EXPECT_TRUE(refuses([&] { read(json); }, {path("rig.json") + ": frames_per_second is " + wrong.dump() + ", must be"}));
+    EXPECT_TRUE(
+        refuses([&] { read(json); }, {path("rig.json") + ": frames_per_second is " + wrong.dump() + ", must be"}));
   }
 }
 

@@ -52,14 +52,16 @@ class FrameLane {
   PinnedBuffer<Words> pinned_;
 };
 
-/** \brief A fused frame as a cloud. \param threads to copy with */
-template <typename PointT>
-void toCloud(const PointSpan<PointT>& points, std::uint64_t stamp, int threads, pcl::PointCloud<PointT>& cloud) {
+/** \brief A fused frame as a cloud. \param threads to copy with  \param copy the bytes of a block: memcpy, or streamCopy() where
+ *  other frames need the memory's bandwidth as well */
+template <typename PointT, typename Copy>
+void toCloud(const PointSpan<PointT>& points, std::uint64_t stamp, int threads, const Copy& copy,
+             pcl::PointCloud<PointT>& cloud) {
   cloud.resize(points.size);
   constexpr std::size_t block = 1 << 15;
   host::parallelFor(threads, (points.size + block - 1) / block, [&](std::size_t b, int) {
     const std::size_t begin = b * block, count = std::min(block, points.size - begin);
-    std::memcpy(static_cast<void*>(cloud.data() + begin), points.points + begin, count * sizeof(PointT));
+    copy(static_cast<void*>(cloud.data() + begin), points.points + begin, count * sizeof(PointT));
   });
   cloud.header = {};
   cloud.header.stamp = stamp;

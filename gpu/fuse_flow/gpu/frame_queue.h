@@ -1,6 +1,7 @@
 #pragma once
 
 #include <fuse_flow/gpu/frame_lane.h>
+#include <fuse_flow/gpu/stream_copy.h>
 
 #include <condition_variable>
 #include <exception>
@@ -101,7 +102,7 @@ class FrameQueue {
         std::exception_ptr error;
         try {
           points = lane.fusePinned(frame);
-          if (copy_ahead) toCloud(points, frame.stamp, 1, cloud);
+          if (copy_ahead) toCloud(points, frame.stamp, 1, streamCopy, cloud);
         } catch (...) {
           error = std::current_exception();
         }

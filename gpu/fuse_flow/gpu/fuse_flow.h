@@ -65,7 +65,7 @@ class FuseFlow<PointT, device::Thrust> {
   void fuse(const RigFrame& frame, PointCloud& output) {
     prepare(*lane_);
     const gpu::PointSpan<PointT> points = lane_->fusePinned(frame);
-    gpu::toCloud(points, frame.stamp, threads_, output);
+    gpu::toCloud(points, frame.stamp, threads_, std::memcpy, output);
     statistics_ = lane_->pipeline.statistics;
   }
 
@@ -118,7 +118,7 @@ class FuseFlow<PointT, device::Thrust> {
       if (copied) {
         output.swap(*copied);
       } else {
-        gpu::toCloud(points, stamp, threads_, output);
+        gpu::toCloud(points, stamp, threads_, std::memcpy, output);
       }
     });
   }

@@ -1,37 +1,14 @@
-#pragma once
+#include "command_line/tool.h"
 
-#include "io/error.h"
-
-#include <CLI/CLI.hpp>
 #include <pcl/exceptions.h>
 
-#include <csignal>
-#include <iostream>
 #include <new>
 
-namespace fuse_flow::io {
-
-/** \brief Exit codes of every tool. */
-enum ExitCode { kSuccess = 0, kBadInput = 1, kWrongCommandLine = 2, kInterrupted = 130 };
-
-inline volatile std::sig_atomic_t interrupt_requested = 0;
-
-/** \brief Ctrl-C finishes the frame at hand; a second one ends the program at once. */
-inline void catchInterrupts() {
-  std::signal(SIGINT, [](int) {
-    interrupt_requested = 1;
-    std::signal(SIGINT, SIG_DFL);
-  });
-}
-
-/** \brief PCL puts ": " before a message without a place in the source. */
-inline std::string messageOf(const pcl::PCLException& error) {
-  const std::string message = error.what();
-  return message.rfind(": ", 0) == 0 ? message.substr(2) : message;
-}
+namespace fuse_flow::command_line {
+namespace {
 
 /** \brief One line, whatever the exception said. */
-inline int reportError(const CLI::App& app, std::string message, ExitCode code = kBadInput) {
+int reportError(const CLI::App& app, std::string message, ExitCode code = kBadInput) {
   for (char& c : message)
     if (c == '\n') c = ' ';
   std::cerr << app.get_name() << ": " << message << std::endl;
@@ -39,16 +16,16 @@ inline int reportError(const CLI::App& app, std::string message, ExitCode code =
 }
 
 /** \brief A mistake in the file of --config, in CLI11's words or ours. */
-inline std::string describeConfigError(CLI::App& app, const std::string& message) {
+std::string describeConfigError(CLI::App& app, const std::string& message) {
   const std::string prefix = "INI was not able to parse ";
   if (message.rfind(prefix, 0) != 0) return message;
   const std::string file = app.get_config_ptr() ? app.get_config_ptr()->as<std::string>() : "--config";
   return file + ": '" + message.substr(prefix.size()) + "' is not an option, must be name = value; see --help";
 }
 
-/** \brief Parses, runs, and turns every exception into a line on the standard error stream and an exit code. */
-template <typename Run>
-int runTool(CLI::App& app, int argc, char** argv, const Run& run) {
+}  // namespace
+
+int runTool(CLI::App& app, int argc, char** argv, const std::function<int()>& run) {
   std::signal(SIGXFSZ, SIG_IGN);  // a file past `ulimit -f` is then an error to report like a full disk
   try {
     app.parse(argc, argv);
@@ -63,12 +40,12 @@ int runTool(CLI::App& app, int argc, char** argv, const Run& run) {
   }
   try {
     const int code = run();
-    if (!std::cout.flush()) throw OutputError("the standard output stream cannot be written");
+    if (!std::cout.flush()) throw io::OutputError("the standard output stream cannot be written");
     return code;
-  } catch (const OptionError& error) {
+  } catch (const io::OptionError& error) {
     return reportError(app, error.what(), kWrongCommandLine);
   } catch (const pcl::PCLException& error) {
-    return reportError(app, messageOf(error));
+    return reportError(app, io::messageOf(error));
   } catch (const std::bad_alloc&) {
     return reportError(app, "not enough memory");
   } catch (const std::exception& error) {
@@ -76,4 +53,4 @@ int runTool(CLI::App& app, int argc, char** argv, const Run& run) {
   }
 }
 
-}  // namespace fuse_flow::io
+}  // namespace fuse_flow::command_line

@@ -1,0 +1,29 @@
+#include "command_line/method_arguments.h"
+
+#include "command_line/option_checks.h"
+
+namespace fuse_flow::command_line {
+
+MethodArguments::MethodArguments(CLI::App& app) {
+  app.add_option("--method", method_, "what makes the cloud")
+      ->check(CLI::IsMember({"fuse_flow", "concatenate", "voxel_grid", "approximate_voxel_grid", "outlier_removal"}))
+      ->capture_default_str();
+  app.add_option("--leaf-size", options_.leaf_size, "of the voxel grids, m")
+      ->check(positiveNumber())
+      ->capture_default_str();
+  app.add_option("--device", options_.device, "where fuse_flow runs; auto: on a GPU if there is one")
+      ->check(CLI::IsMember({"auto", "cpu", "gpu"}))
+      ->capture_default_str();
+  app.add_option("--threads", options_.threads, "0: one per core")->check(threadCount())->capture_default_str();
+  app.set_config("--config", "", "read options from this file (name = value lines)");
+  app.allow_config_extras(CLI::config_extras_mode::error);
+  parameters_.emplace(app);
+}
+
+io::MethodOptions MethodArguments::options() const {
+  io::MethodOptions result = options_;
+  result.parameters = parameters_->parameters();
+  return result;
+}
+
+}  // namespace fuse_flow::command_line

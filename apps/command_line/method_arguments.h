@@ -1,0 +1,30 @@
+#pragma once
+
+#include "command_line/parameter_options.h"
+#include "io/method.h"
+
+#include <CLI/CLI.hpp>
+
+#include <optional>
+#include <string>
+
+namespace fuse_flow::command_line {
+
+/** \brief What makes the cloud of a frame, on the command line, with every parameter of the library. */
+class MethodArguments {
+ public:
+  explicit MethodArguments(CLI::App& app);
+  MethodArguments(const MethodArguments&) = delete;
+  MethodArguments& operator=(const MethodArguments&) = delete;
+
+  const std::string& method() const { return method_; }
+  /** \brief Throws OptionError. */
+  io::MethodOptions options() const;
+
+ private:
+  std::string method_{"fuse_flow"};
+  io::MethodOptions options_;
+  std::optional<ParameterOptions> parameters_;
+};
+
+}  // namespace fuse_flow::command_line

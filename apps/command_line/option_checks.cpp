@@ -1,0 +1,79 @@
+#include "command_line/option_checks.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <cstdlib>
+#include <optional>
+#include <sstream>
+
+namespace fuse_flow::command_line {
+namespace {
+
+std::optional<double> finiteValue(const std::string& text) {
+  char* end = nullptr;
+  const double value = std::strtod(text.c_str(), &end);
+  if (text.empty() || *end != '\0' || !std::isfinite(value)) return std::nullopt;
+  return value;
+}
+
+}  // namespace
+
+CLI::Validator makeCheck(const std::string& expected, const std::function<bool(const std::string&)>& accepts) {
+  return CLI::Validator(
+      [=](std::string& text) {
+        return accepts(text) ? std::string() : "'" + text + "' was given, must be " + expected;
+      },
+      "", "");
+}
+
+CLI::Validator finiteNumber() {
+  return makeCheck("a number", [](const std::string& text) { return finiteValue(text).has_value(); });
+}
+
+CLI::Validator positiveNumber() {
+  return makeCheck("a positive number", [](const std::string& text) { return finiteValue(text).value_or(0) > 0; });
+}
+
+CLI::Validator nonNegativeNumber() {
+  return makeCheck("a number from 0 up", [](const std::string& text) { return finiteValue(text).value_or(-1) >= 0; });
+}
+
+CLI::Validator wholeNumber(int low, int high) {
+  return makeCheck("a whole number from " + std::to_string(low) + " to " + std::to_string(high),
+                   [=](const std::string& text) {
+                     char* end = nullptr;
+                     errno = 0;
+                     const long value = std::strtol(text.c_str(), &end, 10);
+                     return !text.empty() && *end == '\0' && errno == 0 && value >= low && value <= high;
+                   });
+}
+
+CLI::Validator positiveNumberUpTo(double high) {
+  std::ostringstream expected;
+  expected << "a positive number up to " << high;
+  return makeCheck(expected.str(), [=](const std::string& text) {
+    const double value = finiteValue(text).value_or(0);
+    return value > 0 && value <= high;
+  });
+}
+
+CLI::Validator oneOf(const std::vector<std::string>& names) {
+  std::string list;
+  for (const std::string& name : names) list += (list.empty() ? "" : ", ") + name;
+  return makeCheck("one of " + list,
+                   [=](const std::string& text) { return std::find(names.begin(), names.end(), text) != names.end(); });
+}
+
+CLI::Validator trueOrFalse() {
+  return makeCheck("true or false", [](const std::string& text) { return text == "true" || text == "false"; });
+}
+
+CLI::Validator threadCount() { return wholeNumber(0, 1024); }
+
+std::string joinedList(std::string list) {
+  std::replace(list.begin(), list.end(), '\n', ',');
+  return list;
+}
+
+}  // namespace fuse_flow::command_line

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace fuse_flow::command_line {
+
+// CLI11's own checks let NaN pass, and print the largest double where they mean "no limit".
+
+/** \brief A check whose message says what was given and what must be; empty if accepts(text). */
+CLI::Validator makeCheck(const std::string& expected, const std::function<bool(const std::string&)>& accepts);
+
+CLI::Validator finiteNumber();
+CLI::Validator positiveNumber();
+CLI::Validator nonNegativeNumber();
+CLI::Validator wholeNumber(int low, int high);
+CLI::Validator positiveNumberUpTo(double high);
+CLI::Validator oneOf(const std::vector<std::string>& names);
+CLI::Validator trueOrFalse();
+/** \brief More than any machine has cores; far more than OpenMP can start threads would end the program. */
+CLI::Validator threadCount();
+
+/** \brief A list that CLI11 joined line by line, as a config file's is split at its commas: with commas again. */
+std::string joinedList(std::string list);
+
+}  // namespace fuse_flow::command_line

@@ -1,0 +1,146 @@
+#include "command_line/parameter_options.h"
+
+#include "command_line/option_checks.h"
+#include "io/error.h"
+
+#include <algorithm>
+#include <limits>
+
+namespace fuse_flow::command_line {
+
+/** \brief A member of given_, found again in another FuseFlowParameters by its place. */
+template <typename Value>
+void ParameterOptions::overrideWhenGiven(CLI::Option* option, const Value& member) {
+  const std::ptrdiff_t place = reinterpret_cast<const char*>(&member) - reinterpret_cast<const char*>(&given_);
+  overrides_.push_back([this, option, place](FuseFlowParameters& result) {
+    if (option->count() == 0) return;
+    *reinterpret_cast<Value*>(reinterpret_cast<char*>(&result) + place) =
+        *reinterpret_cast<const Value*>(reinterpret_cast<const char*>(&given_) + place);
+  });
+}
+
+template <typename Value>
+void ParameterOptions::add(CLI::App& app, const std::string& name, Value& member, const std::string& help) {
+  CLI::Option* option = app.add_option(name, member, help)->capture_default_str()->group("Parameters");
+  if constexpr (std::is_same_v<Value, bool>)
+    option->check(trueOrFalse());
+  else if constexpr (std::is_floating_point_v<Value>)
+    option->check(finiteNumber());
+  else
+    option->check(wholeNumber(0, std::numeric_limits<int>::max()));
+  std::string parameter = name == "--tau" ? "threshold" : name.substr(2);
+  std::replace(parameter.begin(), parameter.end(), '-', '_');
+  option_of_[parameter] = name;
+  overrideWhenGiven(option, member);
+}
+
+template <typename Enum>
+void ParameterOptions::addEnum(CLI::App& app, const std::string& name, Enum& member,
+                               const std::map<std::string, Enum>& values, const std::string& help) {
+  CLI::Option* option = app.add_option(name, member, help)->group("Parameters");
+  option->transform(CLI::CheckedTransformer(values));
+  overrideWhenGiven(option, member);
+}
+
+ParameterOptions::ParameterOptions(CLI::App& app) {
+  app.add_flag("--published", published_, "start from the paper's own forms instead of our defaults");
+  PreprocessingParameters& pre = given_.preprocessing;
+  add(app, "--min-range", pre.min_range, "nearest depth, m");
+  add(app, "--max-range", pre.max_range, "farthest depth, m");
+  add(app, "--fill-neighbours", pre.fill_neighbours, "fill a hole with at least this many neighbours, 3-8; 0: off");
+  add(app, "--fill-tolerance", pre.fill_tolerance, "largest spread of those neighbours, m");
+  add(app, "--bilateral", pre.bilateral, "edge-preserving filter over the depth (true/false)");
+  add(app, "--bilateral-sigma-s", pre.bilateral_sigma_s, "pixels");
+  add(app, "--bilateral-sigma-r", pre.bilateral_sigma_r, "m");
+  add(app, "--smoothing-passes", given_.smoothing.passes, "refined depth, 0-4; 0: the measured depth");
+  add(app, "--smoothing-tolerance", given_.smoothing.tolerance, "of the refined depth, standard deviations");
+  add(app, "--smoothing-shrink", given_.smoothing.shrink, "of the tolerance from pass to pass");
+  add(app, "--smoothing-wide-above", given_.smoothing.wide_above,
+      "noise over what is expected that doubles the spacing");
+  add(app, "--adapt-noise", given_.adapt_noise, "measure how noisy each view is (true/false)");
+  add(app, "--half-weight-noise", given_.half_weight_noise, "axial noise that halves a weight, m; 0: none does");
+  add(app, "--max-noise", given_.max_noise, "drop measurements of more axial noise, m; 0: none");
+  ConfidenceParameters& c = given_.confidence;
+  addEnum(app, "--confidence-form", c.form,
+          {{"published", ConfidenceForm::Published}, {"slope_compensated", ConfidenceForm::SlopeCompensated}}, "eq. 3");
+  add(app, "--alpha", c.alpha, "eq. 3");
+  add(app, "--beta", c.beta, "eq. 3, per length unit");
+  add(app, "--gamma", c.gamma, "eq. 3");
+  add(app, "--delta", c.delta, "eq. 3, per length unit");
+  add(app, "--tau", c.threshold, "eq. 9 on the scale 0-1");
+  add(app, "--length-unit", c.length_unit, "of G and sigma_local, m");
+  add(app, "--noise-floor", c.noise_floor, "axial noise at 0, m");
+  add(app, "--noise-quadratic", c.noise_quadratic, "axial noise per z squared, 1/m");
+  add(app, "--noise-reference", c.noise_reference, "depth at which C is scaled, m");
+  add(app, "--max-incidence", c.max_incidence, "steepest surface, rad");
+  ConsistencyParameters& v = given_.consistency;
+  addEnum(app, "--occlusion-form", v.occlusion,
+          {{"published", OcclusionForm::Published}, {"occlusion_aware", OcclusionForm::OcclusionAware}}, "eq. 7");
+  addEnum(app, "--distance-form", v.distance,
+          {{"euclidean", DistanceForm::Euclidean}, {"along_ray", DistanceForm::AlongRay}}, "eq. 6");
+  add(app, "--sigma", v.sigma, "eq. 7, m");
+  add(app, "--sigma-per-noise", v.sigma_per_noise, "sigma is at least this times the axial noise");
+  add(app, "--margin", v.margin, "occlusion and free space, in sigmas");
+  add(app, "--free-space-penalty", v.free_space_penalty, "factor on V for each view that sees through the point");
+  add(app, "--max-views", v.max_views, "K of eq. 7");
+  add(app, "--max-candidates", v.max_candidates, "views looked into at most");
+  AggregationParameters& a = given_.aggregation;
+  addEnum(app, "--representatives", a.representatives,
+          {{"highest_confidence", Representatives::HighestConfidence},
+           {"different_cameras", Representatives::DifferentCameras},
+           {"camera_means", Representatives::CameraMeans}},
+          "section 5 (2) a");
+  addEnum(app, "--consistency-at", a.consistency_at,
+          {{"representatives", ConsistencyAt::Representatives}, {"cell_mean", ConsistencyAt::CellMean}},
+          "section 5 (2) b");
+  add(app, "--cell-size", a.cell_size, "coarse cell, m");
+  add(app, "--min-cell-size", a.min_cell_size, "smallest cell, m");
+  add(app, "--points-per-cell", a.points_per_cell, "wanted in a refined cell");
+  add(app, "--min-weight", a.min_weight, "drop fused points of less weight");
+  add(app, "--weak-weight", a.weak_weight, "thin out fused points of less weight");
+  add(app, "--confirmation-reach", a.confirmation_reach, "move fused points to what views this near confirm, m");
+  add(app, "--measurement-confidence", given_.use_measurement_confidence, "MF of the ablation (true/false)");
+  add(app, "--distance-consistency", given_.use_distance_consistency, "DC of the ablation (true/false)");
+  add(app, "--spatial-hash", given_.use_spatial_hash, "SA of the ablation (true/false)");
+  app.add_option("--crop-box", crop_box_, "min_x min_y min_z max_x max_y max_z, world frame, m")
+      ->expected(6)
+      ->check(finiteNumber())
+      ->group("Parameters");
+}
+
+FuseFlowParameters ParameterOptions::parameters() const {
+  FuseFlowParameters result = published_ ? FuseFlowParameters::published() : FuseFlowParameters();
+  for (const auto& apply : overrides_) apply(result);
+  if (crop_box_.size() == 6) {
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      if (crop_box_[axis] > crop_box_[axis + 3])
+        throw io::OptionError("--crop-box: a minimum exceeds its maximum, must be min_x min_y min_z max_x max_y max_z");
+    result.crop_box = Eigen::AlignedBox3f(Eigen::Vector3f(crop_box_[0], crop_box_[1], crop_box_[2]),
+                                          Eigen::Vector3f(crop_box_[3], crop_box_[4], crop_box_[5]));
+  }
+  try {
+    checkParameters(result);
+  } catch (const pcl::PCLException& error) {
+    throw io::OptionError(inWordsOfTheCommandLine(error.what()));
+  }
+  return result;
+}
+
+std::string ParameterOptions::inWordsOfTheCommandLine(const std::string& message) const {
+  const std::size_t owner = message.find("fuse_flow::");
+  const std::size_t begin = owner == std::string::npos ? 0 : message.find(": ", owner) + 2;
+  std::string result, word;
+  for (const char c : message.substr(begin) + ' ') {
+    if (std::isalnum(static_cast<unsigned char>(c)) || c == '_') {
+      word += c;
+      continue;
+    }
+    const auto option = option_of_.find(word);
+    result += (option == option_of_.end() ? word : option->second) + c;
+    word.clear();
+  }
+  result.pop_back();
+  return result;
+}
+
+}  // namespace fuse_flow::command_line

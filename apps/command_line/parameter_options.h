@@ -1,0 +1,44 @@
+#pragma once
+
+#include <fuse_flow/fuse_flow.h>
+
+#include <CLI/CLI.hpp>
+
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace fuse_flow::command_line {
+
+/** \brief Every parameter of the library as a command-line option, named as in the headers. */
+class ParameterOptions {
+ public:
+  explicit ParameterOptions(CLI::App& app);
+  ParameterOptions(const ParameterOptions&) = delete;
+  ParameterOptions& operator=(const ParameterOptions&) = delete;
+
+  /** \brief The defaults, or the published forms, with what was given on top. Throws io::OptionError, naming the option as
+   *  the command line does. */
+  FuseFlowParameters parameters() const;
+
+ private:
+  /** \brief "fuse_flow::ConfidenceEstimation: threshold is 2, …" as "--tau is 2, …". */
+  std::string inWordsOfTheCommandLine(const std::string& message) const;
+  template <typename Value>
+  void add(CLI::App& app, const std::string& name, Value& member, const std::string& help);
+  template <typename Enum>
+  void addEnum(CLI::App& app, const std::string& name, Enum& member, const std::map<std::string, Enum>& values,
+               const std::string& help);
+  template <typename Value>
+  void overrideWhenGiven(CLI::Option* option, const Value& member);
+
+  bool published_{false};
+  FuseFlowParameters given_;
+  std::vector<float> crop_box_;
+  std::vector<std::function<void(FuseFlowParameters&)>> overrides_;
+  /** \brief What the library calls a parameter, and its option. */
+  std::map<std::string, std::string> option_of_;
+};
+
+}  // namespace fuse_flow::command_line

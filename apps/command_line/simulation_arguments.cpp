@@ -1,0 +1,57 @@
+#include "command_line/simulation_arguments.h"
+
+#include "command_line/option_checks.h"
+#include "simulation/rig_layout.h"
+
+namespace fuse_flow::command_line {
+
+std::string listed(const std::vector<std::string>& names) {
+  std::string text;
+  for (const std::string& name : names) text += (text.empty() ? "" : ", ") + name;
+  return text;
+}
+
+SimulationArguments::SimulationArguments(CLI::App& app) {
+  const std::string rigs = "ring-N or walls-N, N from 1 to 64, or with -narrow behind it";
+  add(app.add_option("--rig", options_.rig, rigs)->check(makeCheck(rigs, simulation::isRigName)));
+  add(app.add_option("--sensor", options_.sensor, listed(simulation::sensorNames()))
+          ->check(oneOf(simulation::sensorNames())));
+  add(app.add_option("--seed", options_.seed, "the same seed gives the same bytes"));
+  add(app.add_option("--scale", options_.scale, "of the images' sides, (0, 2]")->check(positiveNumberUpTo(2)));
+  given_.push_back(app.add_flag("--no-color", no_color_, "depth only"));
+  given_.push_back(app.add_option("--position-error", position_error_mm_, "calibrated positions are off by this, mm"));
+  given_.push_back(
+      app.add_option("--rotation-error", rotation_error_deg_, "calibrated orientations are off by this, degrees"));
+  given_.push_back(
+      app.add_option("--depth-bias", depth_bias_mm_, "each camera's depth is off by a constant in +- this, mm"));
+  given_.push_back(app.add_option("--knock", knock_mm_,
+                                  "from --knock-frame on the last camera stands this far from where it stood, mm"));
+  given_.push_back(app.add_option("--knock-rotation", knock_deg_, "and is turned by this, degrees"));
+  given_.push_back(app.add_option("--knock-frame", options_.faults.knock_frame, "when"));
+  given_.push_back(
+      app.add_option("--drop-rate", options_.faults.drop_rate, "share of frames that a camera loses, [0, 1]"));
+  given_.push_back(app.add_option("--marker", options_.marker,
+                                  "side of an AprilTag that someone shows to the cameras, m; 0: nobody does"));
+  given_.push_back(
+      app.add_option("--out-of-sync", out_of_sync_ms_, "each camera's time is off by a constant in +- this, ms"));
+}
+
+void SimulationArguments::add(CLI::Option* option) { given_.push_back(option->capture_default_str()); }
+
+void SimulationArguments::need(CLI::Option* option) {
+  for (CLI::Option* mine : given_) mine->needs(option);
+}
+
+simulation::SimulationOptions SimulationArguments::options() const {
+  simulation::SimulationOptions result = options_;
+  result.color = !no_color_;
+  result.faults.position_error = 0.001 * position_error_mm_;
+  result.faults.rotation_error = rotation_error_deg_ * 3.14159265358979323846 / 180;
+  result.faults.depth_bias = 0.001 * depth_bias_mm_;
+  result.faults.knock = 0.001 * knock_mm_;
+  result.faults.knock_rotation = knock_deg_ * 3.14159265358979323846 / 180;
+  result.faults.out_of_sync = 0.001 * out_of_sync_ms_;
+  return result;
+}
+
+}  // namespace fuse_flow::command_line
