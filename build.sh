@@ -3,7 +3,7 @@
 set -euo pipefail
 cd "$(dirname "$0")"
 
-packages=(build-essential cmake ninja-build ccache clang-format
+packages=(build-essential cmake ninja-build clang-format
           libpcl-dev libeigen3-dev libflann-dev libvtk9-dev libpng-dev libopenmpi-dev libtbb-dev libembree-dev
           libcli11-dev nlohmann-json3-dev libgtest-dev libbenchmark-dev
           xvfb xauth xdotool libgl1-mesa-dri libx11-dev libgl-dev libopengl-dev)
@@ -135,6 +135,10 @@ run_tests() {
   install_missing
   build
   ctest --preset release -j 2
+  # What was tested, and what could not be here, such as on a recording that is not here.
+  awk '/ tests? from .* ran\./ {tests += $2} skipped {reasons[$0]++; skipped = 0} /: Skipped$/ {skipped = 1}
+       END {print tests " tests"; for (reason in reasons) print "skipped in " reasons[reason] ": " reason}' \
+    build/Testing/Temporary/LastTest.log
 }
 
 bench() {
