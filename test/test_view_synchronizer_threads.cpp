@@ -82,6 +82,34 @@ TEST(ViewSynchronizerThreads, PushToAFullQueueWhileAnotherCameraIsBusyFreeingIts
   EXPECT_TRUE(complete);
 }
 
+/** \brief A view whose delay turns out to have been longer than was thought may belong before the last set; then there is something to
+ *  free, and nothing to hand out. */
+TEST(ViewSynchronizerThreads, PushWhileAWaitingConsumerFreesAViewThatCameTooLate) {
+  std::promise<void> freeing, go_on;
+  std::shared_future<void> may_go_on(go_on.get_future());
+  std::atomic<std::int64_t> now{1050000};
+  ViewSynchronizer<std::shared_ptr<int>> synchronizer(2, {}, [&] { return microseconds(now); });
+  synchronizer.push(0, 1050000, std::make_shared<int>(0));
+  synchronizer.push(1, 1000000, std::make_shared<int>(0));  // as if its clock were 50 ms behind
+  ASSERT_TRUE(synchronizer.take());
+  now = 1070500;
+  synchronizer.push(1, 1020000, std::shared_ptr<int>(new int(1), [&](int* value) {
+                      freeing.set_value();
+                      may_go_on.wait();
+                      delete value;
+                    }));
+  now = 1075000;
+  synchronizer.push(1, 1060000, std::make_shared<int>(2));  // it is 15 ms behind at most
+  std::future<int> taken = std::async(std::launch::async, [&] {
+    const auto set = synchronizer.wait(5min);
+    return set && set->views[0] && set->views[1] ? *set->views[1]->payload : -1;
+  });
+  freeing.get_future().wait();
+  synchronizer.push(0, 1075000, std::make_shared<int>(2));  // would hang here
+  go_on.set_value();
+  EXPECT_EQ(taken.get(), 2);
+}
+
 TEST(ViewSynchronizerThreads, WakeAWaitingConsumerWithTheLastViewOfASet) {
   ViewSynchronizer<int> synchronizer(2, sharedClock());
   synchronizer.push(0, 33333, 1);
