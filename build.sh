@@ -144,7 +144,9 @@ run_tests() {
 bench() {
   install_missing
   build fuse_flow_bench
-  build/bin/fuse_flow_bench "$@"
+  # In turns, so that what else the machine does at a time falls on all alike.
+  build/bin/fuse_flow_bench --benchmark_repetitions=9 --benchmark_enable_random_interleaving=true \
+    --benchmark_report_aggregates_only=true "$@"
 }
 
 tables() {
