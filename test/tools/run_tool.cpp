@@ -54,7 +54,7 @@ Channel makeTerminal() {
 
 /** \brief Reads what there is; false once the other side has closed. */
 bool drain(int descriptor, std::string& text) {
-  std::array<char, 4096> bytes;
+  std::array<char, 4096> bytes{};
   const ssize_t count = read(descriptor, bytes.data(), bytes.size());
   if (count > 0) text.append(bytes.data(), static_cast<std::size_t>(count));
   return count > 0 || (count < 0 && errno == EINTR);  // a terminal without a writer reports EIO
