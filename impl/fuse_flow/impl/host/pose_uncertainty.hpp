@@ -1,7 +1,7 @@
 #pragma once
 
-#include <fuse_flow/impl/host/alignment_system.hpp>
 #include <fuse_flow/impl/host/pose_graph.hpp>
+#include <fuse_flow/impl/host/rig_correspondences.hpp>
 
 #include <map>
 
@@ -19,7 +19,7 @@ class PoseUncertainty {
  public:
   /** \param graph decomposed at the poses at which system was evaluated  \param fewest correspondences of a pair that counts
    *  \param scale standard deviation of the residuals, over what noise makes expect */
-  PoseUncertainty(const PoseGraph& graph, const AlignmentSystem& system, double fewest, double scale)
+  PoseUncertainty(const PoseGraph& graph, RigCorrespondences& system, double fewest, double scale)
       : told_(graph.told()) {
     const Eigen::Index n = told_.cols();
     if (n == 0) return;
