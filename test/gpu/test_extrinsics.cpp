@@ -36,7 +36,10 @@ TEST(GpuExtrinsics, OfRandomRigsAreTheHosts) {
 
 TEST(GpuExtrinsics, CamerasSomeCentimetresOffComeBack) {
   Random random(72);
-  const FurnishedRig frame(random, {});
+  Options options;
+  options.cameras = 3;
+  options.noise = 0.0005;
+  const FurnishedRig frame(random, options);
   Device device;
   device.addFrame(frame.rig);
   const ExtrinsicResult result = device.estimate(frame.disturbed(random));

@@ -21,7 +21,7 @@ using fuse_flow::AlignmentSample;
 using fuse_flow::AlignmentSums;
 
 template <typename Value>
-bool sameBytes(const Value& a, const Value& b) {
+bool sameBits(const Value& a, const Value& b) {
   return std::memcmp(&a, &b, sizeof(Value)) == 0;
 }
 
@@ -53,7 +53,7 @@ fuse_flow::ExtrinsicParameters randomParameters(Random& random) {
 
 void expectSameSamples(const std::vector<AlignmentSample>& host, const std::vector<AlignmentSample>& device) {
   ASSERT_EQ(device.size(), host.size());
-  for (std::size_t k = 0; k < host.size(); ++k) ASSERT_TRUE(sameBytes(device[k], host[k])) << k;
+  for (std::size_t k = 0; k < host.size(); ++k) ASSERT_TRUE(sameBits(device[k], host[k])) << k;
 }
 
 void expectSameSums(fuse_flow::host::RigCorrespondences& host, fuse_flow::host::RigCorrespondences& device) {
@@ -61,8 +61,8 @@ void expectSameSums(fuse_flow::host::RigCorrespondences& host, fuse_flow::host::
   for (std::size_t k = 0; k < host.pairs().size(); ++k) {
     EXPECT_EQ(device.pairs()[k].i, host.pairs()[k].i);
     EXPECT_EQ(device.pairs()[k].j, host.pairs()[k].j);
-    EXPECT_TRUE(sameBytes(device.pairs()[k].geometry, host.pairs()[k].geometry)) << k;
-    EXPECT_TRUE(sameBytes(device.pairs()[k].color, host.pairs()[k].color)) << k;
+    EXPECT_TRUE(sameBits(device.pairs()[k].geometry, host.pairs()[k].geometry)) << k;
+    EXPECT_TRUE(sameBits(device.pairs()[k].color, host.pairs()[k].color)) << k;
   }
   EXPECT_EQ(device.medianResidual(), host.medianResidual());
   const auto &expected = host.clusters(), &clusters = device.clusters();
@@ -82,8 +82,8 @@ void expectSameSums(fuse_flow::host::RigCorrespondences& host, fuse_flow::host::
     EXPECT_EQ(b[k]->part, a[k]->part);
     ASSERT_EQ(b[k]->geometry.size(), a[k]->geometry.size());
     for (std::size_t slot = 0; slot < a[k]->geometry.size(); ++slot) {
-      EXPECT_TRUE(sameBytes(b[k]->geometry[slot], a[k]->geometry[slot]));
-      EXPECT_TRUE(sameBytes(b[k]->color[slot], a[k]->color[slot]));
+      EXPECT_TRUE(sameBits(b[k]->geometry[slot], a[k]->geometry[slot]));
+      EXPECT_TRUE(sameBits(b[k]->color[slot], a[k]->color[slot]));
     }
   }
 }

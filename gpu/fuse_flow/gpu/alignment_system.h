@@ -1,5 +1,6 @@
 #pragma once
 
+#include <fuse_flow/gpu/cluster_layout.h>
 #include <fuse_flow/gpu/sample_views.h>
 #include <fuse_flow/gpu/sum_correspondences_kernel.h>
 #include <fuse_flow/impl/host/rig_correspondences.hpp>
@@ -45,7 +46,7 @@ class AlignmentSystem : public host::RigCorrespondences {
     maps.keep(scratch_);
     images_.resize((instants_ + 1) * cameras_);
     for (std::size_t i = 0; i < cameras_; ++i)
-      images_.data()[instants_ * cameras_ + i] = maps.image(i, full_.hostView(i).model, p);
+      images_[instants_ * cameras_ + i] = maps.image(i, full_.hostView(i).model, p);
     ++instants_;
   }
 
@@ -94,20 +95,20 @@ class AlignmentSystem : public host::RigCorrespondences {
   const std::vector<host::AlignmentCluster>& clusters() override {
     const Timing timing(spent.correspondences);
     PinnedBuffer<AlignmentSums>& sums = host_cluster_sums_;
-    sums.resize(2 * cluster_pairs_.size());
-    run.copy(sums.data(), std::as_const(cluster_sums_).data(), 2 * cluster_pairs_.size());
+    sums.resize(2 * layout_.size());
+    run.copy(sums.data(), std::as_const(cluster_sums_).data(), 2 * layout_.size());
     run.wait();
     clusters_.clear();
-    for (std::size_t view = 0; view < instants_ * cameras_; ++view) {
-      const std::size_t camera = view % cameras_, first = firstPair(camera), end = firstPair(camera + 1);
-      for (std::size_t part = 0; part < parts(view); ++part) {
-        clusters_.push_back({camera, part, {}, {}});
-        for (std::size_t pair = first; pair < end; ++pair) {
-          const std::size_t k = cluster_begins_[pair] + partsBefore(view) + part;
-          clusters_.back().geometry.push_back(sums.data()[2 * k]);
-          clusters_.back().color.push_back(sums.data()[2 * k + 1]);
+    for (std::size_t camera = 0; camera < cameras_; ++camera) {
+      std::size_t place = 0;  // the same for all neighbours
+      for (std::size_t view = camera; view < instants_ * cameras_; view += cameras_)
+        for (std::size_t k = 0; k < samples_.count(view); k += host::kClusterSamples, ++place) {
+          clusters_.push_back({camera, k / host::kClusterSamples, {}, {}});
+          for (std::size_t pair = firstPair(camera); pair < firstPair(camera + 1); ++pair) {
+            clusters_.back().geometry.push_back(sums.data()[2 * (layout_.begin(pair) + place)]);
+            clusters_.back().color.push_back(sums.data()[2 * (layout_.begin(pair) + place) + 1]);
+          }
         }
-      }
     }
     return clusters_;
   }
@@ -125,8 +126,7 @@ class AlignmentSystem : public host::RigCorrespondences {
   /** \brief Device memory held. */
   std::size_t bytes() const {
     std::size_t sum = full_.bytes() + depth_.bytes() + scratch_.bytes() + samples_.bytes() + device_images_.bytes() +
-                      input_.bytes() + seen_.bytes() + device_cluster_pairs_.bytes() + device_cluster_begins_.bytes() +
-                      cluster_sums_.bytes() + run.scratchBytes();
+                      input_.bytes() + seen_.bytes() + layout_.bytes() + cluster_sums_.bytes() + run.scratchBytes();
     for (const auto& maps : maps_) sum += maps->bytes();
     return sum;
   }
@@ -209,10 +209,16 @@ class AlignmentSystem : public host::RigCorrespondences {
   void addUp(const std::vector<Eigen::Isometry3d>& poses, float per_radius, const AlignmentGates& gates) override {
     const Timing timing(spent.correspondences);
     ++spent.evaluations;
-    if (!laid_out_) layOutClusters();
-    if (cluster_pairs_.empty()) return;
+    if (!laid_out_) {
+      layout_.assign(run, pairs_, samples_, instants_, cameras_);
+      cluster_sums_.resize(2 * layout_.size());
+      host_pair_sums_.resize(2 * pairs_.size());
+      host_residuals_.resize(kNoiseBins);
+      laid_out_ = true;
+    }
+    if (layout_.size() == 0) return;
     place(poses);
-    const SumCorrespondences sum{device_cluster_pairs_.data(),
+    const SumCorrespondences sum{layout_.clusters(),
                                  device_images_.data(),
                                  samples_.samples(),
                                  places(),
@@ -223,14 +229,13 @@ class AlignmentSystem : public host::RigCorrespondences {
                                  cluster_sums_.data(),
                                  residuals()};
 #if FUSE_FLOW_CUDA
-    run.launch("sumCorrespondencesKernel", sumCorrespondencesKernel, static_cast<unsigned int>(cluster_pairs_.size()),
+    run.launch("sumCorrespondencesKernel", sumCorrespondencesKernel, static_cast<unsigned int>(layout_.size()),
                kSumThreads, sum);
 #else
-    run.forEach(cluster_pairs_.size(), sum);
+    run.forEach(layout_.size(), sum);
 #endif
-    const SumPairs sum_pairs{
-        device_cluster_begins_.data(), cluster_sums_.data(),  static_cast<std::uint32_t>(pairs_.size()), residuals(),
-        host_pair_sums_.data(),        host_residuals_.data()};
+    const SumPairs sum_pairs{layout_.begins(), cluster_sums_.data(),   static_cast<std::uint32_t>(pairs_.size()),
+                             residuals(),      host_pair_sums_.data(), host_residuals_.data()};
     run.forEach(sum_pairs.steps(), sum_pairs);
     run.wait();
     for (std::size_t pair = 0; pair < pairs_.size(); ++pair) {
@@ -238,48 +243,6 @@ class AlignmentSystem : public host::RigCorrespondences {
       pairs_[pair].color = host_pair_sums_.data()[2 * pair + 1];
     }
     std::copy(host_residuals_.data(), host_residuals_.data() + kNoiseBins, residuals_.begin());
-  }
-
-  std::size_t parts(std::size_t view) const {
-    return (samples_.count(view) + host::kClusterSamples - 1) / host::kClusterSamples;
-  }
-  /** \brief Parts of the same camera's views at the instants before. */
-  std::size_t partsBefore(std::size_t view) const {
-    std::size_t before = 0;
-    for (std::size_t earlier = view % cameras_; earlier < view; earlier += cameras_) before += parts(earlier);
-    return before;
-  }
-
-  /** \brief Pair by pair, within them instant by instant, and then along the image: the order in which they are added. */
-  void layOutClusters() {
-    cluster_pairs_.clear();
-    cluster_begins_.assign(1, 0);
-    for (std::size_t pair = 0; pair < pairs_.size(); ++pair) {
-      for (std::size_t t = 0; t < instants_; ++t) {
-        const std::size_t view = t * cameras_ + pairs_[pair].i, begin = samples_.begin(view),
-                          end = begin + samples_.count(view);
-        for (std::size_t k = begin; k < end; k += host::kClusterSamples)
-          cluster_pairs_.push_back(
-              {static_cast<std::uint32_t>(view), static_cast<std::uint32_t>(t * cameras_ + pairs_[pair].j),
-               static_cast<std::uint32_t>(k), static_cast<std::uint32_t>(std::min(end, k + host::kClusterSamples)),
-               static_cast<std::uint32_t>(pair)});
-      }
-      cluster_begins_.push_back(static_cast<std::uint32_t>(cluster_pairs_.size()));
-    }
-    upload(cluster_pairs_, host_cluster_pairs_, device_cluster_pairs_);
-    upload(cluster_begins_, host_cluster_begins_, device_cluster_begins_);
-    cluster_sums_.resize(2 * cluster_pairs_.size());
-    host_pair_sums_.resize(2 * pairs_.size());
-    host_residuals_.resize(kNoiseBins);
-    laid_out_ = true;
-  }
-
-  template <typename Value>
-  void upload(const std::vector<Value>& values, PinnedBuffer<Value>& pinned, DeviceBuffer<Value>& device) {
-    pinned.resize(values.size());
-    device.resize(values.size());
-    std::copy(values.begin(), values.end(), pinned.data());
-    run.copySmall(device.data(), std::as_const(pinned).data(), values.size());
   }
 
   RigFrame frame_;
@@ -291,13 +254,10 @@ class AlignmentSystem : public host::RigCorrespondences {
   PinnedBuffer<BlockImage> host_images_;
   DeviceBuffer<BlockImage> device_images_;
   SampleViews samples_;
-  PinnedBuffer<std::uint32_t> host_input_, host_seen_, host_residuals_, host_cluster_begins_;
-  DeviceBuffer<std::uint32_t> input_, seen_, device_cluster_begins_;
+  PinnedBuffer<std::uint32_t> host_input_, host_seen_, host_residuals_;
+  DeviceBuffer<std::uint32_t> input_, seen_;
   bool laid_out_{false};
-  std::vector<ClusterPair> cluster_pairs_;
-  std::vector<std::uint32_t> cluster_begins_;  ///< of each pair's clusters, and the end
-  PinnedBuffer<ClusterPair> host_cluster_pairs_;
-  DeviceBuffer<ClusterPair> device_cluster_pairs_;
+  ClusterLayout layout_;
   DeviceBuffer<AlignmentSums> cluster_sums_;
   PinnedBuffer<AlignmentSums> host_cluster_sums_, host_pair_sums_;
   std::vector<host::AlignmentCluster> clusters_;

@@ -28,6 +28,11 @@ inline Eigen::MatrixXd columns(const Eigen::MatrixXd& a, Eigen::Index first, Eig
   return a.middleCols(first, count);
 }
 
+/** \brief Of a symmetric matrix; costs a fraction of its eigenvalues. */
+inline bool isPositiveDefinite(const Eigen::MatrixXd& A) {
+  return Eigen::LLT<Eigen::MatrixXd>(A).info() == Eigen::Success;
+}
+
 /** \brief A symmetric positive definite matrix, factored. */
 class CholeskyFactors {
  public:

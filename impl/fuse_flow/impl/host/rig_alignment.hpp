@@ -35,8 +35,7 @@ class RigAlignment {
       if (result_.iterations == kSecondLook) system_.findNeighbours(poses_, gates, p_.max_neighbours);
       system_.evaluate(poses_, result_.scene_radius, gates);
       graph = linearize();
-      graph.decompose(information);
-      if (gates.color) graph.joinColor(kEnoughForColor, maxColorDeviation(gates.scale));
+      graph.decompose(information, colorRole(gates));
       const double moved = apply(graph.step());
       if (gates.color && gates.scale > 0) {
         if (!graph.asksColor()) {
@@ -64,6 +63,7 @@ class RigAlignment {
     }
     result_.iterations = std::min(result_.iterations, p_.max_iterations);
     fixGauge();
+    graph.findModes();
     describe(graph);
     measure(&CameraOverlap::residual, result_.residual);
     for (std::size_t i = 0; i < poses_.size(); ++i)  // what did not move is the same to the last digit
@@ -94,6 +94,11 @@ class RigAlignment {
   /** \brief Iterations for a scale of the colours; all scales must have their turn. */
   int patience(std::size_t scale) const {
     return std::min(kScalePatience, (p_.max_iterations - result_.iterations) / (static_cast<int>(scale) + 2));
+  }
+
+  static std::optional<ColorRole> colorRole(const AlignmentGates& gates) {
+    if (!gates.color) return {};
+    return ColorRole{kEnoughForColor, maxColorDeviation(gates.scale)};
   }
 
   /** \brief What colour must tell a motion to that geometry leaves open: so well that the next finer scale, which repeats itself
