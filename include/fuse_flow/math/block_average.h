@@ -27,8 +27,9 @@ struct BlockDepth {
     sum += 1.0f / z;
     ++count;
   }
-  /** \brief Of the mean inverse depth; 0 if the block spans a jump or is mostly holes. \param steepest steepestBlock()
-   *  \param noise_scale noiseScale() of the view */
+  /** \brief Of the mean inverse depth; 0 if the block spans a jump or is mostly holes. \param K of the image  \param reduction pixels
+   *  of a block, each way  \param steepest steepestBlock()  \param noise the sensor's  \param noise_scale noiseScale() of the
+   *  view */
   FUSE_FLOW_HD float mean(const Intrinsics& K, int reduction, float steepest, const ConfidenceParameters& noise,
                           float noise_scale) const {
     const float step = steepest / K.fx * static_cast<float>(reduction);

@@ -20,7 +20,7 @@ struct BlockMap {
   int width{0};               ///< blocks in a row
   int height{0};              ///< rows
 
-  /** \brief Of block (u, v); z has a place of its own where it has a border. */
+  /** \brief Of block (u, v), in everything but z, which may have a border. */
   FUSE_FLOW_HD std::ptrdiff_t index(int u, int v) const { return v * pitch + u; }
   /** \brief Metres; 0: none. */
   FUSE_FLOW_HD float depth(int u, int v) const { return z[v * z_pitch + u]; }
@@ -31,16 +31,18 @@ struct BlockMap {
 /** \brief A view as alignment sees it: blocks of pixels averaged, with a normal each. All in the camera's own frame, so that
  *  poses may change. */
 struct BlockImage : BlockMap {
-  Intrinsics intrinsics;        ///< of the image before blocks of it were averaged
-  bool ideal{true};             ///< without distortion
-  float max_squared_radius{0};  ///< as in ViewModel
-  int reduction{1};             ///< pixels of a block, each way
-  const Vec3* normals{nullptr};
+  Intrinsics intrinsics;              ///< of the image before blocks of it were averaged
+  bool ideal{true};                   ///< without distortion
+  float max_squared_radius{0};        ///< as in ViewModel
+  int reduction{1};                   ///< pixels of a block, each way
+  const Vec3* normals{nullptr};       ///< block by block
   const float* lumas[kLumaScales]{};  ///< grey levels, the finest scale first; null: no colour
   ConfidenceParameters noise;         ///< of the sensor …
   float noise_scale{1};               ///< … and how much more, or less, there is
 
+  /** \brief Whether there is no image. */
   FUSE_FLOW_HD bool missing() const { return z == nullptr; }
+  /** \brief Whether there are grey levels. */
   FUSE_FLOW_HD bool hasColor() const { return lumas[0] != nullptr; }
 
   /** \brief Where a point of the camera's frame projects to: block (u, v) reaches from a = u and b = v to u + 1 and v + 1. */

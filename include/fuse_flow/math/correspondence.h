@@ -55,7 +55,8 @@ struct Match {
   Vec3 n;           ///< normal at the counterpart, world
   float r;          ///< residual, metres
   float per_sigma;  ///< over the standard deviation that noise gives it, 1/metres
-  int u, v;         ///< block of the counterpart
+  int u;            ///< block of the counterpart, to the right
+  int v;            ///< … and down
 };
 
 /** \brief The counterpart of a sample of camera i in a view of camera j; false if it has none. */
