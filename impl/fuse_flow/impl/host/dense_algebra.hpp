@@ -37,15 +37,13 @@ inline Eigen::MatrixXd columns(const Eigen::MatrixXd& a, Eigen::Index first, Eig
   return a.middleCols(first, count);
 }
 
-/** \brief Of a symmetric matrix; costs a fraction of its eigenvalues. */
-inline bool isPositiveDefinite(const Eigen::MatrixXd& A) {
-  return Eigen::LLT<Eigen::MatrixXd>(A).info() == Eigen::Success;
-}
-
 /** \brief A symmetric positive definite matrix, factored. */
 class CholeskyFactors {
  public:
   explicit CholeskyFactors(const Eigen::MatrixXd& A) : ldlt_(A) {}
+
+  /** \brief Whether the matrix is what it should be, or has zeros among its eigenvalues; costs a fraction of these. */
+  bool positive() const { return ldlt_.isPositive(); }
 
   Eigen::VectorXd solve(const Eigen::VectorXd& b) const { return ldlt_.solve(b); }
   Eigen::MatrixXd solveColumns(const Eigen::MatrixXd& B) const {

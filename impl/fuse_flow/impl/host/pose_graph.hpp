@@ -81,8 +81,9 @@ class PoseGraph {
     S_.diagonal().array() += ridge;
     colored_ = free_ = 0;
     has_modes_ = false;
-    // All λ over a bound: H − bound · S is positive definite.
-    all_told_ = isPositiveDefinite(H_ - (color ? std::max(min_information, color->enough) : min_information) * S_);
+    // No λ under a bound: H − bound · S has no negative eigenvalue.
+    const double bound = color ? std::max(min_information, color->enough) : min_information;
+    all_told_ = CholeskyFactors(H_ - bound * S_).positive();
     if (!all_told_) findModes();
   }
 
