@@ -19,8 +19,8 @@ namespace pose_comparison {
 using furnished_rig::Poses;
 using fuse_flow::ExtrinsicParameters;
 using fuse_flow::ExtrinsicResult;
-using Host = fuse_flow::ExtrinsicEstimation<pcl::PointXYZ>;
-using Device = fuse_flow::ExtrinsicEstimation<pcl::PointXYZ, fuse_flow::device::Thrust>;
+using HostPoses = fuse_flow::ExtrinsicEstimation<pcl::PointXYZ>;
+using DevicePoses = fuse_flow::ExtrinsicEstimation<pcl::PointXYZ, fuse_flow::device::Thrust>;
 
 /** \brief Of two orientations, radians. */
 inline double turned(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
@@ -31,7 +31,7 @@ inline double apart(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
 }
 
 /** \brief Of the same search: both devices add up the same, but for where the samples' centre lies. */
-inline void expectSame(const ExtrinsicResult& host, const ExtrinsicResult& device) {
+inline void expectSamePoses(const ExtrinsicResult& host, const ExtrinsicResult& device) {
   ASSERT_EQ(device.T_world_camera.size(), host.T_world_camera.size());
   EXPECT_EQ(device.iterations, host.iterations);
   EXPECT_EQ(device.converged, host.converged);
@@ -57,7 +57,7 @@ inline void expectSame(const ExtrinsicResult& host, const ExtrinsicResult& devic
   }
 }
 
-inline bool sameBytes(const ExtrinsicResult& a, const ExtrinsicResult& b) {
+inline bool samePoses(const ExtrinsicResult& a, const ExtrinsicResult& b) {
   if (a.T_world_camera.size() != b.T_world_camera.size() || a.iterations != b.iterations || a.residual != b.residual)
     return false;
   for (std::size_t i = 0; i < a.T_world_camera.size(); ++i)
@@ -68,15 +68,15 @@ inline bool sameBytes(const ExtrinsicResult& a, const ExtrinsicResult& b) {
 }
 
 /** \brief One frame, estimated on both. */
-inline void expectSame(const fuse_flow::RigFrame& frame, const Poses& initial, const ExtrinsicParameters& parameters,
-                       Host& host, Device& device) {
+inline void expectSamePoses(const fuse_flow::RigFrame& frame, const Poses& initial,
+                            const ExtrinsicParameters& parameters, HostPoses& host, DevicePoses& device) {
   host.setParameters(parameters);
   device.setParameters(parameters);
   host.clear();
   device.clear();
   host.addFrame(frame);
   device.addFrame(frame);
-  expectSame(host.estimate(initial), device.estimate(initial));
+  expectSamePoses(host.estimate(initial), device.estimate(initial));
 }
 
 }  // namespace pose_comparison

@@ -13,8 +13,8 @@ using refusal::messageOf;
 
 TEST(GpuExtrinsics, OfRandomRigsAreTheHosts) {
   Random random(71);
-  Host host;
-  Device device;
+  HostPoses host;
+  DevicePoses device;
   for (int trial = 0; trial < 10; ++trial) {
     SCOPED_TRACE(trial);
     Options options;
@@ -30,7 +30,7 @@ TEST(GpuExtrinsics, OfRandomRigsAreTheHosts) {
     parameters.samples = 500 + random.below(3000);
     parameters.max_iterations = 3 + random.below(40);
     if (random.oneIn(3)) parameters.gauge = fuse_flow::Gauge::Mean;
-    expectSame(frame.rig, frame.disturbed(random), parameters, host, device);
+    expectSamePoses(frame.rig, frame.disturbed(random), parameters, host, device);
   }
 }
 
@@ -40,7 +40,7 @@ TEST(GpuExtrinsics, CamerasSomeCentimetresOffComeBack) {
   options.cameras = 3;
   options.noise = 0.0005;
   const FurnishedRig frame(random, options);
-  Device device;
+  DevicePoses device;
   device.addFrame(frame.rig);
   const ExtrinsicResult result = device.estimate(frame.disturbed(random));
   const Poses truth = frame.poses();
@@ -55,16 +55,16 @@ TEST(GpuExtrinsics, TwoInstantsAreTheHosts) {
   Random random(73);
   FurnishedRig frame(random, {});
   const Poses initial = frame.disturbed(random);
-  Host host;
-  Device device;
+  HostPoses host;
+  DevicePoses device;
   for (int t = 0; t < 2; ++t) {
     frame.measure(random);
     if (t == 1) frame.rig.views[2] = {};
     host.addFrame(frame.rig);
     device.addFrame(frame.rig);
   }
-  expectSame(host.estimate(initial), device.estimate(initial));
-  expectSame(host.estimate(frame.poses()), device.estimate(frame.poses()));
+  expectSamePoses(host.estimate(initial), device.estimate(initial));
+  expectSamePoses(host.estimate(frame.poses()), device.estimate(frame.poses()));
 }
 
 TEST(GpuExtrinsics, APlaneAloneIsLeftOpenAsOnTheHost) {
@@ -74,9 +74,9 @@ TEST(GpuExtrinsics, APlaneAloneIsLeftOpenAsOnTheHost) {
   options.cameras = 2;
   options.color = false;
   const FurnishedRig frame(random, options);
-  Host host;
-  Device device;
-  expectSame(frame.rig, frame.disturbed(random), {}, host, device);
+  HostPoses host;
+  DevicePoses device;
+  expectSamePoses(frame.rig, frame.disturbed(random), {}, host, device);
   const ExtrinsicResult result = device.estimate(frame.poses());
   EXPECT_FALSE(result.corrections[1].constrained);
   EXPECT_EQ(result.corrections[1].free_directions.size(), 3u) << "two slides and a turn";
@@ -90,9 +90,9 @@ TEST(GpuExtrinsics, ColourTellsWhatAPlaneDoesNot) {
   const FurnishedRig frame(random, options);
   Poses initial = frame.poses();
   initial[1].pretranslate(Eigen::Vector3d(0.02, 0, 0.01));  // along the wall
-  Host host;
-  Device device;
-  expectSame(frame.rig, initial, {}, host, device);
+  HostPoses host;
+  DevicePoses device;
+  expectSamePoses(frame.rig, initial, {}, host, device);
   EXPECT_LT(apart(device.estimate(initial).T_world_camera[1], frame.poses()[1]), 0.005);
 }
 
@@ -101,9 +101,9 @@ TEST(GpuExtrinsics, OneCameraAloneStays) {
   Options options;
   options.cameras = 1;
   const FurnishedRig frame(random, options);
-  Host host;
-  Device device;
-  expectSame(frame.rig, frame.poses(), {}, host, device);
+  HostPoses host;
+  DevicePoses device;
+  expectSamePoses(frame.rig, frame.poses(), {}, host, device);
   EXPECT_EQ(device.estimate().T_world_camera[0].matrix(), frame.poses()[0].matrix());
 }
 
@@ -111,19 +111,19 @@ TEST(GpuExtrinsics, AnEstimateHasTheSameBytesOnEveryRun) {
   Random random(77);
   const FurnishedRig frame(random, {}), other(random, {});
   const Poses initial = frame.disturbed(random);
-  Device device;
+  DevicePoses device;
   device.addFrame(frame.rig);
   const ExtrinsicResult first = device.estimate(initial);
   for (int k = 0; k < 5; ++k) {
-    EXPECT_TRUE(sameBytes(device.estimate(initial), first)) << k;
+    EXPECT_TRUE(samePoses(device.estimate(initial), first)) << k;
     device.clear();
     device.addFrame(other.rig);
     device.estimate();
     device.clear();
     device.addFrame(frame.rig);
-    Device fresh;
+    DevicePoses fresh;
     fresh.addFrame(frame.rig);
-    EXPECT_TRUE(sameBytes(fresh.estimate(initial), first)) << k;
+    EXPECT_TRUE(samePoses(fresh.estimate(initial), first)) << k;
   }
 }
 
@@ -139,11 +139,11 @@ TEST(GpuExtrinsics, CloudsAreTheSameAsDepthImages) {
     for (std::size_t k = 0; k < cloud->size(); ++k) (*cloud)[k] = {0, 0, view.depth32.data[k]};
     clouds.push_back(cloud);
   }
-  Device of_images, of_clouds;
+  DevicePoses of_images, of_clouds;
   of_images.addFrame(frame.rig);
   of_clouds.addClouds(frame.rig.cameras, clouds);
   const Poses initial = frame.disturbed(random);
-  EXPECT_TRUE(sameBytes(of_images.estimate(initial), of_clouds.estimate(initial)));
+  EXPECT_TRUE(samePoses(of_images.estimate(initial), of_clouds.estimate(initial)));
 }
 
 TEST(GpuExtrinsics, WhatIsWrongIsRefusedInTheHostsWords) {
@@ -152,8 +152,8 @@ TEST(GpuExtrinsics, WhatIsWrongIsRefusedInTheHostsWords) {
   Options fewer;
   fewer.cameras = 2;
   const FurnishedRig other(random, fewer);
-  Host host;
-  Device device;
+  HostPoses host;
+  DevicePoses device;
   const auto sameMessage = [&](const auto& action) {
     const std::string message = messageOf<pcl::PCLException>([&] { action(device); });
     EXPECT_EQ(message.substr(0, message.find(" in ")), [&] {
@@ -179,7 +179,7 @@ TEST(GpuExtrinsics, WhatIsWrongIsRefusedInTheHostsWords) {
     set(parameters);
     sameMessage([&](auto& estimation) { estimation.setParameters(parameters); });
   }
-  expectSame(host.estimate(), device.estimate());  // as if nothing had been asked
+  expectSamePoses(host.estimate(), device.estimate());  // as if nothing had been asked
 }
 
 TEST(GpuExtrinsics, HoldNoMoreMemoryOnceWarm) {
@@ -189,7 +189,7 @@ TEST(GpuExtrinsics, HoldNoMoreMemoryOnceWarm) {
   small.cameras = 2;
   small.width = 100;
   FurnishedRig a(random, large), b(random, small);
-  Device device;
+  DevicePoses device;
   const auto estimate = [&](const FurnishedRig& frame, int instants) {
     device.clear();
     for (int t = 0; t < instants; ++t) device.addFrame(frame.rig);
@@ -245,13 +245,13 @@ TEST(GpuExtrinsics, ImagesInPinnedAndDeviceMemoryAndWithPaddedRowsAreTheSame) {
   fuse_flow::gpu::Execution run;
   run.copy(on_device.data(), std::as_const(pinned).data(), padded.size());
   run.wait();
-  Device device;
+  DevicePoses device;
   device.addFrame(frame.rig);
   const ExtrinsicResult expected = device.estimate(initial);
   for (const fuse_flow::RigFrame* other : {&of_padded, &of_pinned, &of_device}) {
     device.clear();
     device.addFrame(*other);
-    EXPECT_TRUE(sameBytes(device.estimate(initial), expected));
+    EXPECT_TRUE(samePoses(device.estimate(initial), expected));
   }
 }
 
@@ -260,11 +260,11 @@ TEST(GpuExtrinsics, AStreamOfItsOwnChangesNothing) {
   const FurnishedRig frame(random, {});
   const Poses initial = frame.disturbed(random);
   const fuse_flow::gpu::OwnStream stream;
-  Device on_default, on_own;
+  DevicePoses on_default, on_own;
   on_own.setStream(stream.get());
   on_default.addFrame(frame.rig);
   on_own.addFrame(frame.rig);
-  EXPECT_TRUE(sameBytes(on_own.estimate(initial), on_default.estimate(initial)));
+  EXPECT_TRUE(samePoses(on_own.estimate(initial), on_default.estimate(initial)));
 }
 
 TEST(GpuExtrinsics, TrackingOnTheGpuFollowsWhatTheHostsFollows) {
