@@ -1,5 +1,6 @@
 #pragma once
 
+#include <fuse_flow/device.h>
 #include <fuse_flow/pose_filter.h>
 #include <fuse_flow/rig_frame.h>
 
@@ -8,7 +9,7 @@
 #include <vector>
 
 namespace fuse_flow {
-template <typename PointT>
+template <typename PointT, typename Device>
 class ExtrinsicTracking;
 struct PointFused;
 }  // namespace fuse_flow
@@ -28,7 +29,7 @@ class LiveExtrinsics {
   const std::vector<CameraMotion>& moved() const { return moved_; }
 
  private:
-  std::unique_ptr<ExtrinsicTracking<PointFused>> tracking_;
+  std::unique_ptr<ExtrinsicTracking<PointFused, device::Host>> tracking_;
   std::size_t updates_{0};
   std::vector<CameraMotion> moved_;
 };

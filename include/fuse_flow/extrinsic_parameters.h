@@ -3,6 +3,7 @@
 #include <fuse_flow/math/confidence.h>
 #include <fuse_flow/math/noise_scale.h>
 #include <fuse_flow/math/smoothing.h>
+#include <fuse_flow/precompiled.h>
 #include <fuse_flow/preprocessing.h>
 
 namespace fuse_flow {
@@ -38,5 +39,8 @@ struct ExtrinsicParameters {
   int max_iterations{50};           ///< ≥ 1
   Gauge gauge{Gauge::FirstCamera};  ///< what stays
 };
+
+/** \brief Throws pcl::BadArgumentException for a value out of range. */
+FUSE_FLOW_INLINE void checkParameters(const ExtrinsicParameters& parameters);
 
 }  // namespace fuse_flow

@@ -32,8 +32,10 @@ struct TrackedPoses {
  *    tracking.apply(frame);  // the newest complete set of poses
  *    fusion.fuse(frame, cloud);
  *  }
- *  \endcode */
-template <typename PointT>
+ *  \endcode
+ *
+ *  With device::Thrust, of fuse_flow/gpu/extrinsic_tracking.h, the GPU does the work, on a stream of its own. */
+template <typename PointT, typename Device = device::Host>
 class ExtrinsicTracking {
  public:
   /** \brief What a frame of a running rig is estimated with: fewer points and iterations than from scratch. */
@@ -53,7 +55,7 @@ class ExtrinsicTracking {
   /** \brief Threads for an estimate; 1, the default, leaves the others to the fusion. */
   void setNumberOfThreads(unsigned int threads);
 
-  /** \brief Offers a frame. Never waits. \returns whether it was taken: not while another is being worked on
+  /** \brief Offers a frame, whose images are in host memory. Never waits. \returns whether it was taken: not while another is being worked on
    *  \throws pcl::BadArgumentException if the frame contradicts itself or has other cameras; what an estimate threw meanwhile */
   bool push(const RigFrame& frame);
 
@@ -80,7 +82,7 @@ class ExtrinsicTracking {
 
   ExtrinsicParameters parameters_;
   std::size_t cameras_;
-  ExtrinsicEstimation<PointT> estimation_;
+  ExtrinsicEstimation<PointT, Device> estimation_;
   PoseFilter filter_;
   Copy copy_;
   mutable std::mutex mutex_;

@@ -3,7 +3,7 @@
 #include <fuse_flow/gpu/convert_depth.h>
 #include <fuse_flow/gpu/fill_holes.h>
 #include <fuse_flow/gpu/frame_views.h>
-#include <fuse_flow/gpu/noise_scale_kernel.h>
+#include <fuse_flow/gpu/measure_noise.h>
 #include <fuse_flow/gpu/smooth_bilaterally.h>
 #include <fuse_flow/gpu/smooth_depth.h>
 #include <fuse_flow/gpu/stage_times.h>
@@ -40,11 +40,10 @@ class DepthMaps {
   const float* measured() const { return z_.data(); }
   const float* refined() const { return passes_ == 0 ? z_.data() : maps_[passes_ % 2].data(); }
   /** \brief Noise scale of each view, if it was measured, once the stream has been waited for. */
-  const float* noiseScales() const { return counted_noise_.data(); }
+  const float* noiseScales() const { return noise_.scales(); }
 
   std::size_t bytes() const {
-    return z_.bytes() + raw_z_.bytes() + maps_[0].bytes() + maps_[1].bytes() + noise_counts_.bytes() +
-           noise_scales_.bytes() + bilateral_.bytes();
+    return z_.bytes() + raw_z_.bytes() + maps_[0].bytes() + maps_[1].bytes() + noise_.bytes() + bilateral_.bytes();
   }
 
  private:
@@ -73,46 +72,21 @@ class DepthMaps {
 
   /** \brief How noisy each view is; stays on the device, with a copy for the statistics. */
   void measureNoise(Execution& run, StageTimes& times, FrameViews& views, const ConfidenceParameters& confidence) {
-    const std::size_t n = views.rig().size();
-    noise_counts_.resize(n * kNoiseBins);
-    noise_scales_.resize(n);
-    counted_noise_.resize(n);
-    run.fill(noise_counts_.data(), n * kNoiseBins, 0);
-    const CountNoise count{views.grid(), confidence, z_.data(), noise_counts_.data()};
-    const MeasureNoise measure{{confidence, views.deviceViews(), noise_scales_.data()}, noise_counts_.data()};
-#if FUSE_FLOW_CUDA
-    const auto blocks = static_cast<unsigned int>(n);
-    run.launch("countNoiseKernel", countNoiseKernel, dim3(kNoiseBlocks, blocks), kNoiseThreads, count);
-    run.launch("measureNoiseKernel", measureNoiseKernel, blocks, kNoiseThreads, measure);
-#else
-    run.forEach(views.pixels() / kChunk, count);
-    run.forEach(n, measure);
-#endif
-    run.copySmall(counted_noise_.data(), noise_scales_.data(), n);
+    noise_.measure(run, views.grid(), views.deviceViews(), views.pixels(), confidence, z_.data());
     times.mark("noise", static_cast<double>(views.pixels()) * 5 * 4 / (kNoiseStride * kNoiseStride));
   }
 
   /** \brief D^r of eq. 8. */
   void refine(Execution& run, StageTimes& times, FrameViews& views, const DepthMapParameters& parameters) {
     passes_ = parameters.smoothing.passes;
-    for (int pass = 0; pass < passes_; ++pass) {
-      const SmoothDepth step{views.grid(), parameters.smoothing,   parameters.confidence,
-                             pass,         maps_[pass % 2].data(), maps_[(pass + 1) % 2].data()};
-#if FUSE_FLOW_CUDA
-      run.launch("smoothDepthKernel", smoothDepthKernel, views.tiles().count, kTileThreads, step, views.tiles());
-#else
-      run.forEach(views.pixels(), step);
-#endif
-    }
+    smoothDepth(run, views.tiles(), views.pixels(), parameters.smoothing, parameters.confidence, maps_);
     if (passes_ > 0) times.mark("smoothing", 8.0 * passes_ * static_cast<double>(views.pixels()));
   }
 
   DeviceBuffer<float> z_, raw_z_, maps_[2];
   BilateralSmoothing bilateral_;
   int passes_{0};
-  DeviceBuffer<std::uint32_t> noise_counts_;
-  DeviceBuffer<float> noise_scales_;
-  PinnedBuffer<float> counted_noise_;
+  NoiseMeasurement noise_;
 };
 
 }  // namespace gpu

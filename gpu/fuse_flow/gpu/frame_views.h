@@ -47,7 +47,6 @@ class FrameViews {
     if (updatePresence(frame) || calibrated) uploadNeighbours(run);
     geometry_uploaded_ = true;
     views_.resize(n);
-    std::size_t total = 0;
     layOutImages(frame, with_color);
     for (std::size_t i = 0; i < n; ++i) {
       DeviceView& view = views_.data()[i];
@@ -59,24 +58,13 @@ class FrameViews {
       view.neighbour_count = neighbour_counts_[i];
       view.slope = slopeScale(confidence, 1.0f / geometry.intrinsics.fx);
       view.depth_scale = frame.views[i].depth_scale;
-      view.offset = static_cast<std::uint32_t>(total);
-      view.pitch = (static_cast<std::uint32_t>(geometry.intrinsics.width) + kChunk - 1) / kChunk * kChunk;
       view.present = !frame.views[i].missing();
-      if (view.present) total += std::size_t{view.pitch} * static_cast<std::size_t>(geometry.intrinsics.height);
-      if (total > kMaxPixels)
-        throw pcl::PCLException("fuse_flow::FuseFlow: a frame on the GPU has more than 2^27 pixels");
     }
-    pixels_ = static_cast<std::uint32_t>(total);
-    offsets_.resize(2 * (n + 1));  // of pixels, then of tiles
-    std::uint32_t* tile_offsets = offsets_.data() + n + 1;
-    tiles_ = 0;
-    for (std::size_t i = 0; i < n; ++i) {
-      offsets_.data()[i] = views_.data()[i].offset;
-      tile_offsets[i] = tiles_;
-      tiles_ += tilesOf(views_.data()[i]);
-    }
-    offsets_.data()[n] = pixels_;
-    tile_offsets[n] = tiles_;
+    offsets_.resize(2 * (n + 1));
+    const GridSize size = layOutPixels(views_.data(), n, offsets_.data());
+    if (size.pixels > kMaxPixels) throw pcl::PCLException("fuse_flow::gpu: a frame has more than 2^27 pixels");
+    pixels_ = static_cast<std::uint32_t>(size.pixels);
+    tiles_ = size.tiles;
     uploadImages(run, frame, with_color, threads);
     device_views_.resize(n);
     device_offsets_.resize(2 * (n + 1));

@@ -85,6 +85,40 @@ inline bool deviceAvailable() {
 #endif
 }
 
+/** \brief The device that is current where an object is made: the one that its memory is on. */
+class HomeDevice {
+ public:
+#if FUSE_FLOW_CUDA
+  HomeDevice() { check(cudaGetDevice(&device_), "cudaGetDevice"); }
+#endif
+
+  /** \brief Makes it the calling thread's current device, for as long as this lives. */
+  class Visit {
+   public:
+#if FUSE_FLOW_CUDA
+    explicit Visit(const HomeDevice& home) {
+      check(cudaGetDevice(&before_), "cudaGetDevice");
+      check(cudaSetDevice(home.device_), "cudaSetDevice");
+    }
+    ~Visit() { (void)cudaSetDevice(before_); }
+#else
+    explicit Visit(const HomeDevice&) {}
+    ~Visit() {}
+#endif
+    Visit(const Visit&) = delete;
+
+   private:
+#if FUSE_FLOW_CUDA
+    int before_{0};
+#endif
+  };
+
+ private:
+#if FUSE_FLOW_CUDA
+  int device_{0};
+#endif
+};
+
 // Integer atomics that both sides have. All of them are relaxed, and none decides an order that a result depends on.
 
 template <typename Value>

@@ -25,6 +25,32 @@ inline std::uint32_t tilesOf(const DeviceView& view) {
   return view.present ? view.pitch / kChunk * ((height + kTileHeight - 1) / kTileHeight) : 0;
 }
 
+/** \brief How many pixels, padding included, and tiles there are. */
+struct GridSize {
+  std::size_t pixels;
+  std::uint32_t tiles;
+};
+
+/** \brief Numbers the pixels of views that know their size and whether they are present. \param offsets n + 1 of pixels, then
+ *  n + 1 of tiles; right if the number of pixels has 32 bits */
+inline GridSize layOutPixels(DeviceView* views, std::size_t n, std::uint32_t* offsets) {
+  GridSize size{0, 0};
+  for (std::size_t i = 0; i < n; ++i) {
+    DeviceView& view = views[i];
+    const Intrinsics& K = view.model.intrinsics;
+    view.offset = static_cast<std::uint32_t>(size.pixels);
+    view.pitch = (static_cast<std::uint32_t>(K.width) + kChunk - 1) / kChunk * kChunk;
+    offsets[i] = view.offset;
+    offsets[n + 1 + i] = size.tiles;
+    if (!view.present) continue;
+    size.pixels += std::size_t{view.pitch} * static_cast<std::size_t>(K.height);
+    size.tiles += tilesOf(view);
+  }
+  offsets[n] = static_cast<std::uint32_t>(size.pixels);
+  offsets[2 * n + 1] = size.tiles;
+  return size;
+}
+
 #if FUSE_FLOW_CUDA
 /** \brief Calls visit(pixel, number) for the pixels of the block's tile that are a thread's, padding included. All threads of
  *  the block must call it; those of a warp have pixels of one chunk. */

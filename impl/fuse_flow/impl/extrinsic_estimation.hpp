@@ -1,12 +1,10 @@
 #pragma once
 
 #include <fuse_flow/extrinsic_estimation.h>
+#include <fuse_flow/impl/extrinsic_frames.hpp>
 #include <fuse_flow/impl/host/alignment_system.hpp>
-#include <fuse_flow/impl/host/pose_graph.hpp>
 #include <fuse_flow/impl/host/rig_alignment.hpp>
 #include <fuse_flow/impl/parameters.hpp>
-
-#include <pcl/exceptions.h>
 
 namespace fuse_flow {
 
@@ -56,13 +54,7 @@ void ExtrinsicEstimation<PointT, device::Host>::clear() {
 
 template <typename PointT>
 void ExtrinsicEstimation<PointT, device::Host>::addFrame(const RigFrame& frame) {
-  checkRigFrame(frame);
-  if (cameras_.empty()) {
-    cameras_ = frame.cameras;
-  } else if (cameras_.size() != frame.cameras.size()) {
-    detail::throwBadArgument("fuse_flow::ExtrinsicEstimation: a frame of ", frame.cameras.size(),
-                             " cameras after one of ", cameras_.size());
-  }
+  detail::takeCameras(frame, cameras_);
   system_->setThreads(host::resolveThreads(threads_));
   system_->add(frame, parameters_);
 }
@@ -70,39 +62,20 @@ void ExtrinsicEstimation<PointT, device::Host>::addFrame(const RigFrame& frame) 
 template <typename PointT>
 void ExtrinsicEstimation<PointT, device::Host>::addClouds(const std::vector<Camera>& cameras,
                                                           const std::vector<PointCloudConstPtr>& clouds) {
-  if (cameras.size() != clouds.size())
-    detail::throwBadArgument("fuse_flow::ExtrinsicEstimation: ", cameras.size(), " cameras but ", clouds.size(),
-                             " clouds");
-  RigFrame frame;
-  frame.cameras = cameras;
-  frame.views.resize(cameras.size());
-  std::vector<std::vector<float>> depths(cameras.size());
-  for (std::size_t i = 0; i < cameras.size(); ++i) {
-    if (!clouds[i]) continue;
-    for (const PointT& point : *clouds[i]) depths[i].push_back(point.z);
-    frame.views[i].depth32 = {depths[i].data(), static_cast<int>(clouds[i]->width),
-                              static_cast<int>(clouds[i]->height)};
-  }
-  addFrame(frame);
+  const detail::CloudFrame<PointT> frame(cameras, clouds);
+  addFrame(frame.rig);
 }
 
 template <typename PointT>
 ExtrinsicResult ExtrinsicEstimation<PointT, device::Host>::estimate() {
-  std::vector<Eigen::Isometry3d> initial;
-  for (const Camera& camera : cameras_) initial.push_back(camera.T_world_camera);
-  return estimate(initial);
+  return estimate(detail::posesOf(cameras_));
 }
 
 template <typename PointT>
 ExtrinsicResult ExtrinsicEstimation<PointT, device::Host>::estimate(const std::vector<Eigen::Isometry3d>& initial) {
-  if (system_->instants() == 0) throw pcl::PCLException("fuse_flow::ExtrinsicEstimation: no frame was added");
-  if (initial.size() != cameras_.size())
-    detail::throwBadArgument("fuse_flow::ExtrinsicEstimation: ", initial.size(), " poses for ", cameras_.size(),
-                             " cameras");
-  for (std::size_t i = 0; i < initial.size(); ++i)
-    detail::checkPose({"fuse_flow::ExtrinsicEstimation: camera '", cameras_[i].name, "'"}, "initial pose", initial[i]);
+  detail::checkInitialPoses(cameras_, system_->instants(), initial);
   system_->setThreads(host::resolveThreads(threads_));
-  return host::RigAlignment(*system_, parameters_, initial).run();
+  return host::alignRig(*system_, parameters_, initial);
 }
 
 }  // namespace fuse_flow

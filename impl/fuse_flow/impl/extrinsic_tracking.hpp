@@ -19,19 +19,24 @@ ImageView<Pixel> copyImage(const ImageView<Pixel>& image, std::vector<Pixel>& pi
   return {pixels.data(), image.width, image.height};
 }
 
+/** \brief What runs beside others must not wait for them: on the CPU it does not. */
+template <typename PointT>
+void runBesideOthers(ExtrinsicEstimation<PointT, device::Host>&) {}
+
 }  // namespace detail
 
-template <typename PointT>
-ExtrinsicParameters ExtrinsicTracking<PointT>::defaultParameters() {
+template <typename PointT, typename Device>
+ExtrinsicParameters ExtrinsicTracking<PointT, Device>::defaultParameters() {
   ExtrinsicParameters p;
   p.samples = 3000;
   p.max_iterations = 20;
   return p;
 }
 
-template <typename PointT>
-ExtrinsicTracking<PointT>::ExtrinsicTracking(const std::vector<Camera>& cameras, double deviation,
-                                             const ExtrinsicParameters& parameters, const PoseFilterParameters& filter)
+template <typename PointT, typename Device>
+ExtrinsicTracking<PointT, Device>::ExtrinsicTracking(const std::vector<Camera>& cameras, double deviation,
+                                                     const ExtrinsicParameters& parameters,
+                                                     const PoseFilterParameters& filter)
     : parameters_(parameters), cameras_(cameras.size()) {
   std::vector<Eigen::Isometry3d> initial;
   for (const Camera& camera : cameras) {
@@ -40,6 +45,8 @@ ExtrinsicTracking<PointT>::ExtrinsicTracking(const std::vector<Camera>& cameras,
   }
   estimation_.setParameters(parameters);
   estimation_.setNumberOfThreads(1);
+  using detail::runBesideOthers;  // that of the GPU is found by its argument
+  runBesideOthers(estimation_);
   filter_.setParameters(filter);
   filter_.reset(initial, deviation);
   TrackedPoses poses;
@@ -48,8 +55,8 @@ ExtrinsicTracking<PointT>::ExtrinsicTracking(const std::vector<Camera>& cameras,
   thread_ = std::thread([this] { work(); });
 }
 
-template <typename PointT>
-ExtrinsicTracking<PointT>::~ExtrinsicTracking() {
+template <typename PointT, typename Device>
+ExtrinsicTracking<PointT, Device>::~ExtrinsicTracking() {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     stop_ = true;
@@ -58,14 +65,14 @@ ExtrinsicTracking<PointT>::~ExtrinsicTracking() {
   thread_.join();
 }
 
-template <typename PointT>
-void ExtrinsicTracking<PointT>::setNumberOfThreads(unsigned int threads) {
+template <typename PointT, typename Device>
+void ExtrinsicTracking<PointT, Device>::setNumberOfThreads(unsigned int threads) {
   finish();
   estimation_.setNumberOfThreads(threads);
 }
 
-template <typename PointT>
-bool ExtrinsicTracking<PointT>::push(const RigFrame& frame) {
+template <typename PointT, typename Device>
+bool ExtrinsicTracking<PointT, Device>::push(const RigFrame& frame) {
   checkRigFrame(frame);
   if (frame.cameras.size() != cameras_)
     detail::throwBadArgument("fuse_flow::ExtrinsicTracking: a frame of ", frame.cameras.size(), " cameras, must be ",
@@ -84,27 +91,27 @@ bool ExtrinsicTracking<PointT>::push(const RigFrame& frame) {
   return true;
 }
 
-template <typename PointT>
-void ExtrinsicTracking<PointT>::finish() {
+template <typename PointT, typename Device>
+void ExtrinsicTracking<PointT, Device>::finish() {
   std::unique_lock<std::mutex> lock(mutex_);
   changed_.wait(lock, [this] { return !taken_; });
 }
 
-template <typename PointT>
-std::shared_ptr<const TrackedPoses> ExtrinsicTracking<PointT>::poses() const {
+template <typename PointT, typename Device>
+std::shared_ptr<const TrackedPoses> ExtrinsicTracking<PointT, Device>::poses() const {
   const std::lock_guard<std::mutex> lock(mutex_);
   return poses_;
 }
 
-template <typename PointT>
-void ExtrinsicTracking<PointT>::apply(RigFrame& frame) const {
+template <typename PointT, typename Device>
+void ExtrinsicTracking<PointT, Device>::apply(RigFrame& frame) const {
   const std::shared_ptr<const TrackedPoses> newest = poses();
   for (std::size_t i = 0; i < std::min(cameras_, frame.cameras.size()); ++i)
     frame.cameras[i].T_world_camera = newest->T_world_camera[i];
 }
 
-template <typename PointT>
-void ExtrinsicTracking<PointT>::Copy::assign(const RigFrame& from, bool with_color) {
+template <typename PointT, typename Device>
+void ExtrinsicTracking<PointT, Device>::Copy::assign(const RigFrame& from, bool with_color) {
   frame.cameras = from.cameras;
   frame.stamp = from.stamp;
   frame.views.assign(from.views.size(), {});
@@ -119,8 +126,8 @@ void ExtrinsicTracking<PointT>::Copy::assign(const RigFrame& from, bool with_col
   }
 }
 
-template <typename PointT>
-void ExtrinsicTracking<PointT>::work() {
+template <typename PointT, typename Device>
+void ExtrinsicTracking<PointT, Device>::work() {
   std::unique_lock<std::mutex> lock(mutex_);
   for (;;) {
     changed_.wait(lock, [this] { return taken_ || stop_; });
@@ -139,8 +146,8 @@ void ExtrinsicTracking<PointT>::work() {
   }
 }
 
-template <typename PointT>
-void ExtrinsicTracking<PointT>::estimate() {
+template <typename PointT, typename Device>
+void ExtrinsicTracking<PointT, Device>::estimate() {
   const auto start = std::chrono::steady_clock::now();
   estimation_.clear();
   estimation_.addFrame(copy_.frame);

@@ -1,58 +1,51 @@
 #pragma once
 
-#include <fuse_flow/math/vec3.h>
+#include <fuse_flow/math/normal_space.h>
 
 #include <algorithm>
 #include <array>
-#include <cmath>
-#include <cstdint>
 #include <vector>
 
 namespace fuse_flow {
 namespace host {
 
+/** \brief A number for each bin of directions. */
+using NormalBinSizes = std::array<std::size_t, kNormalBins>;
+
+/** \brief How many points of each bin are chosen, count at most in all: every bin gives as many, or all it has. */
+inline NormalBinSizes evenShares(const NormalBinSizes& sizes, std::size_t count) {
+  NormalBinSizes order;
+  for (std::size_t b = 0; b < kNormalBins; ++b) order[b] = b;
+  std::sort(order.begin(), order.end(),
+            [&](std::size_t a, std::size_t b) { return sizes[a] != sizes[b] ? sizes[a] < sizes[b] : a < b; });
+  NormalBinSizes shares;
+  std::size_t chosen = 0;
+  for (std::size_t k = 0; k < kNormalBins; ++k) {  // the smallest first: what they lack goes to the others
+    shares[order[k]] = std::min((count - chosen) / (kNormalBins - k), sizes[order[k]]);
+    chosen += shares[order[k]];
+  }
+  return shares;
+}
+
 /** \brief Chooses among points so that the directions of their normals come up as evenly as the points allow (Rusinkiewicz and
  *  Levoy 2001): a wall is many points, but tells of one direction only. */
 class NormalSpaceSampling {
  public:
-  void clear() {
-    for (std::vector<std::uint32_t>& bin : bins_) bin.clear();
-  }
   /** \brief \param n unit normal in a frame that all views share  \param point any number */
-  void add(const Vec3& n, std::uint32_t point) { bins_[binOf(n)].push_back(point); }
+  void add(const Vec3& n, std::uint32_t point) { bins_[normalBin(n)].push_back(point); }
 
-  /** \brief At most count points: every bin gives as many, or all it has, evenly spaced in the order of add(). */
+  /** \brief At most count points, evenly spaced in each bin in the order of add(). */
   void choose(std::size_t count, std::vector<std::uint32_t>& chosen) const {
-    std::array<std::size_t, kBins> order;
-    for (std::size_t b = 0; b < kBins; ++b) order[b] = b;
-    std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-      return bins_[a].size() != bins_[b].size() ? bins_[a].size() < bins_[b].size() : a < b;
-    });
+    NormalBinSizes sizes;
+    for (std::size_t b = 0; b < kNormalBins; ++b) sizes[b] = bins_[b].size();
+    const NormalBinSizes shares = evenShares(sizes, count);
     chosen.clear();
-    for (std::size_t k = 0; k < kBins; ++k) {  // the smallest first: what they lack goes to the others
-      const std::vector<std::uint32_t>& bin = bins_[order[k]];
-      const std::size_t share = (count - chosen.size()) / (kBins - k);
-      const std::size_t n = std::min(share, bin.size());
-      for (std::size_t i = 0; i < n; ++i) chosen.push_back(bin[i * bin.size() / n]);
-    }
+    for (std::size_t b = 0; b < kNormalBins; ++b)
+      for (std::size_t i = 0; i < shares[b]; ++i) chosen.push_back(bins_[b][evenlySpaced(i, sizes[b], shares[b])]);
   }
 
  private:
-  /** \brief 3×3 bins on each face of a cube around the sphere of directions. */
-  static constexpr std::size_t kBins = 6 * 9;
-
-  static std::size_t binOf(const Vec3& n) {
-    const float a[3] = {n.x, n.y, n.z};
-    int face = 0;
-    for (int k = 1; k < 3; ++k)
-      if (std::fabs(a[k]) > std::fabs(a[face])) face = k;
-    const float scale = 1.0f / std::fabs(a[face]);
-    const auto third = [](float x) { return std::min(2, static_cast<int>(1.5f * (x + 1.0f))); };
-    const int s = third(a[(face + 1) % 3] * scale), t = third(a[(face + 2) % 3] * scale);
-    return static_cast<std::size_t>((2 * face + (a[face] > 0 ? 1 : 0)) * 9 + 3 * s + t);
-  }
-
-  std::array<std::vector<std::uint32_t>, kBins> bins_;
+  std::array<std::vector<std::uint32_t>, kNormalBins> bins_;
 };
 
 }  // namespace host

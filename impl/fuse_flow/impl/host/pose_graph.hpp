@@ -5,6 +5,7 @@
 
 #include <Eigen/Geometry>
 
+#include <optional>
 #include <vector>
 
 namespace fuse_flow {
@@ -35,6 +36,14 @@ inline Matrix6d spuriousInformation(const AlignmentSums& sums, double normal_noi
   return normal_noise * normal_noise * (E - symmetric6(sums.A));
 }
 
+/** \brief When colour joins in. */
+struct ColorRole {
+  /** \brief Information of geometry from which on colour is not asked: it is seldom registered as well as depth. */
+  double enough;
+  /** \brief What colour must tell a motion to that geometry leaves open, in the unit of the twists. */
+  double max_deviation;
+};
+
 /** \brief Gauss–Newton over the twists of all cameras, the first one held. What the data tell no better than noise would, stays.
  *
  *  With H the information of all correspondences and S what of it noise explains, the generalised eigenvalues of H v = λ S v say
@@ -61,49 +70,42 @@ class PoseGraph {
     addGradient(g_color_, i, j, Vector6d(sums.g));
   }
 
-  /** \brief Which motions geometry tells. \param min_information λ under which a motion is left alone */
-  void decompose(double min_information) {
+  /** \brief Which motions count as told. Where geometry tells all, and well enough without colour, two factorisations show it,
+   *  and a step needs no modes: they wait until findModes() is called. \param min_information λ under which a motion is left
+   *  alone  \param color along motions that geometry tells weakly, or not at all */
+  void decompose(double min_information, const std::optional<ColorRole>& color) {
+    min_information_ = min_information;
+    color_ = color;
     const double ridge =
         1e-9 * (1e-300 + S_.trace() + H_.trace()) / static_cast<double>(std::max<Eigen::Index>(1, size_));
     S_.diagonal().array() += ridge;
+    colored_ = free_ = 0;
+    has_modes_ = false;
+    // No λ under a bound: H − bound · S has no negative eigenvalue.
+    const double bound = color ? std::max(min_information, color->enough) : min_information;
+    all_told_ = CholeskyFactors(H_ - bound * S_).positive();
+    if (!all_told_) findModes();
+  }
+
+  /** \brief After decompose(): told(), curvature() and all that follows from them. */
+  void findModes() {
+    if (has_modes_) return;
+    has_modes_ = true;
     const Eigen::MatrixXd W = CholeskyFactors(S_).whitening();
     const SymmetricEigen information(transposedProduct(W, product(H_, W)));
     const Eigen::MatrixXd modes = product(W, information.vectors);
     free_ = 0;
-    while (free_ < size_ && information.values[free_] < min_information) ++free_;
+    while (free_ < size_ && information.values[free_] < min_information_) ++free_;
     geometry_ = size_ - free_;
     told_ = columns(modes, free_, geometry_);
     curvature_ = Eigen::MatrixXd::Zero(geometry_, geometry_);
     for (Eigen::Index k = 0; k < geometry_; ++k) curvature_(k, k) = information.values[free_ + k];
     colored_ = 0;
     free_motions_ = orthonormalBasis(columns(modes, 0, free_));
+    if (color_) joinColor(color_->enough, color_->max_deviation);
   }
 
-  /** \brief After decompose(): colour joins in where geometry tells little, and stands alone along free motions that it tells.
-   *  \param enough information of geometry from which on colour is not asked: it is seldom registered as well as depth
-   *  \param max_deviation what colour must tell a free motion to, in the unit of the twists */
-  void joinColor(double enough, double max_deviation) {
-    while (colored_ < geometry_ && curvature_(colored_, colored_) < enough) ++colored_;
-    const Eigen::MatrixXd weak = columns(told_, 0, colored_);
-    curvature_.topLeftCorner(colored_, colored_) += transposedProduct(weak, product(C_, weak));
-    if (free_ == 0) return;
-    const SymmetricEigen information(transposedProduct(free_motions_, product(C_, free_motions_)));
-    const Eigen::MatrixXd motions = product(free_motions_, information.vectors);
-    Eigen::Index untold = 0;  // in rising order: these come first
-    while (untold < free_ && information.values[untold] * max_deviation * max_deviation <= 1) ++untold;
-    free_motions_ = columns(motions, 0, untold);
-    const Eigen::Index told = geometry_ + free_ - untold;
-    told_.conservativeResize(size_, told);
-    Eigen::MatrixXd curvature = Eigen::MatrixXd::Zero(told, told);
-    curvature.topLeftCorner(geometry_, geometry_) = curvature_;
-    for (Eigen::Index k = geometry_; k < told; ++k) {
-      told_.col(k) = motions.col(untold + k - geometry_);
-      curvature(k, k) = information.values[untold + k - geometry_];
-    }
-    curvature_ = curvature;
-  }
-
-  /** \brief After joinColor(): whether there is anything that geometry does not tell well. */
+  /** \brief After decompose() with colour: whether there is anything that geometry does not tell well. */
   bool asksColor() const { return colored_ > 0 || free_ > 0; }
 
   /** \brief How many joint motions the geometry does not tell. */
@@ -120,7 +122,10 @@ class PoseGraph {
   }
 
   /** \brief The step that lowers the squared residuals most, camera by camera; zero along free motions. */
-  Eigen::VectorXd step() const { return product(told_, CholeskyFactors(curvature_).solve(-scores(g_, g_color_))); }
+  Eigen::VectorXd step() const {
+    if (all_told_) return CholeskyFactors(H_).solve(-g_);
+    return product(told_, CholeskyFactors(curvature_).solve(-scores(g_, g_color_)));
+  }
 
   /** \brief The motions that are told, columns; not of unit length. */
   const Eigen::MatrixXd& told() const { return told_; }
@@ -162,12 +167,38 @@ class PoseGraph {
     M.block<6, 6>(begin(i), begin(j)) -= A;
     M.block<6, 6>(begin(j), begin(i)) -= A;
   }
+  /** \brief Colour joins in where geometry tells little, and stands alone along free motions that it tells. */
+  void joinColor(double enough, double max_deviation) {
+    while (colored_ < geometry_ && curvature_(colored_, colored_) < enough) ++colored_;
+    const Eigen::MatrixXd weak = columns(told_, 0, colored_);
+    curvature_.topLeftCorner(colored_, colored_) += transposedProduct(weak, product(C_, weak));
+    if (free_ == 0) return;
+    const SymmetricEigen information(transposedProduct(free_motions_, product(C_, free_motions_)));
+    const Eigen::MatrixXd motions = product(free_motions_, information.vectors);
+    Eigen::Index untold = 0;  // in rising order: these come first
+    while (untold < free_ && information.values[untold] * max_deviation * max_deviation <= 1) ++untold;
+    free_motions_ = columns(motions, 0, untold);
+    const Eigen::Index told = geometry_ + free_ - untold;
+    told_.conservativeResize(size_, told);
+    Eigen::MatrixXd curvature = Eigen::MatrixXd::Zero(told, told);
+    curvature.topLeftCorner(geometry_, geometry_) = curvature_;
+    for (Eigen::Index k = geometry_; k < told; ++k) {
+      told_.col(k) = motions.col(untold + k - geometry_);
+      curvature(k, k) = information.values[untold + k - geometry_];
+    }
+    curvature_ = curvature;
+  }
+
   /** \brief A camera has a part in a motion if its twist is over this share of it, squared. */
   static constexpr double kPart = 1e-3;
 
   Eigen::Index size_;
   Eigen::MatrixXd H_, S_, C_;
   Eigen::VectorXd g_, g_color_;
+  double min_information_{0};
+  std::optional<ColorRole> color_;
+  bool all_told_{false};
+  bool has_modes_{true};       ///< of nothing, to begin with
   Eigen::MatrixXd told_;       ///< motions that geometry tells, the weakest first, then those that only colour does
   Eigen::MatrixXd curvature_;  ///< of the squared residuals along them
   Eigen::Index geometry_{0};   ///< of told_, those that geometry tells

@@ -1,9 +1,10 @@
 #pragma once
 
-#include <fuse_flow/impl/host/alignment_system.hpp>
 #include <fuse_flow/impl/host/pose_graph.hpp>
+#include <fuse_flow/impl/host/rig_correspondences.hpp>
 
 #include <map>
+#include <vector>
 
 namespace fuse_flow {
 namespace host {
@@ -19,7 +20,7 @@ class PoseUncertainty {
  public:
   /** \param graph decomposed at the poses at which system was evaluated  \param fewest correspondences of a pair that counts
    *  \param scale standard deviation of the residuals, over what noise makes expect */
-  PoseUncertainty(const PoseGraph& graph, const AlignmentSystem& system, double fewest, double scale)
+  PoseUncertainty(const PoseGraph& graph, RigCorrespondences& system, double fewest, double scale)
       : told_(graph.told()) {
     const Eigen::Index n = told_.cols();
     if (n == 0) return;
@@ -37,10 +38,12 @@ class PoseUncertainty {
     Eigen::MatrixXd scatter = scale * scale * graph.curvature();
     Eigen::VectorXd mean = Eigen::VectorXd::Zero(n);
     const double count = static_cast<double>(parts.size());
-    for (const auto& [key, gradients] : parts) mean += graph.scores(gradients.first, gradients.second) / count;
-    for (const auto& [key, gradients] : parts) {
-      const Eigen::VectorXd score = graph.scores(gradients.first, gradients.second) - mean;
-      scatter += score * score.transpose();
+    std::vector<Eigen::VectorXd> scores;
+    for (const auto& [key, gradients] : parts) scores.push_back(graph.scores(gradients.first, gradients.second));
+    for (const Eigen::VectorXd& score : scores) mean += score / count;
+    for (const Eigen::VectorXd& score : scores) {
+      const Eigen::VectorXd difference = score - mean;
+      scatter += difference * difference.transpose();
     }
     const CholeskyFactors J(graph.sensitivity());
     covariance_ = J.solveColumns(J.solveColumns(scatter).transpose());

@@ -1,9 +1,8 @@
 #pragma once
 
-#include <fuse_flow/extrinsic_estimation.h>
-#include <fuse_flow/impl/host/alignment_system.hpp>
 #include <fuse_flow/impl/host/pose_graph.hpp>
 #include <fuse_flow/impl/host/pose_uncertainty.hpp>
+#include <fuse_flow/impl/host/rig_correspondences.hpp>
 #include <fuse_flow/impl/host/twist.hpp>
 
 #include <cmath>
@@ -16,7 +15,7 @@ namespace host {
  *  world's origin is. */
 class RigAlignment {
  public:
-  RigAlignment(AlignmentSystem& system, const ExtrinsicParameters& parameters,
+  RigAlignment(RigCorrespondences& system, const ExtrinsicParameters& parameters,
                const std::vector<Eigen::Isometry3d>& initial)
       : system_(system), p_(parameters), initial_(initial) {}
 
@@ -36,8 +35,7 @@ class RigAlignment {
       if (result_.iterations == kSecondLook) system_.findNeighbours(poses_, gates, p_.max_neighbours);
       system_.evaluate(poses_, result_.scene_radius, gates);
       graph = linearize();
-      graph.decompose(information);
-      if (gates.color) graph.joinColor(kEnoughForColor, maxColorDeviation(gates.scale));
+      graph.decompose(information, colorRole(gates));
       const double moved = apply(graph.step());
       if (gates.color && gates.scale > 0) {
         if (!graph.asksColor()) {
@@ -60,11 +58,12 @@ class RigAlignment {
       gates.stride = polishing ? 1 : kHurry;
       if (polishing && !gates.color && system_.hasColor()) {
         gates.color = true;
-        gates.scale = AlignmentView::kScales - 1;
+        gates.scale = kLumaScales - 1;
       }
     }
     result_.iterations = std::min(result_.iterations, p_.max_iterations);
     fixGauge();
+    graph.findModes();
     describe(graph);
     measure(&CameraOverlap::residual, result_.residual);
     for (std::size_t i = 0; i < poses_.size(); ++i)  // what did not move is the same to the last digit
@@ -76,23 +75,9 @@ class RigAlignment {
 
  private:
   void findCenter() {
-    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-    double squares = 0, count = 0;
-    const auto forEach = [&](auto&& visit) {
-      for (std::size_t t = 0; t < system_.instants(); ++t)
-        for (std::size_t i = 0; i < system_.cameras(); ++i)
-          for (const AlignmentSample& s : system_.samples(t, i))
-            visit(initial_[i] * Eigen::Vector3d(s.p.x, s.p.y, s.p.z));
-    };
-    forEach([&](const Eigen::Vector3d& x) {
-      sum += x;
-      count += 1;
-    });
-    if (count > 0) {
-      result_.scene_center = sum / count;
-      forEach([&](const Eigen::Vector3d& x) { squares += (x - result_.scene_center).squaredNorm(); });
-      result_.scene_radius = std::max(1e-3, std::sqrt(squares / count));
-    }
+    const SceneExtent extent = system_.extent(initial_);
+    result_.scene_center = extent.center;
+    result_.scene_radius = extent.radius;
     for (const Eigen::Isometry3d& T : initial_) poses_.push_back(Eigen::Translation3d(-result_.scene_center) * T);
   }
 
@@ -100,26 +85,20 @@ class RigAlignment {
     PoseGraph graph(system_.cameras());
     for (const PairSums& pair : system_.pairs()) {
       if (pair.geometry.count < kFewest) continue;
-      graph.addGeometry(pair.i, pair.j, pair.geometry, normalNoise(pair));
+      graph.addGeometry(pair.i, pair.j, pair.geometry, system_.normalNoise(pair.i, pair.j));
       graph.addColor(pair.i, pair.j, pair.color);
     }
     return graph;
   }
 
-  double normalNoise(const PairSums& pair) const {
-    double squares = 0, count = 0;
-    for (std::size_t t = 0; t < system_.instants(); ++t)
-      for (const std::size_t camera : {pair.i, pair.j})
-        if (!system_.view(t, camera).missing()) {
-          squares += std::pow(system_.view(t, camera).normalNoise(), 2);
-          ++count;
-        }
-    return count > 0 ? std::sqrt(squares / count) : 1.0;
-  }
-
   /** \brief Iterations for a scale of the colours; all scales must have their turn. */
   int patience(std::size_t scale) const {
     return std::min(kScalePatience, (p_.max_iterations - result_.iterations) / (static_cast<int>(scale) + 2));
+  }
+
+  static std::optional<ColorRole> colorRole(const AlignmentGates& gates) {
+    if (!gates.color) return {};
+    return ColorRole{kEnoughForColor, maxColorDeviation(gates.scale)};
   }
 
   /** \brief What colour must tell a motion to that geometry leaves open: so well that the next finer scale, which repeats itself
@@ -244,12 +223,17 @@ class RigAlignment {
   static constexpr int kPatience = 10;                ///< iterations; noisy data never come to rest
   static constexpr int kSecondLook = 6;               ///< iteration after which neighbours are known
 
-  AlignmentSystem& system_;
+  RigCorrespondences& system_;
   const ExtrinsicParameters& p_;
   const std::vector<Eigen::Isometry3d>& initial_;
   std::vector<Eigen::Isometry3d> poses_;  ///< camera → scene's centre
   ExtrinsicResult result_;
 };
+
+FUSE_FLOW_INLINE ExtrinsicResult alignRig(RigCorrespondences& rig, const ExtrinsicParameters& parameters,
+                                          const std::vector<Eigen::Isometry3d>& initial) {
+  return RigAlignment(rig, parameters, initial).run();
+}
 
 }  // namespace host
 }  // namespace fuse_flow

@@ -16,6 +16,7 @@ struct ViewGeometry : ViewModel {
   std::vector<std::uint32_t> neighbours;
 
   void assign(const Camera& camera) {
+    const bool same_lens = !column_x_.empty() && detail::sameIntrinsics(intrinsics, camera.intrinsics);
     intrinsics = camera.intrinsics;
     T_world_camera = toRigidTransform(camera.T_world_camera);
     T_camera_world = toRigidTransform(camera.T_world_camera.inverse());
@@ -25,6 +26,7 @@ struct ViewGeometry : ViewModel {
       T_color_depth = toRigidTransform(camera.color->T_depth_color.inverse());
     }
     P = projectionMatrix(intrinsics, T_camera_world);
+    if (same_lens) return;  // the camera has moved
     ideal = isIdeal(intrinsics.distortion);
     const auto w = static_cast<std::size_t>(intrinsics.width);
     const auto h = static_cast<std::size_t>(intrinsics.height);

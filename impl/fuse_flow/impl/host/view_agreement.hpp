@@ -122,7 +122,7 @@ class ViewComparison {
   /** \brief Difference of grey levels that two cameras' exposures may make. */
   static constexpr float kGreyLimit = 40;
   /** \brief Of AlignmentView's scales the one at which some centimetres do not matter. */
-  static constexpr std::size_t kColorScale = 2;
+  static constexpr int kColorScale = 2;
   /** \brief Noise that a point may be off, standard deviations. */
   static constexpr float kDeviations = 3;
 

@@ -1,0 +1,116 @@
+#pragma once
+
+#include <fuse_flow/gpu/device_view.h>
+#include <fuse_flow/math/block_average.h>
+
+namespace fuse_flow {
+namespace gpu {
+
+/** \brief The maps of all blocks, by their numbers in the grid of blocks. */
+struct BlockPointers {
+  PixelGrid grid;
+  const float* z;
+  const Ray* rays;
+
+  /** \brief Those of one view. */
+  FUSE_FLOW_HD BlockMap of(const DeviceView& view) const {
+    BlockMap map;
+    map.z = z + view.offset;
+    map.rays = rays + view.offset;
+    map.z_pitch = map.pitch = static_cast<std::ptrdiff_t>(view.pitch);
+    map.width = view.model.intrinsics.width;
+    map.height = view.model.intrinsics.height;
+    return map;
+  }
+};
+
+/** \brief Depth of one block, its inverse, and the ray through its middle. */
+struct AverageBlocks {
+  PixelGrid blocks;
+  const DeviceView* full;  // the images' views, with their noise …
+  const float* full_z;     // … and depth
+  ConfidenceParameters noise;
+  int reduction;
+  float steepest;
+  float* z;
+  float* q;
+  Ray* rays;
+
+  FUSE_FLOW_HD void operator()(std::uint32_t index) const {
+    const PixelAddress a = blocks.addressOf(index);
+    const DeviceView& view = full[a.view];
+    float mean = 0;
+    if (a.u < blocks.views[a.view].model.intrinsics.width) {
+      BlockDepth block;
+      for (int dv = 0; dv < reduction; ++dv) {
+        const float* row = full_z + view.indexOf(a.u * reduction, a.v * reduction + dv);
+        for (int du = 0; du < reduction; ++du) block.add(row[du]);
+      }
+      mean = block.mean(view.model.intrinsics, reduction, steepest, noise, view.noise_scale);
+    }
+    z[index] = mean;
+    q[index] = mean > 0 ? 1.0f / mean : 0.0f;
+    rays[index] = blockRay(view.model.intrinsics, reduction, a.u, a.v);
+  }
+};
+
+/** \brief Normal of one block; zero along the border, where neighbours are missing. */
+struct FindNormals {
+  BlockPointers measured, smooth;
+  ConfidenceParameters noise;
+  float tolerance;  // of the smoothing, in standard deviations of second differences
+  Vec3* normals;
+
+  FUSE_FLOW_HD void operator()(std::uint32_t index) const {
+    const PixelAddress a = measured.grid.addressOf(index);
+    const DeviceView& view = measured.grid.views[a.view];
+    const Intrinsics& K = view.model.intrinsics;
+    constexpr int step = kNormalSpacing;
+    const bool inside = (a.u >= step) & (a.v >= step) & (a.u < K.width - step) & (a.v < K.height - step);
+    normals[index] = inside ? blockNormal(smooth.of(view), a.u, a.v, measured.of(view).point(a.u, a.v), noise,
+                                          tolerance * view.noise_scale)
+                            : Vec3{};
+  }
+};
+
+/** \brief Mean grey level of one block; negative where there is no depth, or the view has no colour. */
+struct AverageLuma {
+  BlockPointers blocks;
+  const DeviceView* full;
+  int reduction;
+  float* luma;
+
+  FUSE_FLOW_HD void operator()(std::uint32_t index) const {
+    const PixelAddress a = blocks.grid.addressOf(index);
+    const DeviceView& view = full[a.view];
+    const float z = blocks.z[index];  // 0 in the padding
+    luma[index] = -1.0f;
+    if (!view.color || !(z > 0)) return;
+    float sum = 0;
+    for (int dv = 0; dv < reduction; ++dv)
+      for (int du = 0; du < reduction; ++du) {
+        const int u = a.u * reduction + du, v = a.v * reduction + dv;
+        sum += greyLevel(viewColor(view.model, view.color, u, v, view.ray(u, v), z));
+      }
+    luma[index] = sum / static_cast<float>(reduction * reduction);
+  }
+};
+
+/** \brief A step of a blur at one block. */
+struct BlurLuma {
+  BlockPointers blocks;
+  const float* from;
+  float* to;
+  int du, dv;
+
+  FUSE_FLOW_HD void operator()(std::uint32_t index) const {
+    const PixelAddress a = blocks.grid.addressOf(index);
+    const DeviceView& view = blocks.grid.views[a.view];
+    to[index] = view.color && a.u < view.model.intrinsics.width
+                    ? blurredLuma(blocks.of(view), from + view.offset, a.u, a.v, du, dv)
+                    : -1.0f;
+  }
+};
+
+}  // namespace gpu
+}  // namespace fuse_flow

@@ -1,0 +1,114 @@
+#pragma once
+
+#include <fuse_flow/math/block_image.h>
+
+#include <cfloat>
+
+namespace fuse_flow {
+
+// How a depth image becomes the blocks that alignment works on. Only the normals come from smoothed depth: smoothing sets rounded
+// surfaces back, away from whichever camera looks, and so would drive the cameras apart.
+
+/** \brief 2 tan of the largest angle at which a surface is seen that a block may still lie on. */
+inline float steepestBlock() { return 2.0f * std::tan(1.3f); }
+
+/** \brief The measurements of one block of pixels. */
+struct BlockDepth {
+  float least{FLT_MAX};  ///< metres
+  float most{0};         ///< metres
+  float sum{0};          ///< of inverse depths, 1/metres
+  int count{0};          ///< of measurements
+
+  /** \brief One pixel more; 0: not measured. */
+  FUSE_FLOW_HD void add(float z) {
+    if (!(z > 0)) return;
+    least = z < least ? z : least;
+    most = most < z ? z : most;
+    sum += 1.0f / z;
+    ++count;
+  }
+  /** \brief Of the mean inverse depth; 0 if the block spans a jump or is mostly holes. \param K of the image  \param reduction pixels
+   *  of a block, each way  \param steepest steepestBlock()  \param noise the sensor's  \param noise_scale noiseScale() of the
+   *  view */
+  FUSE_FLOW_HD float mean(const Intrinsics& K, int reduction, float steepest, const ConfidenceParameters& noise,
+                          float noise_scale) const {
+    const float step = steepest / K.fx * static_cast<float>(reduction);
+    const bool whole = count >= (reduction * reduction + 1) / 2 &&
+                       most - least < step * least + 6 * noise_scale * axialNoise(noise, most);
+    return whole ? static_cast<float>(count) / sum : 0.0f;
+  }
+};
+
+/** \brief Through the middle of a block. */
+FUSE_FLOW_HD Ray blockRay(const Intrinsics& K, int reduction, int u, int v) {
+  const float middle = 0.5f * static_cast<float>(reduction - 1);
+  return unproject(K, {static_cast<float>(u * reduction) + middle, static_cast<float>(v * reduction) + middle});
+}
+
+/** \brief Distance of the blocks that a normal is taken from, each way. */
+constexpr int kNormalSpacing = 2;
+
+/** \brief Unit normal of a block from its neighbours kNormalSpacing away, which must lie on one smooth surface with it; zero if
+ *  they do not. \param smooth the view's smoothed depth  \param p_C the block's point as measured  \param noise the sensor's
+ *  \param tolerance of second differences, in standard deviations of inverse depth */
+FUSE_FLOW_HD Vec3 blockNormal(const BlockMap& smooth, int u, int v, const Vec3& p_C, const ConfidenceParameters& noise,
+                              float tolerance) {
+  constexpr int step = kNormalSpacing;
+  const float here = smooth.depth(u, v);
+  if (!(here > 0)) return {};
+  const float q = 1.0f / here;
+  const float bound = tolerance * inverseDepthNoise(noise, q);
+  const float left = smooth.depth(u - step, v), right = smooth.depth(u + step, v);
+  if (!(left > 0 && right > 0 && std::fabs(1.0f / left - 2 * q + 1.0f / right) < bound)) return {};
+  const float above = smooth.depth(u, v - step), below = smooth.depth(u, v + step);
+  if (!(above > 0 && below > 0 && std::fabs(1.0f / above - 2 * q + 1.0f / below) < bound)) return {};
+  const Vec3 along_u = smooth.point(u + step, v) - smooth.point(u - step, v);
+  const Vec3 along_v = smooth.point(u, v + step) - smooth.point(u, v - step);
+  const Vec3 n = cross(along_v, along_u);
+  const float norm = std::sqrt(squaredNorm(n));
+  if (!(norm > 0)) return {};
+  const Vec3 unit = (1.0f / norm) * n;
+  // What is seen at a glance is measured badly, and moves a lot with the pixel.
+  return -dot(unit, p_C) > 0.2f * std::sqrt(squaredNorm(p_C)) ? unit : Vec3{};
+}
+
+/** \brief Distance of two normals whose noise is compared: beyond what smoothing and differences share. */
+constexpr int kNormalsApart = 12;
+/** \brief Every so many-th block, each way, is looked at. */
+constexpr int kNormalStride = 2;
+
+/** \brief Squared sine of the angle between two unit normals of one surface; negative if they are not of one. */
+FUSE_FLOW_HD float squaredSine(const Vec3& a, const Vec3& b) {
+  return squaredNorm(a) > 0 && squaredNorm(b) > 0 && dot(a, b) > 0.9f ? squaredNorm(cross(a, b)) : -1.0f;
+}
+
+/** \brief Standard deviation of normals, radians. \param count of squared sines  \param median of them, the upper one of two */
+inline float normalNoise(std::size_t count, float median) {
+  if (count < 50) return 0.05f;
+  const float noise = std::sqrt(0.5f * median);
+  return noise < 0.003f ? 0.003f : (0.15f < noise ? 0.15f : noise);
+}
+
+/** \brief Of a colour with channels 0 … 255. */
+FUSE_FLOW_HD float greyLevel(const Vec3& rgb) { return 0.299f * rgb.x + 0.587f * rgb.y + 0.114f * rgb.z; }
+
+/** \brief A step of a blur at one block, over five blocks along a row or a column; negative where there is no depth. Over the
+ *  same surface only: what lies behind it is another thing in every view. \param from grey levels  \param du, dv from block to
+ *  block */
+FUSE_FLOW_HD float blurredLuma(const BlockMap& map, const float* from, int u, int v, int du, int dv) {
+  constexpr float same_surface = 0.05f;  // share of its depth by which it may differ within the reach of a blur
+  const float z = map.depth(u, v);
+  if (!(z > 0)) return -1.0f;
+  float sum = 0, weights = 0;
+  for (int k = -2; k <= 2; ++k) {
+    const int a = u + k * du, b = v + k * dv;
+    if (a < 0 || b < 0 || a >= map.width || b >= map.height) continue;
+    if (!(std::fabs(map.depth(a, b) - z) < same_surface * z)) continue;
+    const float weight = k == 0 ? 6.0f : (k == 1 || k == -1 ? 4.0f : 1.0f);
+    sum += weight * from[map.index(a, b)];
+    weights += weight;
+  }
+  return sum / weights;
+}
+
+}  // namespace fuse_flow

@@ -1,0 +1,77 @@
+#pragma once
+
+#include <fuse_flow/math/confidence.h>
+#include <fuse_flow/math/pinhole.h>
+
+#include <cstddef>
+
+namespace fuse_flow {
+
+/** \brief Scales at which grey levels are compared; each blurred twice as far as the one before. */
+constexpr int kLumaScales = 5;
+
+/** \brief Depth of blocks of pixels, and the rays through their middles: pointers to what another owns, on the CPU or on the
+ *  GPU. */
+struct BlockMap {
+  const float* z{nullptr};    ///< metres, 0 where there is none; null: no image
+  const Ray* rays{nullptr};   ///< block by block
+  std::ptrdiff_t z_pitch{0};  ///< from row to row of z
+  std::ptrdiff_t pitch{0};    ///< from row to row of everything else
+  int width{0};               ///< blocks in a row
+  int height{0};              ///< rows
+
+  /** \brief Of block (u, v), in everything but z, which may have a border. */
+  FUSE_FLOW_HD std::ptrdiff_t index(int u, int v) const { return v * pitch + u; }
+  /** \brief Metres; 0: none. */
+  FUSE_FLOW_HD float depth(int u, int v) const { return z[v * z_pitch + u]; }
+  /** \brief Camera frame, metres. */
+  FUSE_FLOW_HD Vec3 point(int u, int v) const { return pointOnRay(rays[index(u, v)], depth(u, v)); }
+};
+
+/** \brief A view as alignment sees it: blocks of pixels averaged, with a normal each. All in the camera's own frame, so that
+ *  poses may change. */
+struct BlockImage : BlockMap {
+  Intrinsics intrinsics;              ///< of the image before blocks of it were averaged
+  bool ideal{true};                   ///< without distortion
+  float max_squared_radius{0};        ///< as in ViewModel
+  int reduction{1};                   ///< pixels of a block, each way
+  const Vec3* normals{nullptr};       ///< block by block
+  const float* lumas[kLumaScales]{};  ///< grey levels, the finest scale first; null: no colour
+  ConfidenceParameters noise;         ///< of the sensor …
+  float noise_scale{1};               ///< … and how much more, or less, there is
+
+  /** \brief Whether there is no image. */
+  FUSE_FLOW_HD bool missing() const { return z == nullptr; }
+  /** \brief Whether there are grey levels. */
+  FUSE_FLOW_HD bool hasColor() const { return lumas[0] != nullptr; }
+
+  /** \brief Where a point of the camera's frame projects to: block (u, v) reaches from a = u and b = v to u + 1 and v + 1. */
+  FUSE_FLOW_HD Pixel project(const Vec3& q) const {
+    const Pixel pixel = fuse_flow::project(intrinsics, q);
+    const float per_block = 1.0f / static_cast<float>(reduction);
+    return {(pixel.u + 0.5f) * per_block, (pixel.v + 0.5f) * per_block};
+  }
+  /** \brief The block that a point of the camera's frame projects into. False where the image does not reach. */
+  FUSE_FLOW_HD bool locate(const Vec3& q, int& u, int& v) const {
+    if (!(q.z > 0)) return false;
+    if (!ideal && q.x * q.x + q.y * q.y > 1.02f * max_squared_radius * q.z * q.z) return false;
+    const Pixel place = project(q);
+    if (!((place.u >= 0) & (place.u < static_cast<float>(width)) & (place.v >= 0) &
+          (place.v < static_cast<float>(height))))
+      return false;
+    u = static_cast<int>(place.u);
+    v = static_cast<int>(place.v);
+    return true;
+  }
+
+  /** \brief Unit, facing the camera; zero where the surface is not smooth. */
+  FUSE_FLOW_HD const Vec3& normal(int u, int v) const { return normals[index(u, v)]; }
+  /** \brief Standard deviation of a block's depth along its normal, metres. */
+  FUSE_FLOW_HD float deviation(int u, int v) const {
+    return noise_scale * axialNoise(noise, depth(u, v)) * std::fabs(normal(u, v).z);
+  }
+  /** \brief 0 … 255; negative where there is none. */
+  FUSE_FLOW_HD float luma(int u, int v, int scale) const { return lumas[scale][index(u, v)]; }
+};
+
+}  // namespace fuse_flow

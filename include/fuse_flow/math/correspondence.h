@@ -1,0 +1,123 @@
+#pragma once
+
+#include <fuse_flow/math/alignment.h>
+#include <fuse_flow/math/block_image.h>
+#include <fuse_flow/math/noise_scale.h>
+
+namespace fuse_flow {
+
+/** \brief A point that looks for its counterparts in other views; its camera's frame. */
+struct AlignmentSample {
+  Vec3 p;                   ///< metres
+  Vec3 n;                   ///< unit normal
+  float noise;              ///< standard deviation along the normal, metres
+  float luma[kLumaScales];  ///< grey levels, the finest scale first; negative: none
+};
+
+/** \brief A block with a normal as a sample. */
+FUSE_FLOW_HD AlignmentSample sampleOf(const BlockImage& image, int u, int v) {
+  AlignmentSample sample;
+  sample.p = image.point(u, v);
+  sample.n = image.normal(u, v);
+  sample.noise = image.deviation(u, v);
+  for (int scale = 0; scale < kLumaScales; ++scale)
+    sample.luma[scale] = image.hasColor() ? image.luma(u, v, scale) : -1.0f;
+  return sample;
+}
+
+/** \brief Which correspondences count, and how much. */
+struct AlignmentGates {
+  float distance;       ///< metres
+  float normal_cosine;  ///< of the largest angle between normals
+  float tukey;          ///< c of tukeyWeight(), in standard deviations …
+  float reach;        ///< … but at least this, metres: what is well aligned already must not cast out what is not yet
+  float color_tukey;  ///< the same for colour, grey levels
+  bool color;         ///< whether colour is compared …
+  std::size_t scale;  ///< … and at which of kLumaScales
+  std::size_t stride;  ///< every so many-th sample is asked
+};
+
+/** \brief What rounding to blocks leaves even of an exact measurement, metres. */
+constexpr float kBlockFloor = 0.0005f;
+/** \brief Standard deviation of a block's grey level, as two cameras see it. */
+constexpr float kGreyNoise = 8.0f;
+
+/** \brief Where a camera stands: both ways, metres. */
+struct CameraPlace {
+  RigidTransform to_world;   ///< camera → world
+  RigidTransform to_camera;  ///< world → camera
+};
+
+/** \brief A point and its counterpart in another view. */
+struct Match {
+  Vec3 x;           ///< the point, world
+  Vec3 q;           ///< the same, other camera's frame
+  Vec3 n;           ///< normal at the counterpart, world
+  float r;          ///< residual, metres
+  float per_sigma;  ///< over the standard deviation that noise gives it, 1/metres
+  int u;            ///< block of the counterpart, to the right
+  int v;            ///< … and down
+};
+
+/** \brief The counterpart of a sample of camera i in a view of camera j; false if it has none. */
+FUSE_FLOW_HD bool findMatch(const CameraPlace& i, const CameraPlace& j, const BlockImage& other,
+                            const AlignmentSample& sample, const AlignmentGates& gates, Match& match) {
+  match.x = i.to_world * sample.p;
+  match.q = j.to_camera * match.x;
+  if (other.missing() || !other.locate(match.q, match.u, match.v)) return false;
+  const Vec3& n = other.normal(match.u, match.v);
+  if (!(squaredNorm(n) > 0)) return false;
+  const Vec3 e = match.q - other.point(match.u, match.v);
+  if (!(squaredNorm(e) < gates.distance * gates.distance)) return false;
+  match.n = rotate(j.to_world, n);
+  if (!(dot(match.n, rotate(i.to_world, sample.n)) > gates.normal_cosine)) return false;
+  const float noise = other.deviation(match.u, match.v);
+  match.r = dot(n, e);
+  match.per_sigma = 1.0f / std::sqrt(sample.noise * sample.noise + noise * noise + kBlockFloor * kBlockFloor);
+  return true;
+}
+
+/** \brief Bin of a histogram of residuals over their standard deviations; see noiseBin(). */
+FUSE_FLOW_HD int residualBin(const Match& match) { return noiseBin(std::fabs(match.r) * match.per_sigma); }
+
+/** \brief What addCorrespondence() adds. */
+struct Correspondence {
+  Vec3 x;   ///< the point relative to the scene's centre, over its radius
+  Vec3 n;   ///< gradient of the residual with respect to the point, world
+  float r;  ///< residual
+  float w;  ///< weight; ≥ 0
+};
+
+/** \brief Point to plane. */
+FUSE_FLOW_HD Correspondence geometryOf(const Match& match, const AlignmentGates& gates, float per_radius) {
+  const float standard = gates.tukey / match.per_sigma;
+  const float limit = standard < gates.reach ? gates.reach : standard;
+  return {per_radius * match.x, match.n, match.r, tukeyWeight(match.r, limit) * match.per_sigma * match.per_sigma};
+}
+
+/** \brief The difference of grey levels at a match, and how it changes as the point moves over the other image; false where
+ *  either has none. \param x as in Correspondence  \param offset how much brighter the other image is */
+FUSE_FLOW_HD bool colorOf(const CameraPlace& j, const BlockImage& other, const AlignmentSample& sample,
+                          const Match& match, const Vec3& x, float offset, const AlignmentGates& gates,
+                          Correspondence& color) {
+  if (!other.hasColor() || sample.luma[0] < 0) return false;
+  const int u = match.u, v = match.v;
+  if (u < 1 || v < 1 || u + 1 >= other.width || v + 1 >= other.height) return false;
+  const int scale = static_cast<int>(gates.scale);
+  const float left = other.luma(u - 1, v, scale), right = other.luma(u + 1, v, scale),
+              above = other.luma(u, v - 1, scale), below = other.luma(u, v + 1, scale), here = other.luma(u, v, scale);
+  if (left < 0 || right < 0 || above < 0 || below < 0 || here < 0) return false;
+  const float du = 0.5f * (right - left), dv = 0.5f * (below - above);
+  const Intrinsics& K = other.intrinsics;
+  const float per_block = 1.0f / static_cast<float>(other.reduction);
+  const Pixel place = other.project(match.q);
+  const float a = place.u - 0.5f - static_cast<float>(u);
+  const float b = place.v - 0.5f - static_cast<float>(v);
+  const float r = here + a * du + b * dv - sample.luma[scale] - offset;
+  const float gu = du * per_block * K.fx / match.q.z, gv = dv * per_block * K.fy / match.q.z;
+  const Vec3 gradient{gu, gv, -(gu * match.q.x + gv * match.q.y) / match.q.z};
+  color = {x, rotate(j.to_world, gradient), r, tukeyWeight(r, gates.color_tukey) / (kGreyNoise * kGreyNoise)};
+  return true;
+}
+
+}  // namespace fuse_flow
