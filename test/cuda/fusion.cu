@@ -1,8 +1,7 @@
-// Every class for the GPU, compiled only. The tools have the frame pipeline for our own point type.
+// Compiled only. The tools have the frame pipeline for our own point type.
 #include <fuse_flow/gpu/adaptive_hash_fusion.h>
 #include <fuse_flow/gpu/confidence_estimation.h>
 #include <fuse_flow/gpu/depth_backprojection.h>
-#include <fuse_flow/gpu/extrinsic_tracking.h>
 #include <fuse_flow/gpu/fuse_flow.h>
 #include <fuse_flow/gpu/multi_view_consistency.h>
 #include <fuse_flow/point_types.h>
@@ -12,5 +11,3 @@ template class fuse_flow::ConfidenceEstimation<fuse_flow::PointFused, fuse_flow:
 template class fuse_flow::DepthBackprojection<fuse_flow::PointFused, fuse_flow::device::Thrust>;
 template class fuse_flow::MultiViewConsistency<fuse_flow::PointFused, fuse_flow::device::Thrust>;
 template class fuse_flow::AdaptiveHashFusion<fuse_flow::PointFused, fuse_flow::device::Thrust>;
-template class fuse_flow::ExtrinsicEstimation<fuse_flow::PointFused, fuse_flow::device::Thrust>;
-template class fuse_flow::ExtrinsicTracking<fuse_flow::PointFused, fuse_flow::device::Thrust>;
