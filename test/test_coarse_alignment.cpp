@@ -128,12 +128,18 @@ TEST(CoarseAlignment, PosesThatTheCamerasHaveMakeNoDifference) {
 }
 
 TEST(CoarseAlignmentThreads, AnyNumberOfThemFindsTheSame) {
+#ifdef __SANITIZE_THREAD__  // two minutes with three, and the same threads with two
   const Scene scene = unposed(around({10, 55}), furnishedRoom());
+#else
+  const Scene scene = unposed(around({10, 55, 115}), furnishedRoom());
+#endif
   const CoarseAlignmentResult one = align(scene, 1);
   for (const unsigned int threads : {2u, 5u}) {
     const CoarseAlignmentResult many = align(scene, threads);
     EXPECT_EQ(one.placements, many.placements);
-    for (std::size_t i = 0; i < 2; ++i) EXPECT_EQ(one.T_world_camera[i].matrix(), many.T_world_camera[i].matrix());
+    ASSERT_EQ(one.T_world_camera.size(), many.T_world_camera.size());
+    for (std::size_t i = 0; i < one.T_world_camera.size(); ++i)
+      EXPECT_EQ(one.T_world_camera[i].matrix(), many.T_world_camera[i].matrix());
   }
 }
 
