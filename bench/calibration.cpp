@@ -1,6 +1,6 @@
 // The tables of doc/calibration.md: how near the truth extrinsic estimation comes, beside PCL's registration, and what it costs
-// beside the fusion. fuse_flow_calibration_bench [accuracy | peers | scratch | scratch-tuning | board | real |
-// beside | knock]…; without a name all but scratch-tuning, which is of scenes that served tuning. Of the tables that begin
+// beside the fusion. fuse_flow_calibration_bench [accuracy | accuracy-tuning | peers | scratch | scratch-tuning |
+// board | real | beside | knock]…; without a name all but those that are of scenes that served tuning. Of the tables that begin
 // from scratch, SCENE/RIG/SENSOR stands for one row; with /N behind it for that of N trials.
 
 #include "registration_peers.h"
@@ -88,17 +88,18 @@ struct Errors {
 const std::vector<std::string> kSensors{"ideal", "structured_light", "time_of_flight", "time_of_flight_multipath",
                                         "active_stereo"};
 
-void accuracy() {
+void accuracyTable(const std::vector<std::string>& scenes, const std::vector<std::string>& rigs,
+                   const std::vector<std::string>& sensors) {
   constexpr unsigned int trials = 3;
   std::printf(
-      "| scene | rig | sensor | 1 frame: median mm, deg | largest mm | worst change mm | 5 frames: median mm, deg | "
-      "largest mm | worst change mm |\n|---|---|---|---|---|---|---|---|---|\n");
-  for (const char* scene : {"thin", "person"})
-    for (const char* rig : {"ring-4", "ring-8", "walls-16"})
-      for (const std::string& sensor : kSensors) {
+      "| scene | rig | sensor | 1 frame: median mm, deg | largest mm | worst change mm | iterations | 5 frames: median "
+      "mm, deg | largest mm | worst change mm | iterations |\n|---|---|---|---|---|---|---|---|---|---|---|\n");
+  for (const std::string& scene : scenes)
+    for (const std::string& rig : rigs)
+      for (const std::string& sensor : sensors) {
         simulation::Simulator simulator(rigOf(scene, rig, sensor, 3));
         const Poses truth = truePoses(simulator);
-        std::printf("| %s | %s | %s", scene, rig, sensor.c_str());
+        std::printf("| %s | %s | %s", scene.c_str(), rig.c_str(), sensor.c_str());
         Estimation estimation;
         std::size_t frame = 0;
         for (const std::size_t frames : {std::size_t{1}, std::size_t{5}}) {
@@ -108,16 +109,25 @@ void accuracy() {
             estimation.addFrame(loaded.rig);
           }
           Errors errors;
+          std::vector<double> iterations;
           for (unsigned int trial = 0; trial < trials; ++trial) {
             const Poses start = disturbed(truth, trial);
-            errors.add(start, estimation.estimate(start).T_world_camera, truth);
+            const ExtrinsicResult result = estimation.estimate(start);
+            errors.add(start, result.T_world_camera, truth);
+            iterations.push_back(result.iterations);
           }
-          std::printf(" | %.2f, %.3f | %.1f | %.1f", bench::median(errors.mm), bench::median(errors.degrees),
-                      errors.largest(), errors.worst_change);
+          std::printf(" | %.2f, %.3f | %.1f | %.1f | %.0f", bench::median(errors.mm), bench::median(errors.degrees),
+                      errors.largest(), errors.worst_change, bench::median(iterations));
         }
         std::printf(" |\n");
         std::fflush(stdout);
       }
+}
+
+void accuracy() { accuracyTable({"thin", "person"}, {"ring-4", "ring-8", "walls-16"}, kSensors); }
+
+void accuracyTuning() {
+  accuracyTable({"room", "table"}, {"ring-4", "ring-8", "walls-8"}, {kSensors[1], kSensors[2], kSensors[4]});
 }
 
 std::vector<std::pair<std::size_t, std::size_t>> byOverlap(const ExtrinsicResult& result) {
@@ -432,9 +442,16 @@ void knock() {
 }  // namespace
 
 int main(int argc, char** argv) {
-  const std::vector<std::pair<std::string, void (*)()>> tables{
-      {"accuracy", accuracy}, {"peers", peers}, {"scratch", scratch}, {"scratch-tuning", scratchTuning},
-      {"board", board},       {"real", real},   {"beside", beside},   {"knock", knock}};
+  const std::vector<std::pair<std::string, void (*)()>> tables{{"accuracy", accuracy},
+                                                               {"accuracy-tuning", accuracyTuning},
+                                                               {"peers", peers},
+                                                               {"scratch", scratch},
+                                                               {"scratch-tuning", scratchTuning},
+                                                               {"board", board},
+                                                               {"real", real},
+                                                               {"beside", beside},
+                                                               {"knock", knock}};
+  const auto served_tuning = [](const std::string& name) { return name.find("-tuning") != std::string::npos; };
   std::vector<std::string> wanted;
   for (int k = 1; k < argc; ++k) {
     const std::string name = argv[k];
@@ -443,13 +460,13 @@ int main(int argc, char** argv) {
   for (const std::string& name : wanted)
     if (std::none_of(tables.begin(), tables.end(), [&](const auto& t) { return t.first == name; })) {
       std::fprintf(stderr,
-                   "fuse_flow_calibration_bench: '%s' is none of accuracy, peers, scratch, scratch-tuning, board, "
-                   "real, beside, knock\n",
+                   "fuse_flow_calibration_bench: '%s' is none of accuracy, accuracy-tuning, peers, scratch, "
+                   "scratch-tuning, board, real, beside, knock\n",
                    name.c_str());
       return 2;
     }
   for (const auto& [name, table] : tables)
-    if ((wanted.empty() && name != "scratch-tuning") || std::find(wanted.begin(), wanted.end(), name) != wanted.end()) {
+    if ((wanted.empty() && !served_tuning(name)) || std::find(wanted.begin(), wanted.end(), name) != wanted.end()) {
       std::printf("\n%s\n\n", name.c_str());
       table();
     }

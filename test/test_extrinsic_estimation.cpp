@@ -1,9 +1,12 @@
+#include "../bench/room.h"
 #include "rigs.h"
 
 #include <fuse_flow/extrinsic_estimation.h>
 
 #include <pcl/exceptions.h>
 #include <pcl/point_types.h>
+
+#include <random>
 
 using namespace fuse_flow;
 using namespace scenes;
@@ -60,6 +63,36 @@ TEST(ExtrinsicEstimation, WhatIsRightStaysRight) {
     EXPECT_LT(c.translation, 0.0008);
     EXPECT_LT(c.rotation, 0.03 * kDegree);
   }
+}
+
+// Far surfaces whose noise is as large as what poses are off by: counterparts change with every step, and whole steps go to and fro.
+TEST(ExtrinsicEstimation, FarAndNoisyWallsDoNotKeepItFromComingToRest) {
+  const bench::Room room(3, 320, 240);
+  std::vector<char> memory(room.bytes());
+  const RigFrame frame = room.render(memory.data(), 0);
+  Estimation estimation;
+  estimation.setNumberOfThreads(2);
+  estimation.addFrame(frame);
+  for (unsigned int trial = 1; trial <= 4; ++trial) {
+    std::mt19937 random(trial);
+    std::normal_distribution<double> normal;
+    const auto direction = [&] { return Eigen::Vector3d(normal(random), normal(random), normal(random)).normalized(); };
+    std::vector<Eigen::Isometry3d> initial = poses(frame.cameras);
+    for (std::size_t i = 1; i < initial.size(); ++i)
+      initial[i] = moved(initial[i], 0.02 * direction(), 1.0, direction());
+    const ExtrinsicResult result = estimation.estimate(initial);
+    for (std::size_t i = 1; i < initial.size(); ++i)
+      EXPECT_LT(apart(result.T_world_camera[i], frame.cameras[i].T_world_camera), 0.008) << trial << ", " << i;
+  }
+}
+
+TEST(ExtrinsicEstimation, BlocksAreLargerWhereNeighbouringPixelsErrTogether) {
+  ExtrinsicParameters p;
+  EXPECT_EQ(blockReduction(p, 848, 1.0f), 2);
+  EXPECT_EQ(blockReduction(p, 848, 2.5f), 4);
+  EXPECT_EQ(blockReduction(p, 320, 2.5f), 2) << "too few blocks to tell noise from what they show";
+  p.coarse_above = 3.0f;
+  EXPECT_EQ(blockReduction(p, 848, 2.5f), 2);
 }
 
 TEST(ExtrinsicEstimation, TheReportedCorrectionIsWhatWasWrong) {
@@ -168,6 +201,38 @@ TEST(ExtrinsicEstimation, NoiseThatNeighboursShareMakesItLessSure) {
     EXPECT_LT(error(sure), 4 * sure.corrections[i].translation_deviation) << i;
     EXPECT_LT(error(unsure), 4 * unsure.corrections[i].translation_deviation) << i;
   }
+}
+
+TEST(ExtrinsicEstimation, LargerBlocksAverageNoiseThatNeighboursShare) {
+  const std::vector<Camera> cameras = cameraRow(3, 480, 360, 450);
+  Scene scene = makeScene(cameras, cornerAndBall());
+  const ConfidenceParameters kinect;
+  std::mt19937 random(7);
+  std::normal_distribution<float> normal;
+  constexpr int patch = 3;  // pixels
+  for (io::FloatImage& image : scene.depth)
+    for (int v = 0; v < image.height; v += patch)
+      for (int u = 0; u < image.width; u += patch) {
+        const float deviations = 3 * normal(random);
+        for (int dv = 0; dv < patch; ++dv)
+          for (int du = 0; du < patch; ++du) {
+            float& z = image.at(u + du, v + dv);
+            z += deviations * axialNoise(kinect, z);
+          }
+      }
+  scene.attach();
+  const auto error = [&](float coarse_above) {
+    ExtrinsicParameters p;
+    p.coarse_above = coarse_above;
+    double sum = 0;
+    for (const std::vector<Eigen::Isometry3d>& start : {poses(cameras), disturbed(cameras)}) {
+      const ExtrinsicResult result = estimate(scene, start, p);
+      for (std::size_t i = 1; i < cameras.size(); ++i)
+        sum += apart(result.T_world_camera[i], cameras[i].T_world_camera);
+    }
+    return sum;
+  };
+  EXPECT_LT(error(1.8f), 0.6 * error(1000.0f));
 }
 
 TEST(ExtrinsicEstimation, ACameraBrighterThanTheOtherIsNoHindrance) {
@@ -288,8 +353,9 @@ TEST(ExtrinsicEstimation, WrongInputIsRefused) {
   EXPECT_THROW(estimation.addClouds(cameras, {}), pcl::BadArgumentException);
   for (const auto set : std::vector<void (*)(ExtrinsicParameters&)>{
            [](ExtrinsicParameters& p) { p.reduction = 0; }, [](ExtrinsicParameters& p) { p.samples = 10; },
-           [](ExtrinsicParameters& p) { p.max_neighbours = 0; }, [](ExtrinsicParameters& p) { p.max_distance = 0; },
-           [](ExtrinsicParameters& p) { p.min_distance = 1; }, [](ExtrinsicParameters& p) { p.max_normal_angle = 2; },
+           [](ExtrinsicParameters& p) { p.coarse_above = -1; }, [](ExtrinsicParameters& p) { p.max_neighbours = 0; },
+           [](ExtrinsicParameters& p) { p.max_distance = 0; }, [](ExtrinsicParameters& p) { p.min_distance = 1; },
+           [](ExtrinsicParameters& p) { p.max_normal_angle = 2; },
            [](ExtrinsicParameters& p) { p.min_information = 0; }, [](ExtrinsicParameters& p) { p.max_iterations = 0; },
            [](ExtrinsicParameters& p) { p.max_distance = std::nanf(""); }}) {
     ExtrinsicParameters parameters;

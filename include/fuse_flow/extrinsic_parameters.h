@@ -22,13 +22,16 @@ struct ExtrinsicParameters {
   ConfidenceParameters noise;  ///< noise_floor and noise_quadratic: the sensor's axial noise
   /** \brief Blocks of this many pixels, each way, are averaged first; 1 … 16. */
   int reduction{2};
+  /** \brief Views with more than this times axialNoise() are averaged over blocks twice as large, each way, if a hundred of them
+   *  fill a row; ≥ 0. So much noise is that of sensors that match blocks, whose errors near pixels share: two hardly average it. */
+  float coarse_above{1.8f};
   /** \brief Points of a view that look for their counterparts, chosen evenly over the directions of their normals; ≥ 100. */
-  int samples{6000};
+  int samples{12000};
   /** \brief Views that a view is compared with at most, those that it overlaps most; ≥ 1. The cost is linear in this. */
   int max_neighbours{8};
   /** \brief Farthest that a point may be from its counterpart in the first iteration, metres; > 0. */
   float max_distance{0.25f};
-  /** \brief Farthest in the last ones, metres; (0, max_distance]. */
+  /** \brief Farthest in the last ones, metres, or three standard deviations where noise is more; (0, max_distance]. */
   float min_distance{0.03f};
   /** \brief Largest angle between the normals of counterparts, radians; (0, π/2). */
   float max_normal_angle{0.7f};
@@ -39,6 +42,13 @@ struct ExtrinsicParameters {
   int max_iterations{50};           ///< ≥ 1
   Gauge gauge{Gauge::FirstCamera};  ///< what stays
 };
+
+/** \brief Pixels of a block, each way. \param width of the image, pixels  \param noise_scale of the view, see noiseScale() */
+inline int blockReduction(const ExtrinsicParameters& parameters, int width, float noise_scale) {
+  constexpr int fewest = 100;  // blocks in a row; images of fewer look noisy by what they show
+  const int coarse = 2 * parameters.reduction;
+  return noise_scale > parameters.coarse_above && width >= fewest * coarse ? coarse : parameters.reduction;
+}
 
 /** \brief Throws pcl::BadArgumentException for a value out of range. */
 FUSE_FLOW_INLINE void checkParameters(const ExtrinsicParameters& parameters);

@@ -39,6 +39,7 @@ class AlignmentSystem : public host::RigCorrespondences {
     measured.confidence = p.noise;
     measured.adapt_noise = true;
     if (full_.pixels() > 0) depth_.make(run, times, full_, measured);
+    run.wait();  // how noisy views are says how large blocks are, and so how many
     if (maps_.size() == instants_) maps_.push_back(std::make_unique<BlockMaps>());
     BlockMaps& maps = *maps_[instants_];
     maps.make(run, times, full_, depth_, p, scratch_);

@@ -30,7 +30,6 @@ struct AverageBlocks {
   const DeviceView* full;  // the images' views, with their noise …
   const float* full_z;     // … and depth
   ConfidenceParameters noise;
-  int reduction;
   float steepest;
   float* z;
   float* q;
@@ -39,6 +38,7 @@ struct AverageBlocks {
   FUSE_FLOW_HD void operator()(std::uint32_t index) const {
     const PixelAddress a = blocks.addressOf(index);
     const DeviceView& view = full[a.view];
+    const int reduction = blocks.views[a.view].reduction;
     float mean = 0;
     if (a.u < blocks.views[a.view].model.intrinsics.width) {
       BlockDepth block;
@@ -77,7 +77,6 @@ struct FindNormals {
 struct AverageLuma {
   BlockPointers blocks;
   const DeviceView* full;
-  int reduction;
   float* luma;
 
   FUSE_FLOW_HD void operator()(std::uint32_t index) const {
@@ -86,6 +85,7 @@ struct AverageLuma {
     const float z = blocks.z[index];  // 0 in the padding
     luma[index] = -1.0f;
     if (!view.color || !(z > 0)) return;
+    const int reduction = blocks.grid.views[a.view].reduction;
     float sum = 0;
     for (int dv = 0; dv < reduction; ++dv)
       for (int du = 0; du < reduction; ++du) {

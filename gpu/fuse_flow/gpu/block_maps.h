@@ -26,11 +26,14 @@ struct BlockScratch {
  *  once. */
 class BlockMaps {
  public:
-  /** \brief \param full the images on the device  \param maps their depth as measured, and noise  \param scratch busy until the
+  /** \brief \param full the images on the device  \param maps their depth as measured, and noise, waited for  \param scratch busy until the
    *  stream has been waited for and keep() called */
   void make(Execution& run, StageTimes& times, const FrameViews& full, const DepthMaps& maps,
             const ExtrinsicParameters& p, BlockScratch& scratch) {
-    views_.assign(run, full, p.reduction);
+    views_.assign(run, full, [&](std::size_t i) {
+      const DeviceView& view = full.hostView(i);
+      return view.present ? blockReduction(p, view.model.intrinsics.width, maps.noiseScales()[i]) : p.reduction;
+    });
     normal_noises_.assign(views_.size(), 0.05f);
     noise_scales_.assign(views_.size(), 1.0f);
     if (blocks() == 0) return;
@@ -75,7 +78,7 @@ class BlockMaps {
     image.intrinsics = model.intrinsics;
     image.ideal = model.ideal;
     image.max_squared_radius = model.max_squared_radius;
-    image.reduction = p.reduction;
+    image.reduction = view.reduction;
     image.normals = normals_.data() + view.offset;
     if (hasColor(camera))
       for (int scale = 0; scale < kLumaScales; ++scale) image.lumas[scale] = lumas_[scale].data() + view.offset;
@@ -101,8 +104,8 @@ class BlockMaps {
     z_.resize(blocks());
     rays_.resize(blocks());
     for (DeviceBuffer<float>& map : scratch.smooth) map.resize(blocks());
-    run.forEach(blocks(), AverageBlocks{grid(), full.grid().views, maps.measured(), p.noise, p.reduction,
-                                        steepestBlock(), z_.data(), scratch.smooth[0].data(), rays_.data()});
+    run.forEach(blocks(), AverageBlocks{grid(), full.grid().views, maps.measured(), p.noise, steepestBlock(), z_.data(),
+                                        scratch.smooth[0].data(), rays_.data()});
     scratch.noise.measure(run, grid(), views_.deviceViews(), blocks(), p.noise, z_.data());
   }
 
@@ -132,7 +135,7 @@ class BlockMaps {
     const BlockPointers map{grid(), z_.data(), rays_.data()};
     for (DeviceBuffer<float>& luma : lumas_) luma.resize(blocks());
     scratch.rows.resize(blocks());
-    run.forEach(blocks(), AverageLuma{map, full.grid().views, p.reduction, lumas_[0].data()});
+    run.forEach(blocks(), AverageLuma{map, full.grid().views, lumas_[0].data()});
     for (int scale = 1; scale < kLumaScales; ++scale) {
       const int spacing = 1 << (scale - 1);
       run.forEach(blocks(), BlurLuma{map, lumas_[scale - 1].data(), scratch.rows.data(), spacing, 0});

@@ -9,15 +9,18 @@ namespace gpu {
  *  size of that grid, and else those of the image. */
 class BlockViews {
  public:
-  void assign(Execution& run, const FrameViews& full, int reduction) {
+  /** \param reduction what makes a view's block, given the view's number */
+  template <typename Reduction>
+  void assign(Execution& run, const FrameViews& full, const Reduction& reduction) {
     count_ = full.rig().size();
     views_.resize(count_);
     for (std::size_t i = 0; i < count_; ++i) {
       DeviceView& view = views_.data()[i];
       view = full.hostView(i);
       Intrinsics& K = view.model.intrinsics;
-      K.width /= reduction;
-      K.height /= reduction;
+      view.reduction = reduction(i);
+      K.width /= view.reduction;
+      K.height /= view.reduction;
       view.present = view.present && K.width > 0;
     }
     offsets_.resize(2 * (count_ + 1));

@@ -23,6 +23,8 @@ struct DeviceView {
   SlopeScale slope{};
   /** \brief See noiseScale(); measured on the device. */
   float noise_scale{1.0f};
+  /** \brief Pixels of a block, each way, where the grid is one of blocks. */
+  int reduction{1};
 
   ImageView<std::uint16_t> depth16;
   ImageView<float> depth32;

@@ -62,6 +62,7 @@ FUSE_FLOW_INLINE void CoarseAlignment::addFrame(const RigFrame& frame) {
   p.preprocessing = parameters_.preprocessing;
   p.noise = parameters_.noise;
   p.reduction = std::min(width / wide_enough, 16);
+  p.coarse_above = kMaxNoiseScale;  // coarse as it is
   p.use_color = parameters_.use_color;
   system_->setThreads(host::resolveThreads(threads_));
   system_->add(frame, p);

@@ -27,7 +27,8 @@ FUSE_FLOW_HD AlignmentSample sampleOf(const BlockImage& image, int u, int v) {
 
 /** \brief Which correspondences count, and how much. */
 struct AlignmentGates {
-  float distance;       ///< metres
+  float distance;       ///< metres …
+  float deviations;     ///< … or this many standard deviations, where these are more
   float normal_cosine;  ///< of the largest angle between normals
   float tukey;          ///< c of tukeyWeight(), in standard deviations …
   float reach;        ///< … but at least this, metres: what is well aligned already must not cast out what is not yet
@@ -68,12 +69,14 @@ FUSE_FLOW_HD bool findMatch(const CameraPlace& i, const CameraPlace& j, const Bl
   const Vec3& n = other.normal(match.u, match.v);
   if (!(squaredNorm(n) > 0)) return false;
   const Vec3 e = match.q - other.point(match.u, match.v);
-  if (!(squaredNorm(e) < gates.distance * gates.distance)) return false;
+  const float noise = other.deviation(match.u, match.v);
+  const float variance = sample.noise * sample.noise + noise * noise + kBlockFloor * kBlockFloor;
+  const float noisy = gates.deviations * gates.deviations * variance, near = gates.distance * gates.distance;
+  if (!(squaredNorm(e) < (noisy > near ? noisy : near))) return false;
   match.n = rotate(j.to_world, n);
   if (!(dot(match.n, rotate(i.to_world, sample.n)) > gates.normal_cosine)) return false;
-  const float noise = other.deviation(match.u, match.v);
   match.r = dot(n, e);
-  match.per_sigma = 1.0f / std::sqrt(sample.noise * sample.noise + noise * noise + kBlockFloor * kBlockFloor);
+  match.per_sigma = 1.0f / std::sqrt(variance);
   return true;
 }
 

@@ -22,8 +22,9 @@ class AlignmentView {
 
   void assign(const ViewGeometry& geometry, const DepthView& view, const ExtrinsicParameters& p) {
     makeDepthMap(p.preprocessing, view, full_);
-    begin(geometry, p);
-    average(p);
+    const float noise_scale = measureNoiseScale(p.noise, full_);
+    begin(geometry, p, blockReduction(p, full_.width(), noise_scale));
+    average(p, noise_scale);
     smooth(p);
     findNormals(p);
     if (!view.color || !p.use_color) return;
@@ -58,15 +59,15 @@ class AlignmentView {
 
  private:
   /** \brief What is known of the blocks before any is averaged. */
-  void begin(const ViewGeometry& geometry, const ExtrinsicParameters& p) {
+  void begin(const ViewGeometry& geometry, const ExtrinsicParameters& p, int reduction) {
     image_ = {};
     image_.intrinsics = geometry.intrinsics;
     image_.ideal = geometry.ideal;
     image_.max_squared_radius = geometry.max_squared_radius;
-    image_.reduction = p.reduction;
+    image_.reduction = reduction;
     image_.noise = p.noise;
-    image_.width = full_.width() / p.reduction;
-    image_.height = full_.height() / p.reduction;
+    image_.width = full_.width() / reduction;
+    image_.height = full_.height() / reduction;
     image_.pitch = image_.width;
     z_.clear();
     z_.resize(width(), height());
@@ -77,10 +78,10 @@ class AlignmentView {
     image_.z_pitch = z_.stride();
   }
 
-  /** \brief Of each block the mean inverse depth. */
-  void average(const ExtrinsicParameters& p) {
-    const int reduction = p.reduction;
-    const float noise_scale = measureNoiseScale(p.noise, full_), steepest = steepestBlock();
+  /** \brief Of each block the mean inverse depth. \param noise_scale of the pixels */
+  void average(const ExtrinsicParameters& p, float noise_scale) {
+    const int reduction = image_.reduction;
+    const float steepest = steepestBlock();
     for (int v = 0; v < height(); ++v)
       for (int u = 0; u < width(); ++u) {
         BlockDepth block;

@@ -22,7 +22,8 @@ class RigAlignment {
   ExtrinsicResult run() {
     system_.sample(initial_, p_.samples);
     findCenter();
-    AlignmentGates gates{p_.max_distance, std::cos(p_.max_normal_angle), kNoLimit, 0.0f, kGreyLimit, false, 0, kHurry};
+    AlignmentGates gates{
+        p_.max_distance, kDeviations, std::cos(p_.max_normal_angle), kNoLimit, 0.0f, kGreyLimit, false, 0, kHurry};
     system_.findNeighbours(poses_, gates, p_.max_neighbours);
     measure(&CameraOverlap::residual_before, result_.residual_before);
     PoseGraph graph(system_.cameras());
@@ -36,7 +37,7 @@ class RigAlignment {
       system_.evaluate(poses_, result_.scene_radius, gates);
       graph = linearize();
       graph.decompose(information, colorRole(gates));
-      const double moved = apply(graph.step());
+      const double moved = apply(damped(graph.step()));
       if (gates.color && gates.scale > 0) {
         if (!graph.asksColor()) {
           gates.scale = 0;
@@ -105,6 +106,14 @@ class RigAlignment {
    *  sooner, finds the right place. */
   static double maxColorDeviation(std::size_t scale) {
     return kMaxColorDeviation * std::pow(kScaleTolerance, static_cast<double>(scale));
+  }
+
+  /** \brief Half of a step that turns back on the one before. Where counterparts change with every step it is too long, poses go to
+   *  and fro, and the gates, which follow how far they go, would never narrow. */
+  Eigen::VectorXd damped(Eigen::VectorXd step) {
+    if (last_step_.size() > 0 && step.dot(last_step_) < 0) step *= 0.5;
+    last_step_ = step;
+    return step;
   }
 
   /** \brief How far the camera moved that moved most, metres at the scene's radius. */
@@ -185,7 +194,7 @@ class RigAlignment {
   /** \brief Root mean squares with everything that max_distance lets correspond, so that before and after compare. */
   void measure(double CameraOverlap::*residual, double& total) {
     system_.evaluate(poses_, result_.scene_radius,
-                     {p_.max_distance, std::cos(p_.max_normal_angle), kNoLimit, 0.0f, kGreyLimit, false, 0, 1});
+                     {p_.max_distance, 0.0f, std::cos(p_.max_normal_angle), kNoLimit, 0.0f, kGreyLimit, false, 0, 1});
     AlignmentSums all{};
     const auto rms = [](const AlignmentSums& sums) { return sums.w > 0 ? std::sqrt(sums.wrr / sums.w) : 0.0; };
     for (CameraOverlap& overlap : result_.overlaps) overlap.matches = 0;
@@ -207,6 +216,7 @@ class RigAlignment {
 
   static constexpr float kNoLimit = 1e9f;
   static constexpr float kGreyLimit = 40.0f;         ///< of grey levels that may differ
+  static constexpr float kDeviations = 3.0f;         ///< of noise, which the narrowest gate must not cut off
   static constexpr float kTukey = 4.685f;            ///< 95 % efficient on normal noise
   static constexpr float kNarrower = 0.65f;          ///< gate over that of the iteration before
   static constexpr double kFirstInformation = 1000;  ///< first what is told best, then what can only be told beside it
@@ -227,6 +237,7 @@ class RigAlignment {
   const ExtrinsicParameters& p_;
   const std::vector<Eigen::Isometry3d>& initial_;
   std::vector<Eigen::Isometry3d> poses_;  ///< camera → scene's centre
+  Eigen::VectorXd last_step_;             ///< none before the first
   ExtrinsicResult result_;
 };
 
