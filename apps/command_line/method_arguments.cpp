@@ -17,7 +17,7 @@ MethodArguments::MethodArguments(CLI::App& app) {
   app.add_option("--leaf-size", options_.leaf_size, "of the voxel grids, m")
       ->check(positiveNumber())
       ->capture_default_str();
-  addDeviceOption(app, options_.device, "fuse_flow runs");
+  addDeviceOption(app, options_.device, "fuse_flow runs, and poses are refined");
   app.add_option("--threads", options_.threads, "0: one per core")->check(threadCount())->capture_default_str();
   app.set_config("--config", "", "read options from this file (name = value lines)");
   app.allow_config_extras(CLI::config_extras_mode::error);
