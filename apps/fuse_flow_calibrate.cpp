@@ -1,5 +1,6 @@
 // Refines the poses of a rig from what its depth cameras see.
 
+#include "command_line/method_arguments.h"
 #include "command_line/option_checks.h"
 #include "command_line/recording_arguments.h"
 #include "command_line/tool.h"
@@ -8,12 +9,12 @@
 #include "io/board.h"
 #include "io/file_io.h"
 #include "io/method.h"
+#include "io/poses.h"
 #include "io/range.h"
 #include "io/recording.h"
 #include "io/rig_json.h"
 
 #include <fuse_flow/coarse_alignment.h>
-#include <fuse_flow/extrinsic_estimation.h>
 #include <fuse_flow/impl/host/parallel.hpp>
 
 #include <nlohmann/json.hpp>
@@ -34,6 +35,7 @@ struct Options {
   std::string picture;
   std::string frames;
   std::string hold{"first"};
+  std::string device{"auto"};
   unsigned int threads{0};
   bool from_scratch{false};
   double board{0};
@@ -167,6 +169,9 @@ std::vector<Eigen::Isometry3d> fromScratch(CoarseAlignment& alignment, const std
 }
 
 int run(Options options) {
+  options.parameters.gauge = options.hold == "first" ? Gauge::FirstCamera : Gauge::Mean;
+  const std::unique_ptr<io::PoseEstimation> estimation =
+      io::makePoseEstimation(options.device, options.parameters, options.threads);
   if (!options.picture.empty()) drawing::requireDisplay("fuse_flow_calibrate");
   std::optional<io::Board> board;
   if (options.board > 0) board.emplace(options.board, options.board_family);
@@ -174,11 +179,7 @@ int run(Options options) {
   const std::unique_ptr<io::Recording> recording = io::openRecording(options.inputs, options.recording);
   const std::vector<std::size_t> frames = chooseFrames(options.frames, recording->frameCount());
   if (frames.empty()) throw io::InputError(options.inputs[0] + ": has no frame");
-  options.parameters.gauge = options.hold == "first" ? Gauge::FirstCamera : Gauge::Mean;
 
-  ExtrinsicEstimation<PointFused> estimation;
-  estimation.setParameters(options.parameters);
-  estimation.setNumberOfThreads(options.threads);
   CoarseAlignment coarse;
   coarse.setNumberOfThreads(options.threads);
   io::LoadedFrame loaded;
@@ -187,7 +188,7 @@ int run(Options options) {
     recording->read(frame, loaded);
     for (std::size_t i = 0; i < depth_scales.size(); ++i)
       if (!loaded.rig.views[i].missing()) depth_scales[i] = loaded.rig.views[i].depth_scale;
-    estimation.addFrame(loaded.rig);
+    estimation->addFrame(loaded.rig);
     if (options.from_scratch) coarse.addFrame(loaded.rig);
     if (board) board->addFrame(loaded);
   }
@@ -197,7 +198,7 @@ int run(Options options) {
   if (options.from_scratch) initial = fromScratch(coarse, before);
   io::MarkerRig markers;
   if (board) initial = (markers = board->place(before)).T_world_camera;
-  const ExtrinsicResult result = estimation.estimate(initial);
+  const ExtrinsicResult result = estimation->estimate(initial);
 
   if (!options.json.empty()) io::writeFile(options.json, toJson(before, result).dump(2) + "\n");
   if (!options.picture.empty()) {
@@ -275,6 +276,7 @@ int main(int argc, char** argv) {
   app.add_option("--zoom", options.viewpoint.zoom, "narrows the picture")
       ->check(command_line::positiveNumber())
       ->capture_default_str();
+  command_line::addDeviceOption(app, options.device, "poses are refined, after --from-scratch or --board on the CPU");
   app.add_option("--threads", options.threads, "0: one per core")
       ->check(command_line::threadCount())
       ->capture_default_str();

@@ -100,7 +100,7 @@ int run(const Options& options) {
   io::Report report(options.method);
   io::LoadedFrame loaded;
   io::Method::Cloud cloud;
-  io::LiveExtrinsics extrinsics;
+  io::LiveExtrinsics extrinsics(options.method_options.device);
   io::catchInterrupts();
   Progress progress(frames.size());
   std::size_t done = 0;

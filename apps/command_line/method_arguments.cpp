@@ -4,6 +4,12 @@
 
 namespace fuse_flow::command_line {
 
+void addDeviceOption(CLI::App& app, std::string& device, const std::string& what) {
+  app.add_option("--device", device, "where " + what + "; auto: on a GPU if there is one")
+      ->check(CLI::IsMember({"auto", "cpu", "gpu"}))
+      ->capture_default_str();
+}
+
 MethodArguments::MethodArguments(CLI::App& app) {
   app.add_option("--method", method_, "what makes the cloud")
       ->check(CLI::IsMember({"fuse_flow", "concatenate", "voxel_grid", "approximate_voxel_grid", "outlier_removal"}))
@@ -11,9 +17,7 @@ MethodArguments::MethodArguments(CLI::App& app) {
   app.add_option("--leaf-size", options_.leaf_size, "of the voxel grids, m")
       ->check(positiveNumber())
       ->capture_default_str();
-  app.add_option("--device", options_.device, "where fuse_flow runs; auto: on a GPU if there is one")
-      ->check(CLI::IsMember({"auto", "cpu", "gpu"}))
-      ->capture_default_str();
+  addDeviceOption(app, options_.device, "fuse_flow runs, and poses are refined");
   app.add_option("--threads", options_.threads, "0: one per core")->check(threadCount())->capture_default_str();
   app.set_config("--config", "", "read options from this file (name = value lines)");
   app.allow_config_extras(CLI::config_extras_mode::error);

@@ -10,6 +10,9 @@
 
 namespace fuse_flow::command_line {
 
+/** \brief --device. \param what runs there, for the help */
+void addDeviceOption(CLI::App& app, std::string& device, const std::string& what);
+
 /** \brief What makes the cloud of a frame, on the command line, with every parameter of the library. */
 class MethodArguments {
  public:

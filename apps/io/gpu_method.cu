@@ -23,11 +23,12 @@ class GpuFusion : public Method {
 
 }  // namespace
 
-bool gpuFound() { return gpu::deviceAvailable(); }
-
-std::unique_ptr<Method> makeGpuFusion(const MethodOptions& options) {
-  if (!gpuFound()) throw OptionError("--device gpu: no GPU found; use --device cpu");
-  return std::make_unique<GpuFusion>(options);
+bool runsOnGpu(const std::string& device) {
+  const bool found = device != "cpu" && gpu::deviceAvailable();
+  if (device == "gpu" && !found) throw OptionError("--device gpu: no GPU found; use --device cpu");
+  return found;
 }
+
+std::unique_ptr<Method> makeGpuFusion(const MethodOptions& options) { return std::make_unique<GpuFusion>(options); }
 
 }  // namespace fuse_flow::io

@@ -1,7 +1,6 @@
 #include "io/live_extrinsics.h"
 
 #include <fuse_flow/extrinsic_tracking.h>
-#include <fuse_flow/point_types.h>
 
 #include <iomanip>
 #include <sstream>
@@ -13,16 +12,15 @@ constexpr double kDeviation = 0.005;  // metres: of poses that one frame told
 
 }  // namespace
 
-LiveExtrinsics::LiveExtrinsics() = default;
-LiveExtrinsics::~LiveExtrinsics() = default;
-
 void LiveExtrinsics::place(RigFrame& frame) {
   if (!tracking_) {
-    ExtrinsicEstimation<PointFused> estimation;
-    estimation.addFrame(frame);
-    const ExtrinsicResult first = estimation.estimate();
+    const std::unique_ptr<PoseEstimation> estimation = makePoseEstimation(device_);
+    estimation->addFrame(frame);
+    std::vector<Eigen::Isometry3d> given;
+    for (const Camera& camera : frame.cameras) given.push_back(camera.T_world_camera);
+    const ExtrinsicResult first = estimation->estimate(given);
     for (std::size_t i = 0; i < frame.cameras.size(); ++i) frame.cameras[i].T_world_camera = first.T_world_camera[i];
-    tracking_ = std::make_unique<ExtrinsicTracking<PointFused>>(frame.cameras, kDeviation);
+    tracking_ = makePoseTracking(device_, frame.cameras, kDeviation);
   }
   tracking_->finish();
   tracking_->apply(frame);

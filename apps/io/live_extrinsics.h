@@ -1,18 +1,8 @@
 #pragma once
 
-#include <fuse_flow/device.h>
+#include "io/poses.h"
+
 #include <fuse_flow/pose_filter.h>
-#include <fuse_flow/rig_frame.h>
-
-#include <memory>
-#include <string>
-#include <vector>
-
-namespace fuse_flow {
-template <typename PointT, typename Device>
-class ExtrinsicTracking;
-struct PointFused;
-}  // namespace fuse_flow
 
 namespace fuse_flow::io {
 
@@ -20,8 +10,8 @@ namespace fuse_flow::io {
  *  is fused with the poses of the frames before it, so that the result does not depend on who is faster. */
 class LiveExtrinsics {
  public:
-  LiveExtrinsics();
-  ~LiveExtrinsics();
+  /** \param device as of MethodOptions */
+  explicit LiveExtrinsics(const std::string& device) : device_(device) {}
 
   /** \brief Puts the poses into the cameras of the next frame. Throws pcl::PCLException for one that contradicts itself. */
   void place(RigFrame& frame);
@@ -29,7 +19,8 @@ class LiveExtrinsics {
   const std::vector<CameraMotion>& moved() const { return moved_; }
 
  private:
-  std::unique_ptr<ExtrinsicTracking<PointFused, device::Host>> tracking_;
+  std::string device_;
+  std::unique_ptr<PoseTracking> tracking_;
   std::size_t updates_{0};
   std::vector<CameraMotion> moved_;
 };

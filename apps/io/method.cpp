@@ -179,7 +179,7 @@ std::unique_ptr<Method> makeMethod(const std::string& name, const MethodOptions&
   if (name != "fuse_flow" && options.device == "gpu")
     throw OptionError("--device gpu: --method " + name + " runs on the CPU only");
   if (name == "fuse_flow") {
-    if (options.device == "gpu" || (options.device == "auto" && gpuFound())) return makeGpuFusion(options);
+    if (runsOnGpu(options.device)) return makeGpuFusion(options);
     return std::make_unique<Fusion>(options);
   }
   if (name == "concatenate") return std::make_unique<Concatenation>(options);

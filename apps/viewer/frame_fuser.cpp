@@ -69,7 +69,8 @@ const simulation::RayScene* FrameFuser::truth() {
 }
 
 /** \brief Switched off, what was learned is forgotten: the next time begins with the given poses again. */
-void FrameFuser::placeCameras(bool refine) {
+void FrameFuser::placeCameras(const FusionRequest& request) {
+  const bool refine = request.refine_extrinsics;
   if (placed_ && refine == refined_.has_value()) return;
   std::vector<CameraMotion> moved;
   if (refined_) moved = std::move(refined_->moved);
@@ -79,7 +80,7 @@ void FrameFuser::placeCameras(bool refine) {
   if (!refine) {
     extrinsics_.reset();
   } else {
-    if (!extrinsics_) extrinsics_ = std::make_unique<io::LiveExtrinsics>();
+    if (!extrinsics_) extrinsics_ = std::make_unique<io::LiveExtrinsics>(request.settings[0]->options.device);
     extrinsics_->place(loaded_.rig);
     refined_.emplace();
     for (std::size_t i = 0; i < given_.size(); ++i)
@@ -162,7 +163,7 @@ std::shared_ptr<const FusedFrame> FrameFuser::fuse(const FusionRequest& request,
   for (const io::DamagedView& view : loaded_.damaged)
     answer->damaged.push_back("camera '" + loaded_.rig.cameras[view.view].name + "' is missing: " + view.message);
   try {
-    placeCameras(request.refine_extrinsics);
+    placeCameras(request);
     answer->cameras = loaded_.rig.cameras;
     answer->refined = refined_;
     for (std::size_t k = 0; k < kPanes; ++k) {

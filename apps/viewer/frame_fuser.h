@@ -30,7 +30,7 @@ class FrameFuser {
   };
 
   void readFrame(std::size_t frame);
-  void placeCameras(bool refine);
+  void placeCameras(const FusionRequest& request);
   void fuseCloud(const FusionRequest& request, Pane& pane, const FusionSettingPtr& setting);
   /** \brief Null if it is not known, or cannot be read. */
   const simulation::RayScene* truth();

@@ -35,9 +35,9 @@ constexpr std::size_t kPanes = 2;
 struct FusionRequest {
   std::uint64_t number{0};  ///< comes back with the result
   std::size_t frame{0};
-  std::array<FusionSettingPtr, kPanes> settings;  ///< null: that view is not shown
+  std::array<FusionSettingPtr, kPanes> settings;  ///< null: that view is not shown; the first always is
   ColorBy color_by{ColorBy::Rgb};
-  bool refine_extrinsics{false};  ///< with poses that follow what the cameras see, not as given
+  bool refine_extrinsics{false};  ///< with poses that follow what the cameras see, on the first setting's device
   bool measure_quality{true};     ///< E_MC and the distance to the truth take time of their own
 };
 

@@ -1,4 +1,4 @@
-// Compiled only. The tools have the frame pipeline for our own point type.
+// Compiled only. The tools have the frame pipeline for our own point type, and the classes that find poses.
 #include <fuse_flow/gpu/adaptive_hash_fusion.h>
 #include <fuse_flow/gpu/confidence_estimation.h>
 #include <fuse_flow/gpu/depth_backprojection.h>

@@ -75,6 +75,29 @@ TEST_F(Calibrate, TheNewPosesServeTheOtherTools) {
   EXPECT_TRUE(succeeded(evaluate({recording(), out("cloud.ply"), "--poses", out("refined.json")})));
 }
 
+TEST_F(Calibrate, TheDeviceIsChosenAndAMissingGpuIsAnErrorOfOneLine) {
+  simulate({"--position-error", "20", "--rotation-error", "0.5"});
+  ASSERT_TRUE(succeeded(calibrate({"--device", "cpu"})));
+  const std::string of_cpu = readText(out("refined.json"));
+  fs::remove(out("refined.json"));
+  const ToolResult result = calibrate({"--device", "gpu"});
+  if (result.exit_code != 0) {
+    EXPECT_TRUE(isOneLineError(result, 2, {"--device gpu", "--device cpu"}));
+    EXPECT_FALSE(fs::exists(out("refined.json")));
+    ASSERT_TRUE(succeeded(calibrate({})));
+    EXPECT_EQ(readText(out("refined.json")), of_cpu) << "what is chosen where there is no GPU";
+    return;
+  }
+  const nlohmann::json cpu = nlohmann::json::parse(of_cpu), gpu = read(out("refined.json"));
+  for (std::size_t camera = 0; camera < 3; ++camera) {
+    const Pose expected = cpu["cameras"][camera]["T_world_camera"], found = gpu["cameras"][camera]["T_world_camera"];
+    for (std::size_t k = 0; k < 16; ++k) EXPECT_NEAR(found[k], expected[k], 2e-6) << camera << ", " << k;
+  }
+  const std::string of_gpu = readText(out("refined.json"));
+  ASSERT_TRUE(succeeded(calibrate({})));
+  EXPECT_EQ(readText(out("refined.json")), of_gpu) << "what is chosen where there is a GPU, with the same bytes again";
+}
+
 TEST_F(Calibrate, AKnockedCameraIsToldWhileFusing) {
   simulate({"--frames", "7", "--fps", "30", "--knock", "60", "--knock-rotation", "1", "--knock-frame", "2"});
   const ToolResult result = fuse({recording(), "-o", out(), "--refine-extrinsics", "--no-quality"});
@@ -144,6 +167,7 @@ TEST_F(Calibrate, MistakesAreOneLine) {
   EXPECT_TRUE(isOneLineError(calibrate({}), 1, {"recording", "not found"}));
   WallRecording().write(recording_);
   EXPECT_TRUE(isOneLineError(calibrate({"--max-distance", "-1"}), 2, {"--max-distance"}));
+  EXPECT_TRUE(isOneLineError(calibrate({"--device", "abacus"}), 2, {"--device", "abacus", "cpu", "gpu"}));
   EXPECT_TRUE(isOneLineError(calibrate({"--samples", "3"}), 1, {"samples is 3"}));
   EXPECT_TRUE(isOneLineError(runProgram(FUSE_FLOW_CALIBRATE_TOOL, {recording(), "-o", "/nowhere/rig.json"}), 1,
                              {"/nowhere/rig.json"}));

@@ -1,3 +1,4 @@
+#include "io/gpu_method.h"
 #include "viewer/frame_fuser.h"
 #include "viewer/fusion_controls.h"
 #include "viewer/fusion_worker.h"
@@ -243,6 +244,19 @@ TEST_F(Refining, TellsAKnockedCameraUntilItIsSwitchedOff) {
   EXPECT_NEAR(last->refined->moved[0].translation, 0.06, 0.02);
   fuse(false, 9);
   EXPECT_TRUE(fuse(true, 9)->refined->moved.empty());
+}
+
+/** \brief Seen from what it says where there is no GPU: asked for one, a method that has no use for it says so itself. */
+TEST_F(Refining, RunsOnTheDeviceOfTheFusion) {
+  io::MethodOptions options;
+  options.device = "gpu";
+  controls_ = FusionControls("concatenate", options);
+  const auto says = [](const FusedFrame& answer, const char* words) {
+    return answer.error.find(words) != std::string::npos ? testing::AssertionSuccess()
+                                                         : testing::AssertionFailure() << answer.error;
+  };
+  EXPECT_TRUE(says(*fuse(false), "runs on the CPU only"));
+  EXPECT_TRUE(says(*fuse(true), io::runsOnGpu("auto") ? "runs on the CPU only" : "use --device cpu"));
 }
 
 /** \brief A source that the test holds: nothing is read until it is let go. */
