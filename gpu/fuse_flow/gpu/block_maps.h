@@ -41,7 +41,7 @@ class BlockMaps {
     findNormals(run, p, scratch);
     times.mark("blocks", static_cast<double>(full.pixels()) * 4 + static_cast<double>(blocks()) * 24);
     if (!hasColor()) return;
-    blur(run, full, p, scratch);
+    blur(run, full, scratch);
     times.mark("grey levels", static_cast<double>(full.pixels()) * 3 + static_cast<double>(blocks()) * 4 * kLumaScales);
   }
 
@@ -131,7 +131,7 @@ class BlockMaps {
   }
 
   /** \brief Grey levels at all scales. */
-  void blur(Execution& run, const FrameViews& full, const ExtrinsicParameters& p, BlockScratch& scratch) {
+  void blur(Execution& run, const FrameViews& full, BlockScratch& scratch) {
     const BlockPointers map{grid(), z_.data(), rays_.data()};
     for (DeviceBuffer<float>& luma : lumas_) luma.resize(blocks());
     scratch.rows.resize(blocks());
