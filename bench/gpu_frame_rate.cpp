@@ -191,7 +191,8 @@ void run(const Size& size, const Options& options, const Bandwidth& bandwidth) {
   };
   const auto bestOf = [&](bool to_cloud) {
     std::pair<double, std::size_t> best{0, 0};
-    for (const std::size_t lanes : {2u, 3u, 4u, 6u, 8u}) best = std::max(best, {sustained(lanes, to_cloud), lanes});
+    for (const std::size_t lanes : {2u, 3u, 4u, 6u, 8u, 12u, 16u})
+      best = std::max(best, {sustained(lanes, to_cloud), lanes});
     return best;
   };
   const auto [best, best_lanes] = bestOf(false);

@@ -228,4 +228,13 @@ TEST(ExtrinsicTracking, WrongFramesAreRefusedAtOnce) {
   EXPECT_THROW(Tracking(cameras, 0.01, wrong), pcl::BadArgumentException);
 }
 
+TEST(ExtrinsicTracking, OneCameraAloneCostsNothing) {
+  const Scene scene = makeScene(cornerCameras(1), cornerAndBall());
+  ExtrinsicTracking<pcl::PointXYZ> tracking(scene.rig.cameras);
+  EXPECT_FALSE(tracking.push(scene.rig));
+  tracking.finish();
+  EXPECT_EQ(tracking.poses()->updates, 0u);
+  EXPECT_EQ(tracking.poses()->T_world_camera[0].matrix(), scene.rig.cameras[0].T_world_camera.matrix());
+}
+
 }  // namespace

@@ -23,7 +23,8 @@ struct TrackedPoses {
   double milliseconds{0};                         ///< that the estimate took
 };
 
-/** \brief Keeps the poses of a rig right while it runs, on a thread of its own beside FuseFlow, which stays without state.
+/** \brief Keeps the poses of a rig right while it runs, on a thread of its own beside FuseFlow, which stays without state;
+ *  on Linux the thread gives way to others (nice 5 behind its maker).
  *
  *  \code
  *  fuse_flow::ExtrinsicTracking<pcl::PointXYZRGB> tracking(frame.cameras);
@@ -55,7 +56,8 @@ class ExtrinsicTracking {
   /** \brief Threads for an estimate; 1, the default, leaves the others to the fusion. */
   void setNumberOfThreads(unsigned int threads);
 
-  /** \brief Offers a frame, whose images are in host memory. Never waits. \returns whether it was taken: not while another is being worked on
+  /** \brief Offers a frame, whose images are in host memory. Never waits. \returns whether it was taken: not while another is being worked on,
+   *  and not of one camera alone, of which nothing can be told
    *  \throws pcl::BadArgumentException if the frame contradicts itself or has other cameras; what an estimate threw meanwhile */
   bool push(const RigFrame& frame);
 

@@ -5,6 +5,10 @@
 #include <chrono>
 #include <cstring>
 
+#if defined(__linux__)
+#include <sys/resource.h>
+#endif
+
 namespace fuse_flow {
 namespace detail {
 
@@ -17,6 +21,14 @@ ImageView<Pixel> copyImage(const ImageView<Pixel>& image, std::vector<Pixel>& pi
   for (int v = 0; v < image.height; ++v)
     std::memcpy(pixels.data() + static_cast<std::size_t>(v) * width, image.row(v), width * sizeof(Pixel));
   return {pixels.data(), image.width, image.height};
+}
+
+/** \brief The calling thread gives way to others: a frame that is late is worse than poses that are a few frames older. */
+inline void giveWay() {
+#if defined(__linux__)  // where threads have priorities of their own
+  constexpr int behind = 5;
+  (void)setpriority(PRIO_PROCESS, 0, getpriority(PRIO_PROCESS, 0) + behind);
+#endif
 }
 
 /** \brief What runs beside others must not wait for them: on the CPU it does not. */
@@ -80,7 +92,7 @@ bool ExtrinsicTracking<PointT, Device>::push(const RigFrame& frame) {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     if (error_) std::rethrow_exception(std::exchange(error_, nullptr));
-    if (taken_) return false;
+    if (taken_ || cameras_ < 2) return false;  // one camera has nobody to agree with
   }
   copy_.assign(frame, parameters_.use_color);  // the thread looks at it only once it is taken
   {
@@ -128,6 +140,7 @@ void ExtrinsicTracking<PointT, Device>::Copy::assign(const RigFrame& from, bool 
 
 template <typename PointT, typename Device>
 void ExtrinsicTracking<PointT, Device>::work() {
+  detail::giveWay();
   std::unique_lock<std::mutex> lock(mutex_);
   for (;;) {
     changed_.wait(lock, [this] { return taken_ || stop_; });

@@ -66,12 +66,19 @@ FUSE_FLOW_HD bool findMatch(const CameraPlace& i, const CameraPlace& j, const Bl
   match.x = i.to_world * sample.p;
   match.q = j.to_camera * match.x;
   if (other.missing() || !other.locate(match.q, match.u, match.v)) return false;
+  // Depth alone turns most away, before the rest of the block is fetched.
+  const float z = other.depth(match.u, match.v);
+  if (!(z > 0)) return false;
+  const float along = match.q.z - z, axial = other.noise_scale * axialNoise(other.noise, z);
+  const float own = sample.noise * sample.noise + kBlockFloor * kBlockFloor, near = gates.distance * gates.distance;
+  const float per_variance = gates.deviations * gates.deviations;
+  const float noisiest = per_variance * (own + axial * axial);
+  if (!(along * along < (noisiest > near ? noisiest : near))) return false;
   const Vec3& n = other.normal(match.u, match.v);
   if (!(squaredNorm(n) > 0)) return false;
   const Vec3 e = match.q - other.point(match.u, match.v);
-  const float noise = other.deviation(match.u, match.v);
-  const float variance = sample.noise * sample.noise + noise * noise + kBlockFloor * kBlockFloor;
-  const float noisy = gates.deviations * gates.deviations * variance, near = gates.distance * gates.distance;
+  const float noise = axial * std::fabs(n.z), variance = own + noise * noise;
+  const float noisy = per_variance * variance;
   if (!(squaredNorm(e) < (noisy > near ? noisy : near))) return false;
   match.n = rotate(j.to_world, n);
   if (!(dot(match.n, rotate(i.to_world, sample.n)) > gates.normal_cosine)) return false;
