@@ -47,6 +47,7 @@ class Chart {
     chart_->GetLegend()->SetLabelSize(14);
     chart_->GetLegend()->SetHorizontalAlignment(vtkChartLegend::RIGHT);
     chart_->GetLegend()->SetVerticalAlignment(vtkChartLegend::TOP);
+    chart_->GetLegend()->SetInline(false);  // beside the plot: over it, it would hide the tops of bars
     describe(vtkAxis::BOTTOM, text.x);
     describe(vtkAxis::LEFT, text.y);
   }
@@ -76,7 +77,7 @@ class Chart {
     vtkAxis* left = chart_->GetAxis(vtkAxis::LEFT);
     left->SetBehavior(vtkAxis::FIXED);
     left->SetMinimum(0);
-    left->SetMaximum(1.4 * highest_);  // room for the legend
+    left->SetMaximum(1.05 * highest_);
     view_->GetRenderWindow()->SetMultiSamples(0);
     view_->GetRenderWindow()->Render();
     return imageOf(view_->GetRenderWindow());
