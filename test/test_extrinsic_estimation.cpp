@@ -2,6 +2,7 @@
 #include "rigs.h"
 
 #include <fuse_flow/extrinsic_estimation.h>
+#include <fuse_flow/math/correspondence.h>
 
 #include <pcl/exceptions.h>
 #include <pcl/point_types.h>
@@ -83,6 +84,47 @@ TEST(ExtrinsicEstimation, FarAndNoisyWallsDoNotKeepItFromComingToRest) {
     const ExtrinsicResult result = estimation.estimate(initial);
     for (std::size_t i = 1; i < initial.size(); ++i)
       EXPECT_LT(apart(result.T_world_camera[i], frame.cameras[i].T_world_camera), 0.008) << trial << ", " << i;
+  }
+}
+
+// 20 mm of noise in either view, so 28 mm between them: the gate is what is larger, 30 mm or three of these.
+TEST(ExtrinsicEstimation, CounterpartsLieWithinTheGateOrThreeDeviationsOfNoise) {
+  const std::vector<float> z(9, 2.0f);
+  const std::vector<Ray> rays(9, Ray{0, 0});
+  const std::vector<Vec3> normals(9, Vec3{0, 0, -1});
+  BlockImage image;
+  image.width = image.height = 3;
+  image.z = z.data();
+  image.rays = rays.data();
+  image.normals = normals.data();
+  image.z_pitch = image.pitch = 3;
+  image.intrinsics.width = image.intrinsics.height = 3;
+  image.intrinsics.fx = image.intrinsics.fy = 100;
+  image.intrinsics.cx = image.intrinsics.cy = 1;
+  image.noise.noise_floor = 0.02f;
+  image.noise.noise_quadratic = 0;
+  const RigidTransform nowhere = toRigidTransform(Eigen::Isometry3d::Identity());
+  const CameraPlace place{nowhere, nowhere};
+  AlignmentGates gates{0.03f, 0.0f, 0.7f, 1e9f, 0.0f, 40.0f, false, 0, 1};
+  const auto matches = [&](float off) {
+    const AlignmentSample sample{{0, 0, 2 + off}, {0, 0, -1}, 0.02f, {}};
+    Match match;
+    if (!findMatch(place, place, image, sample, gates, match)) return false;
+    EXPECT_NEAR(match.r, -off, 1e-6);
+    EXPECT_NEAR(match.per_sigma, 1 / 0.028289, 0.01);  // with half a millimetre of rounding
+    return true;
+  };
+  for (const float sign : {-1.0f, 1.0f}) {
+    EXPECT_TRUE(matches(sign * 0.029f));
+    EXPECT_FALSE(matches(sign * 0.031f));
+    gates.deviations = 3;
+    EXPECT_TRUE(matches(sign * 0.084f));
+    EXPECT_FALSE(matches(sign * 0.086f));
+    gates.distance = 0.2f;
+    EXPECT_TRUE(matches(sign * 0.19f));
+    EXPECT_FALSE(matches(sign * 0.21f));
+    gates.distance = 0.03f;
+    gates.deviations = 0;
   }
 }
 
