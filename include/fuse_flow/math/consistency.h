@@ -2,6 +2,8 @@
 
 #include <fuse_flow/math/pinhole.h>
 
+#include <cmath>
+
 namespace fuse_flow {
 
 /** \brief What a view in which the point is hidden, or in which there is free space at the point, says about it. */
@@ -59,19 +61,23 @@ struct ViewOpinion {
   float squared_distance{0};
 };
 
+/** \brief How far a measurement may lie from a point along the ray and still be of its surface, in σ: nearer it hides the point,
+ *  farther it has seen through it. Infinite where occlusion does not matter. */
+FUSE_FLOW_HD float occlusionMargin(const ConsistencyParameters& p) {
+  return p.occlusion == OcclusionForm::OcclusionAware ? p.margin : INFINITY;
+}
+
 /** \brief Eq. 5–6 in camera j's own frame, where no transformation of Q is needed: rigid motions keep distances.
  *  \param p parameters  \param p_J the point in camera j's frame, metres
  *  \param ray_J the ray of the pixel it falls on  \param depth D_j there, metres; > 0
  *  \param noise its axial noise, metres; 0: not known */
 FUSE_FLOW_HD ViewOpinion viewOpinion(const ConsistencyParameters& p, const Vec3& p_J, const Ray& ray_J, float depth,
                                      float noise = 0.0f) {
-  const float sigma = consistencySigma(p, noise);
-  const float inverse_sigma = 1.0f / sigma;
+  const float inverse_sigma = 1.0f / consistencySigma(p, noise);
   const float behind = (p_J.z - depth) * inverse_sigma;
-  if (p.occlusion == OcclusionForm::OcclusionAware) {
-    if (behind > p.margin) return {ViewOpinion::Hidden, 0.0f};
-    if (behind < -p.margin) return {ViewOpinion::SeenThrough, 0.0f};
-  }
+  const float margin = occlusionMargin(p);
+  if (behind > margin) return {ViewOpinion::Hidden, 0.0f};
+  if (behind < -margin) return {ViewOpinion::SeenThrough, 0.0f};
   if (p.distance == DistanceForm::AlongRay) return {ViewOpinion::Distance, behind * behind};
   return {ViewOpinion::Distance, squaredNorm(p_J - pointOnRay(ray_J, depth)) * inverse_sigma * inverse_sigma};
 }

@@ -24,7 +24,7 @@ struct CellScratch {
   std::vector<Child> children;
   std::vector<Vec3> judged;  // where V is measured, child after child
   std::vector<std::uint32_t> judged_camera;
-  std::vector<ConsistencyEvaluator::Evaluation> opinions;
+  CellOpinions opinions;
   std::vector<float> V;
   std::vector<FusedPoint> fused;
   std::vector<std::uint8_t> kept;
@@ -53,9 +53,8 @@ inline void measureConsistency(ConsistencyAt at, const Vec3& corner, const Consi
   }
   scratch.V.assign(scratch.judged.size(), 1.0f);
   if (evaluator == nullptr) return;
-  scratch.opinions.resize(scratch.judged.size());
-  evaluator->evaluate(scratch.judged.data(), scratch.judged_camera.data(), scratch.judged.size(),
-                      scratch.opinions.data(), scratch.V.data());
+  evaluator->evaluate(scratch.judged.data(), scratch.judged_camera.data(), scratch.judged.size(), scratch.opinions,
+                      scratch.V.data());
 }
 
 /** \brief Whether a kept point lies in one of the 26 children around position. */
@@ -140,7 +139,7 @@ void fuseCell(const AggregationParameters& p, int max_level, const CoarseGrid& g
   for (std::size_t k = 0; k < scratch.fused.size(); ++k) {
     if (!scratch.kept[k]) continue;
     FusedPoint& fused = scratch.fused[k];
-    if (confirmed) fused.p = evaluator->confirmed(fused.p, fused.weight / scratch.V[k], scratch.opinions[k]);
+    if (confirmed) fused.p = evaluator->confirmed(fused.p, fused.weight / scratch.V[k], scratch.opinions, k);
     scratch.output.push_back(fused);
   }
   for (const Child& child : scratch.children) scratch.slot[child.position] = 0;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <fuse_flow/impl/host/cell_opinions.hpp>
 #include <fuse_flow/impl/host/depth_map.hpp>
 #include <fuse_flow/impl/host/rig_geometry.hpp>
 #include <fuse_flow/math/confirmation.h>
@@ -62,77 +63,47 @@ class ConsistencyEvaluator {
     return result;
   }
 
-  /** \brief Where a point falls in a view. */
-  struct Sight {
-    std::uint32_t view;
-    float x, y, z;  ///< of ViewModel::locate()
-  };
-
-  /** \brief What evaluate() remembers of one point. */
-  struct Evaluation {
-    Consistency opinions;
-    Sight sight;         ///< in the view being asked
-    const float* depth;  ///< what that measured there; null: the point is not in its image
-    /** \brief In the first views that measured a surface at the point, where refined depth is known. */
-    Sight agreeing[Confirmation::kViews];
-  };
-
   /** \brief Eq. 7 for the points of one coarse cell: V[k] of p[k], which camera[k] measured. All of them walk one list, that
    *  of the first point's camera, view by view: neighbouring points fall on neighbouring pixels, so that each view's
-   *  matrix and its few pixels stay at hand. */
-  void evaluate(const Vec3* p, const std::uint32_t* camera, std::size_t n, Evaluation* scratch, float* V) const {
-    for (std::size_t k = 0; k < n; ++k) scratch[k].opinions = {};
+   *  matrix and its few pixels stay at hand. \param opinions is overwritten */
+  void evaluate(const Vec3* p, const std::uint32_t* camera, std::size_t n, CellOpinions& opinions, float* V) const {
+    opinions.assign(p, n);
     const std::uint32_t first = camera[0];
-    bool open = askAbout(first, p, camera, n, scratch);
+    bool open = askAbout(first, p, camera, opinions);
     int candidates = 0;
     for (const std::uint32_t j : (*rig_)[first].neighbours) {
       if ((*depths_)[j].empty()) continue;
       if (!open || ++candidates > parameters_.max_candidates) break;
-      open = askAbout(j, p, camera, n, scratch);
+      open = askAbout(j, p, camera, opinions);
     }
-    for (std::size_t k = 0; k < n; ++k) V[k] = consistency(parameters_, scratch[k].opinions);
+    for (std::size_t k = 0; k < n; ++k) V[k] = consistency(parameters_, opinions[k]);
   }
 
-  /** \brief Where a point of weight ω lies by what the views confirm that agreed with it in evaluate(). */
-  Vec3 confirmed(const Vec3& p_W, float weight, const Evaluation& evaluation) const {
+  /** \brief Where a point of weight ω lies by what the views confirm that agreed with it in evaluate(). \param k its number there */
+  Vec3 confirmed(const Vec3& p_W, float weight, const CellOpinions& opinions, std::size_t k) const {
     Confirmation confirmation;
-    const int n = std::min(evaluation.opinions.agreeing, Confirmation::kViews);
-    for (int k = 0; k < n; ++k) confirm(p_W, evaluation.agreeing[k], confirmation);
+    const int n = std::min(opinions[k].agreeing, Confirmation::kViews);
+    for (int a = 0; a < n; ++a) confirm(p_W, opinions.sight(k, a), confirmation);
     return confirmation.moved(p_W, weight);
   }
 
  private:
   /** \brief Asks view j about all points that still want to know; returns whether any does afterwards. First where each
    *  falls, then what is there: the depths are on their way from memory while the next points are projected. */
-  bool askAbout(std::uint32_t j, const Vec3* p, const std::uint32_t* camera, std::size_t n, Evaluation* points) const {
+  bool askAbout(std::uint32_t j, const Vec3* p, const std::uint32_t* camera, CellOpinions& points) const {
     const ViewGeometry& view = (*rig_)[j];
     const DepthMap& depth = (*depths_)[j];
     if (depth.empty()) return true;
-    for (std::size_t k = 0; k < n; ++k) {
-      // In its own camera a point is always right.
-      const bool wanted = camera[k] != j && points[k].opinions.views() < parameters_.max_views - 1;
-      Sight& sight = points[k].sight;
-      points[k].depth = nullptr;
-      if (!wanted || !view.locate(p[k], sight.x, sight.y, sight.z)) continue;
-      points[k].depth = depth.row(static_cast<int>(sight.y)) + static_cast<int>(sight.x);
-#if defined(__GNUC__)
-      __builtin_prefetch(points[k].depth);
-#endif
+    points.locate(view, j, camera, parameters_.max_views - 1, depth.stride());
+    points.read(depth.row(0));
+    if (refined_ != nullptr) points.keepSights(j);
+    const float noise_scale = noise_scales_ != nullptr ? (*noise_scales_)[j] : 0.0f;
+    if (parameters_.distance == DistanceForm::AlongRay) {
+      points.addAlongRay(parameters_, noise_model_, noise_scale);
+    } else {
+      points.add([&](std::size_t k, int u, int v, float z, float D) { return opinion(j, p[k], u, v, z, D); });
     }
-    bool open = false;
-    for (std::size_t k = 0; k < n; ++k) {
-      if (points[k].depth != nullptr && *points[k].depth > 0) {
-        Evaluation& point = points[k];
-        const ViewOpinion said = opinion(j, p[k], static_cast<int>(point.sight.x), static_cast<int>(point.sight.y),
-                                         point.sight.z, *point.depth);
-        if (refined_ != nullptr && said.verdict == ViewOpinion::Distance &&
-            point.opinions.agreeing < Confirmation::kViews)
-          point.agreeing[point.opinions.agreeing] = {j, point.sight.x, point.sight.y, point.sight.z};
-        point.opinions.add(said);
-      }
-      open |= points[k].opinions.views() < parameters_.max_views - 1;
-    }
-    return open;
+    return points.anyBelow(parameters_.max_views - 1);
   }
 
   /** \brief Depths of the pixels around one. Not a lambda, which nvcc lets no function call that is for both sides. */
@@ -142,7 +113,7 @@ class ConsistencyEvaluator {
     FUSE_FLOW_HD float operator()(int a, int b) const { return here[a + b * stride]; }
   };
 
-  void confirm(const Vec3& p_W, const Sight& sight, Confirmation& confirmation) const {
+  void confirm(const Vec3& p_W, const CellOpinions::Sight& sight, Confirmation& confirmation) const {
     const DepthMap& map = (*refined_)[sight.view];
     const int u = static_cast<int>(sight.x), v = static_cast<int>(sight.y);
     const float du = sight.x - 0.5f - static_cast<float>(u), dv = sight.y - 0.5f - static_cast<float>(v);

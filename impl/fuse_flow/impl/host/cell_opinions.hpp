@@ -1,0 +1,164 @@
+#pragma once
+
+#include <fuse_flow/math/confidence.h>
+#include <fuse_flow/math/confirmation.h>
+#include <fuse_flow/math/consistency.h>
+#include <fuse_flow/math/view.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace fuse_flow {
+namespace host {
+
+/** \brief What the views say about the points of one coarse cell, while one view after the other is asked about all of them.
+ *  Arrays and loops without branches, which compilers vectorise: which points a view sees, and what it says, is anyone's
+ *  guess. */
+class CellOpinions {
+ public:
+  /** \brief Where a point falls in a view. */
+  struct Sight {
+    std::uint32_t view;
+    float x, y, z;  ///< of ViewModel::locate()
+  };
+
+  /** \brief Begins with points of which nothing has been said. */
+  void assign(const Vec3* p, std::size_t n) {
+    reserve(n);
+    n_ = n;
+    for (std::size_t k = 0; k < n; ++k) {
+      X_[k] = p[k].x;
+      Y_[k] = p[k].y;
+      Z_[k] = p[k].z;
+      sum_[k] = 0;
+      agreeing_[k] = seeing_through_[k] = 0;
+    }
+  }
+
+  std::size_t capacity() const { return X_.size(); }
+  /** \brief Room for n points; never less than before. */
+  void reserve(std::size_t n) {
+    if (n <= capacity()) return;
+    for (std::vector<float>* a : {&X_, &Y_, &Z_, &x_, &y_, &z_, &depth_, &sum_}) a->resize(n);
+    for (std::vector<std::int32_t>* a : {&pixel_, &agreeing_, &seeing_through_}) a->resize(n);
+    sights_.resize(n * kSights);
+  }
+
+  /** \brief Projects the points into view j. \param camera the camera of each point, which is not asked
+   *  \param views points that so many views have said something about ask no more  \param stride of the depth map */
+  void locate(const ViewModel& view, std::uint32_t j, const std::uint32_t* camera, int views, int stride) {
+    if (view.ideal) {
+      locateIdeal(n_, view.P, view.intrinsics, X_.data(), Y_.data(), Z_.data(), x_.data(), y_.data(), z_.data(),
+                  pixel_.data());
+    } else {
+      for (std::size_t k = 0; k < n_; ++k) {
+        const bool inside = view.locate({X_[k], Y_[k], Z_[k]}, x_[k], y_[k], z_[k]);
+        if (!inside) x_[k] = y_[k] = 0;
+        pixel_[k] = inside ? 0 : kNowhere;
+      }
+    }
+    for (std::size_t k = 0; k < n_; ++k) {
+      const std::int32_t there = static_cast<std::int32_t>(y_[k]) * stride + static_cast<std::int32_t>(x_[k]);
+      const bool wanted = (pixel_[k] == 0) & (camera[k] != j) & (agreeing_[k] + seeing_through_[k] < views);
+      pixel_[k] = wanted ? there : kNowhere;
+    }
+  }
+
+  /** \brief What the view measured where the points fall. \param first pixel (0, 0) of its depth map, which has a border of
+   *  zeros */
+  void read(const float* first) {
+#if defined(__GNUC__)
+    for (std::size_t k = 0; k < n_; ++k) __builtin_prefetch(first + pixel_[k]);
+#endif
+    for (std::size_t k = 0; k < n_; ++k) depth_[k] = first[pixel_[k]];
+  }
+
+  /** \brief Remembers where the points fall in view j; call before the opinions are added. */
+  void keepSights(std::uint32_t j) {
+    // Always, and on top of the last one if that did not agree.
+    for (std::size_t k = 0; k < n_; ++k)
+      sights_[k * kSights + static_cast<std::size_t>(std::min(agreeing_[k], Confirmation::kViews))] = {j, x_[k], y_[k],
+                                                                                                       z_[k]};
+  }
+
+  /** \brief Eq. 5–6, with d along the ray. \param noise_scale of the view; 0: its noise is not known */
+  void addAlongRay(const ConsistencyParameters& p, const ConfidenceParameters& noise_model, float noise_scale) {
+    addAlongRay(n_, p, noise_model, noise_scale, z_.data(), depth_.data(), sum_.data(), agreeing_.data(),
+                seeing_through_.data());
+  }
+
+  /** \brief The same with any opinion(number of the point, pixel u, pixel v, its depth in the view, measured depth). */
+  template <typename Opinion>
+  void add(const Opinion& opinion) {
+    for (std::size_t k = 0; k < n_; ++k) {
+      if (!(depth_[k] > 0)) continue;
+      Consistency sum = (*this)[k];
+      sum.add(opinion(k, static_cast<int>(x_[k]), static_cast<int>(y_[k]), z_[k], depth_[k]));
+      sum_[k] = sum.sum_squared_distance;
+      agreeing_[k] = sum.agreeing;
+      seeing_through_[k] = sum.seeing_through;
+    }
+  }
+
+  /** \brief Whether any point has heard fewer views than that. */
+  bool anyBelow(int views) const {
+    bool any = false;
+    for (std::size_t k = 0; k < n_; ++k) any |= agreeing_[k] + seeing_through_[k] < views;
+    return any;
+  }
+
+  /** \brief All that was said about a point. */
+  Consistency operator[](std::size_t k) const { return {sum_[k], agreeing_[k], seeing_through_[k]}; }
+
+  /** \brief Where a point falls in the a-th view that measured a surface there; a < Confirmation::kViews. */
+  const Sight& sight(std::size_t k, int a) const { return sights_[k * kSights + static_cast<std::size_t>(a)]; }
+
+ private:
+  /** \brief In the border of every depth map, left of its first pixel: 0. */
+  static constexpr std::int32_t kNowhere = -1;
+  static constexpr std::size_t kSights = Confirmation::kViews + 1;  ///< and one that is not kept
+
+  static void locateIdeal(std::size_t n, ProjectionMatrix P, const Intrinsics& K, const float* __restrict X,
+                          const float* __restrict Y, const float* __restrict Z, float* __restrict x,
+                          float* __restrict y, float* __restrict z, std::int32_t* __restrict pixel) {
+    const auto width = static_cast<float>(K.width), height = static_cast<float>(K.height);
+    for (std::size_t k = 0; k < n; ++k) {
+      const Vec3 q = P * Vec3{X[k], Y[k], Z[k]};
+      const float inverse_z = 1.0f / q.z;
+      const float column = q.x * inverse_z + 0.5f, row = q.y * inverse_z + 0.5f;
+      const bool inside = (q.z > 0) & (column >= 0) & (column < width) & (row >= 0) & (row < height);
+      x[k] = inside ? column : 0.0f;
+      y[k] = inside ? row : 0.0f;
+      z[k] = q.z;
+      pixel[k] = inside ? 0 : kNowhere;
+    }
+  }
+
+  static void addAlongRay(std::size_t n, ConsistencyParameters p, ConfidenceParameters noise_model, float noise_scale,
+                          const float* __restrict z, const float* __restrict depth, float* __restrict sum,
+                          std::int32_t* __restrict agreeing, std::int32_t* __restrict seeing_through) {
+    const float margin = occlusionMargin(p);
+    for (std::size_t k = 0; k < n; ++k) {
+      const float D = depth[k];
+      const float behind = (z[k] - D) * (1.0f / consistencySigma(p, noise_scale * axialNoise(noise_model, D)));
+      const bool agrees = (D > 0) & (behind <= margin) & (behind >= -margin);
+      sum[k] += agrees ? behind * behind : 0.0f;
+      agreeing[k] += agrees;
+      seeing_through[k] += (D > 0) & (behind < -margin);
+    }
+  }
+
+  std::size_t n_{0};
+  std::vector<float> X_, Y_, Z_;  // world, metres
+  std::vector<float> x_, y_, z_;  // in the view being asked
+  std::vector<std::int32_t> pixel_;
+  std::vector<float> depth_;
+  std::vector<float> sum_;
+  std::vector<std::int32_t> agreeing_, seeing_through_;
+  std::vector<Sight> sights_;
+};
+
+}  // namespace host
+}  // namespace fuse_flow
