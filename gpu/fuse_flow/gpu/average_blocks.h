@@ -86,13 +86,16 @@ struct AverageLuma {
     luma[index] = -1.0f;
     if (!view.color || !(z > 0)) return;
     const int reduction = blocks.grid.views[a.view].reduction;
-    float sum = 0;
+    float sum = 0, known = 0;
     for (int dv = 0; dv < reduction; ++dv)
       for (int du = 0; du < reduction; ++du) {
         const int u = a.u * reduction + du, v = a.v * reduction + dv;
-        sum += greyLevel(viewColor(view.model, view.color, u, v, view.ray(u, v), z));
+        const ViewColor color = viewColor(view.model, view.color, u, v, view.ray(u, v), z);
+        if (!color.known) continue;
+        sum += greyLevel(color.rgb);
+        known += 1.0f;
       }
-    luma[index] = sum / static_cast<float>(reduction * reduction);
+    if (known > 0) luma[index] = sum / known;
   }
 };
 

@@ -52,7 +52,7 @@ struct WriteBackprojected {
     Words w = input == nullptr ? layout.blank : input[place];
     if (measured) {
       Layout::setPosition(w, view.model.T_world_camera * pointOnRay(view.ray(u, v), z));
-      if (with_color) Layout::setColor(w, appearance.color({0, u, v}));
+      if (with_color) Layout::setColor(w, appearance.color({0, u, v}).rgb);
     } else {
       Layout::setPosition(w, {user_filter_value, user_filter_value, user_filter_value});
       atomicAddTo(missing_count, 1u);

@@ -11,7 +11,7 @@ struct Appearance {
   PixelGrid grid;
   const float* z;
 
-  FUSE_FLOW_HD Vec3 color(const PixelAddress& a) const {
+  FUSE_FLOW_HD ViewColor color(const PixelAddress& a) const {
     const DeviceView& view = grid.views[a.view];
     if (!view.color) return {};
     return viewColor(view.model, view.color, a.u, a.v, view.ray(a.u, a.v), z[view.indexOf(a.u, a.v)]);
@@ -37,15 +37,16 @@ struct WritePoints {
   FUSE_FLOW_HD void operator()(std::uint32_t k) const {
     FusedPoint point = fused[staying[k]];
     point.weight = weights[staying[k]];
-    Vec3 color{}, normal{};
+    ColorMean color;
+    Vec3 normal{};
     for (int s = 0; s < kRepresentatives; ++s) {
       if (s >= static_cast<int>(point.count) || !(Layout::has_color || (Layout::has_normal && with_normals))) continue;
       const PixelAddress a = appearance.grid.addressOf(point.source[s]);
-      if (Layout::has_color) color = color + point.share[s] * appearance.color(a);
+      if (Layout::has_color) color.add(point.share[s], appearance.color(a));
       if (Layout::has_normal && with_normals) normal = normal + point.share[s] * appearance.normal(a);
     }
     const float norm = std::sqrt(squaredNorm(normal));
-    output[k] = layout.words(point, color, norm > 0 ? (1.0f / norm) * normal : Vec3{});
+    output[k] = layout.words(point, color.mean(), norm > 0 ? (1.0f / norm) * normal : Vec3{});
   }
 };
 

@@ -102,7 +102,7 @@ void DepthBackprojection<PointT, device::Host>::applyFilter(PointCloud& output) 
       }
       if constexpr (point::has_color<PointT>)
         if (!from_cloud && view_.color && !missing[index])
-          point::setColor(point, viewColor(geometry, view_.color, u, v, geometry.ray(u, v), z[u]));
+          point::setColor(point, viewColor(geometry, view_.color, u, v, geometry.ray(u, v), z[u]).rgb);
     }
   });
   removed_indices_->clear();

@@ -81,13 +81,14 @@ void FuseFlow<PointT, device::Host>::fuse(const RigFrame& frame, PointCloud& out
     point::setPosition(point, fused.p);
     point::setWeight(point, fused.weight);
     point::setViewCount(point, fused.views);
-    Vec3 color{}, normal{};
+    ColorMean color;
+    Vec3 normal{};
     for (std::size_t k = 0; k < fused.count; ++k) {
-      if constexpr (point::has_color<PointT>) color = color + fused.share[k] * pipeline.color(fused.source[k]);
+      if constexpr (point::has_color<PointT>) color.add(fused.share[k], pipeline.color(fused.source[k]));
       if constexpr (point::has_normal<PointT>)
         if (compute_normals_) normal = normal + fused.share[k] * pipeline.normal(fused.source[k]);
     }
-    point::setColor(point, color);
+    point::setColor(point, color.mean());
     const float norm = std::sqrt(squaredNorm(normal));
     point::setNormal(point, norm > 0 ? (1.0f / norm) * normal : Vec3{});
   };

@@ -19,6 +19,8 @@ struct ViewModel {
   bool own_color_camera{false};
   Intrinsics color_intrinsics;   ///< of that camera
   RigidTransform T_color_depth;  ///< depth camera to colour camera, metres
+  /** \brief Of the rays of the colour camera, where its lens has distortion: the largest x² + y². */
+  float color_max_squared_radius{0};
 
   /** \brief The pixel nearest to a point in the world frame, and the point's depth. False where the image does not
    *  reach. */
@@ -37,8 +39,7 @@ struct ViewModel {
     if (!(z > 0)) return false;
     if (!ideal) {
       const Vec3 p_C = T_camera_world * p_W;
-      // Far outside the field of view the lens polynomial folds back into the image.
-      if (p_C.x * p_C.x + p_C.y * p_C.y > 1.02f * max_squared_radius * z * z) return false;
+      if (foldsBack(p_C, max_squared_radius)) return false;
       const Pixel pixel = project(intrinsics, p_C);
       q = {pixel.u * z, pixel.v * z, z};
     }
@@ -49,23 +50,54 @@ struct ViewModel {
     return (x >= 0) & (x < static_cast<float>(intrinsics.width)) & (y >= 0) &
            (y < static_cast<float>(intrinsics.height));
   }
+
+  /** \brief Far outside the field of view the polynomial of a lens folds back into the image. \param p_C in the camera's frame;
+   *  z > 0 */
+  FUSE_FLOW_HD static bool foldsBack(const Vec3& p_C, float max_squared_radius) {
+    return p_C.x * p_C.x + p_C.y * p_C.y > 1.02f * max_squared_radius * p_C.z * p_C.z;
+  }
 };
 
-/** \brief Colour, channels 0 … 255, of the depth pixel (u, v) with depth z on its ray; black where there is none. With
- *  a colour camera of its own, the point is projected into that, to the nearest pixel of the border where it just
- *  misses. */
-FUSE_FLOW_HD Vec3 viewColor(const ViewModel& view, const ImageView<Rgb8>& image, int u, int v, const Ray& ray,
-                            float z) {
+/** \brief What a view's colour image shows of a point. */
+struct ViewColor {
+  Vec3 rgb{};         ///< channels 0 … 255; black where it is not known
+  bool known{false};  ///< whether the image shows the point at all
+};
+
+/** \brief The mean of the colours that are known. */
+struct ColorMean {
+  Vec3 sum{};
+  float total{0};
+
+  /** \brief One more. \param share its weight */
+  FUSE_FLOW_HD void add(float share, const ViewColor& color) {
+    if (!color.known) return;
+    sum = sum + share * color.rgb;
+    total += share;
+  }
+  /** \brief Channels 0 … 255; black where none was known. */
+  FUSE_FLOW_HD Vec3 mean() const { return total > 0 ? (1.0f / total) * sum : Vec3{}; }
+};
+
+/** \brief Colour of the depth pixel (u, v) with depth z on its ray. With a colour camera of its own, the point is projected into
+ *  that; where it misses the image by less than a pixel, the border's colour is taken. */
+FUSE_FLOW_HD ViewColor viewColor(const ViewModel& view, const ImageView<Rgb8>& image, int u, int v, const Ray& ray,
+                                 float z) {
   if (!image) return {};
   if (view.own_color_camera) {
     const Vec3 p_C = view.T_color_depth * pointOnRay(ray, z);
     if (!(p_C.z > 0)) return {};
+    const bool ideal = isIdeal(view.color_intrinsics.distortion);
+    if (!ideal && ViewModel::foldsBack(p_C, view.color_max_squared_radius)) return {};
     const Pixel pixel = project(view.color_intrinsics, p_C);
-    u = static_cast<int>(clampTo(pixel.u + 0.5f, 0.0f, static_cast<float>(image.width - 1)));
-    v = static_cast<int>(clampTo(pixel.v + 0.5f, 0.0f, static_cast<float>(image.height - 1)));
+    const float x = pixel.u + 0.5f, y = pixel.v + 0.5f;
+    const auto width = static_cast<float>(image.width), height = static_cast<float>(image.height);
+    if (!(x > -1 && y > -1 && x < width + 1 && y < height + 1)) return {};
+    u = static_cast<int>(clampTo(x, 0.0f, width - 1));
+    v = static_cast<int>(clampTo(y, 0.0f, height - 1));
   }
   const Rgb8 c = image.row(v)[u];
-  return {static_cast<float>(c.r), static_cast<float>(c.g), static_cast<float>(c.b)};
+  return {{static_cast<float>(c.r), static_cast<float>(c.g), static_cast<float>(c.b)}, true};
 }
 
 /** \brief Unit normal of the depth surface at a pixel, world frame, facing its camera; zero where neighbours are

@@ -142,13 +142,16 @@ class AlignmentView {
       for (int u = 0; u < width(); ++u) {
         const float z = z_.row(v)[u];
         if (!(z > 0)) continue;
-        float sum = 0;
+        float sum = 0, known = 0;
         for (int dv = 0; dv < reduction; ++dv)
           for (int du = 0; du < reduction; ++du) {
             const int a = u * reduction + du, b = v * reduction + dv;
-            sum += greyLevel(viewColor(geometry, view.color, a, b, geometry.ray(a, b), z));
+            const ViewColor color = viewColor(geometry, view.color, a, b, geometry.ray(a, b), z);
+            if (!color.known) continue;
+            sum += greyLevel(color.rgb);
+            known += 1.0f;
           }
-        lumas_[0][index(u, v)] = sum / static_cast<float>(reduction * reduction);
+        if (known > 0) lumas_[0][index(u, v)] = sum / known;
       }
   }
 

@@ -63,8 +63,8 @@ class FramePipeline {
   int resolvedThreads() const { return threads_; }
   const std::vector<WeightedPoint>& points() const { return points_; }
 
-  /** \brief Colour of a point, channels 0 … 255, from its view's image; black where there is none. */
-  Vec3 color(std::uint32_t index) const {
+  /** \brief Colour of a point, from its view's image. */
+  ViewColor color(std::uint32_t index) const {
     const std::uint32_t i = viewOf(index);
     int u = 0, v = 0;
     locate(index, i, u, v);

@@ -22,6 +22,8 @@ struct ViewGeometry : ViewModel {
     T_camera_world = toRigidTransform(camera.T_world_camera.inverse());
     own_color_camera = camera.color.has_value();
     if (camera.color) {
+      if (!detail::sameIntrinsics(color_intrinsics, camera.color->intrinsics))
+        color_max_squared_radius = largestSquaredRadius(camera.color->intrinsics);
       color_intrinsics = camera.color->intrinsics;
       T_color_depth = toRigidTransform(camera.color->T_depth_color.inverse());
     }
@@ -52,6 +54,25 @@ struct ViewGeometry : ViewModel {
   const std::vector<Ray>& rays() const { return rays_; }
 
  private:
+  /** \brief Of the rays of an image's border, which are the outermost; 0 for an ideal lens. */
+  static float largestSquaredRadius(const Intrinsics& K) {
+    if (isIdeal(K.distortion)) return 0;
+    float largest = 0;
+    const auto see = [&](int u, int v) {
+      const Ray r = unproject(K, {static_cast<float>(u), static_cast<float>(v)});
+      largest = std::max(largest, r.x * r.x + r.y * r.y);
+    };
+    for (int u = 0; u < K.width; ++u) {
+      see(u, 0);
+      see(u, K.height - 1);
+    }
+    for (int v = 0; v < K.height; ++v) {
+      see(0, v);
+      see(K.width - 1, v);
+    }
+    return largest;
+  }
+
   std::vector<float> column_x_;
   std::vector<Ray> rays_;
 };
