@@ -100,6 +100,7 @@ void expectPose(const CoarseAlignmentResult& result, const std::vector<fuse_flow
 }
 
 TEST(CoarseAlignment, FindsThePosesOfCamerasOfWhichNothingIsKnown) {
+  if (scenes::kSanitized) GTEST_SKIP() << "the code of ColourKeepsCamerasFromBeingPlacedHalfATurnAway";
   const auto cameras = around({10, 45, 85, 120});
   const CoarseAlignmentResult result = align(unposed(cameras, furnishedRoom()));
   for (std::size_t i = 0; i < cameras.size(); ++i) expectPose(result, cameras, i);
@@ -107,6 +108,7 @@ TEST(CoarseAlignment, FindsThePosesOfCamerasOfWhichNothingIsKnown) {
 }
 
 TEST(CoarseAlignment, NeighboursOverlapAndTheOverlapsSayHowMuch) {
+  if (scenes::kSanitized) GTEST_SKIP() << "the code of ColourKeepsCamerasFromBeingPlacedHalfATurnAway";
   const auto cameras = around({10, 40, 70});
   const CoarseAlignmentResult result = align(unposed(cameras, furnishedRoom()));
   ASSERT_EQ(result.overlaps.size(), 3u);
@@ -118,6 +120,7 @@ TEST(CoarseAlignment, NeighboursOverlapAndTheOverlapsSayHowMuch) {
 }
 
 TEST(CoarseAlignment, PosesThatTheCamerasHaveMakeNoDifference) {
+  if (scenes::kSanitized) GTEST_SKIP() << "the code of ColourKeepsCamerasFromBeingPlacedHalfATurnAway";
   const auto cameras = around({10, 55, 115});
   Scene scene = unposed(cameras, furnishedRoom());
   const CoarseAlignmentResult without = align(scene);
@@ -155,6 +158,7 @@ TEST(CoarseAlignment, AMissingViewIsSaidAndTheOthersArePlaced) {
 }
 
 TEST(CoarseAlignment, ACameraThatSharesNothingWithTheOthersIsLeftOut) {
+  if (scenes::kSanitized) GTEST_SKIP() << "the code of ColourKeepsCamerasFromBeingPlacedHalfATurnAway";
   const auto cameras = around({10, 55, 115});
   Scene scene = unposed(cameras, furnishedRoom());
   // It hangs elsewhere, before a ball.
@@ -189,6 +193,7 @@ TEST(CoarseAlignment, ColourKeepsCamerasFromBeingPlacedHalfATurnAway) {
 }
 
 TEST(CoarseAlignment, OfARoomThatLooksAlikeAfterHalfATurnNotAllIsToldWithoutColour) {
+  if (scenes::kSanitized) GTEST_SKIP() << "the code of ColourKeepsCamerasFromBeingPlacedHalfATurnAway";
   EXPECT_FALSE(align(unposed(around({10, 45, 85, 120}), halfTurnedRoom())).complete());
 }
 
