@@ -2,6 +2,7 @@
 
 #include "io_fixture.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace {
@@ -124,6 +125,25 @@ TEST(Report, FramesWithoutAFigureDoNotCountInItsMean) {
   EXPECT_DOUBLE_EQ(json["total"]["coverage"], 0.98);
 }
 
+/** \brief 100 points 10 mm off and 300 that are 20 mm off: 17.5 mm, not the 15 mm between the frames. */
+TEST(Report, InTheTotalEveryPointAndEveryPixelCountsTheSame) {
+  io::Report report("fuse_flow");
+  Quality few, many;
+  few.points = few.seen_points = 100;
+  few.error = 0.010;
+  few.pixels = few.covered_pixels = 1000;
+  many.points = many.seen_points = many.violating_points = 300;
+  many.error = 0.020;
+  many.pixels = 3000;
+  report.addFrame(0, statistics(10), few);
+  report.addFrame(1, statistics(10), many);
+  const Json total = report.json()["total"];
+  EXPECT_DOUBLE_EQ(total["e_mc_mm"], 17.5);
+  EXPECT_DOUBLE_EQ(total["free_space_violations"], 0.75);
+  EXPECT_DOUBLE_EQ(total["coverage"], 0.25);
+  EXPECT_TRUE(total["e_mc_multi_view_mm"].is_null());
+}
+
 TEST(Report, WithoutFramesThereIsNothingToMeasure) {
   const Json json = io::Report("fuse_flow").json();
   EXPECT_EQ(json["total"]["frames"], 0);
@@ -165,6 +185,14 @@ TEST(Report, TheTableHasItsColumnsUnderTheirHeadings) {
     ASSERT_LE(end, row.size()) << heading;
     EXPECT_EQ(row.substr(end - value.size(), value.size()), value) << heading;
   }
+}
+
+TEST(Report, TheTableHasADashWhereThereWasNothingToMeasure) {
+  const std::string header = io::qualityHeader(12),
+                    row = io::qualityRow("empty.ply", 12, io::QualityOfSequence().result());
+  EXPECT_EQ(header.size(), row.size());
+  EXPECT_EQ(std::count(row.begin(), row.end(), '-'), 4) << row;
+  EXPECT_EQ(row.find("nan"), std::string::npos) << row;
 }
 
 }  // namespace

@@ -228,8 +228,9 @@ TEST_F(BadRecording, AFrameThatEveryCameraMissedIsAnEmptyCloud) {
   for (const char* key : {"e_mc_mm", "e_mc_multi_view_mm", "coverage", "free_space_violations"}) {
     EXPECT_TRUE(report["frames"][1][key].is_null()) << key << " is " << report["frames"][1][key];
     ASSERT_TRUE(report["total"][key].is_number()) << key;
-    const double mean = (report["frames"][0][key].get<double>() + report["frames"][2][key].get<double>()) / 2;
-    EXPECT_NEAR(report["total"][key].get<double>(), mean, 1e-9) << key;
+    const double one = report["frames"][0][key], other = report["frames"][2][key];
+    EXPECT_GE(report["total"][key], std::min(one, other)) << key;
+    EXPECT_LE(report["total"][key], std::max(one, other)) << key;
   }
   EXPECT_TRUE(
       isOneLineError(evaluate({recording(), out("out/000001.ply"), "--frame", "1"}), 1, {"000001.ply", "no points"}));
