@@ -51,6 +51,16 @@ std::string outputPath(const Options& options, std::size_t frame, std::size_t co
   return (fs::path(options.output) / (name + options.format)).string();
 }
 
+/** \brief The report would take the place of a cloud. */
+void checkReportPath(const Options& options, const std::vector<std::size_t>& frames) {
+  if (options.report.empty()) return;
+  std::error_code error;
+  const fs::path report = fs::weakly_canonical(options.report, error);
+  for (const std::size_t frame : frames)
+    if (fs::weakly_canonical(outputPath(options, frame, frames.size()), error) == report)
+      throw io::OptionError("--report " + options.report + ": a cloud goes to this file, must be another");
+}
+
 void makeFolderOf(const std::string& path) {
   const fs::path folder = fs::path(path).parent_path();
   if (folder.empty()) return;
@@ -96,6 +106,8 @@ int run(const Options& options) {
   } else {
     frames = io::parseRange(options.frames, recording->frameCount());
   }
+
+  checkReportPath(options, frames);
 
   io::Report report(options.method);
   io::LoadedFrame loaded;

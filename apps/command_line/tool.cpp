@@ -26,6 +26,7 @@ std::string describeConfigError(CLI::App& app, const std::string& message) {
 }  // namespace
 
 int runTool(CLI::App& app, int argc, char** argv, const std::function<int()>& run) {
+  io::endCleanlyOnSignals();
   std::signal(SIGXFSZ, SIG_IGN);  // a file past `ulimit -f` is then an error to report like a full disk
   try {
     app.parse(argc, argv);

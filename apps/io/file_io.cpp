@@ -1,5 +1,7 @@
 #include "io/file_io.h"
 
+#include "io/interrupt.h"
+
 #include <unistd.h>
 
 #include <cerrno>
@@ -57,6 +59,7 @@ void writeFile(const std::string& path, const std::string& bytes) {
     throw OutputError(path + ": cannot be written: the folder " + target.parent_path().string() + " does not exist");
 
   const fs::path temporary = target.string() + ".part" + std::to_string(getpid());
+  const UnfinishedFile unfinished(temporary.string());
   const std::string problem = writeBytes(temporary.string(), bytes);
   if (problem.empty()) fs::rename(temporary, target, error);
   if (problem.empty() && !error) return;
