@@ -109,7 +109,9 @@ int run(const Options& options) {
 
   checkReportPath(options, frames);
 
-  io::Report report(options.method);
+  std::vector<std::string> cameras;
+  for (const Camera& camera : recording->cameras()) cameras.push_back(camera.name);
+  io::Report report(options.method, std::move(cameras));
   io::LoadedFrame loaded;
   io::Method::Cloud cloud;
   io::LiveExtrinsics extrinsics(options.method_options.device);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <map>
 
 namespace fuse_flow::io {
 namespace {
@@ -154,6 +155,12 @@ std::string Report::summary() const {
           figure("over points with two or more views", "e_mc_multi_view_mm", 1, "mm") +
           figure("free-space violations", "free_space_violations", 100, "%") +
           figure("coverage", "coverage", 100, "%") + format("peak memory %.0f MiB\n", value(total["peak_memory_mib"]));
+  std::map<std::size_t, std::size_t> missed;
+  for (const Frame& f : frames_)
+    for (const std::size_t camera : f.statistics.missing_cameras) ++missed[camera];
+  for (const auto& [camera, count] : missed)
+    text += "  camera " + (camera < cameras_.size() ? cameras_[camera] : std::to_string(camera)) + " missed " +
+            std::to_string(count) + " of " + std::to_string(frames_.size()) + " frames\n";
   return text;
 }
 

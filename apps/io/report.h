@@ -25,14 +25,16 @@ class QualityOfSequence {
 /** \brief Collects what a run did, frame by frame; errors in millimetres, shares from 0 to 1. */
 class Report {
  public:
-  explicit Report(std::string method) : method_(std::move(method)) {}
+  /** \param cameras their names, for summary() */
+  explicit Report(std::string method, std::vector<std::string> cameras = {})
+      : method_(std::move(method)), cameras_(std::move(cameras)) {}
   /** \brief Without a quality, its figures are null. */
   void addFrame(std::size_t frame, const FrameStatistics& statistics, const std::optional<Quality>& quality);
 
   /** \brief Per frame and in total; medians and 95th percentiles of the times; the
    *  quality over the points and measurements of all frames, null if there are none. */
   nlohmann::json json() const;
-  /** \brief A few lines for people. */
+  /** \brief A few lines for people, one for each camera that missed a frame. */
   std::string summary() const;
 
  private:
@@ -42,6 +44,7 @@ class Report {
     std::optional<Quality> quality;
   };
   std::string method_;
+  std::vector<std::string> cameras_;
   std::vector<Frame> frames_;
 };
 

@@ -166,6 +166,21 @@ TEST(Report, TheSummarySaysWhatTheTotalsSay) {
     EXPECT_NE(text.find(words), std::string::npos) << words << " is not in " << text;
 }
 
+TEST(Report, TheSummaryNamesTheCamerasThatMissedFrames) {
+  io::Report report("fuse_flow", {"left", "middle", "right"});
+  FrameStatistics s = statistics(40);
+  report.addFrame(0, s, std::nullopt);
+  EXPECT_EQ(report.summary().find("missed"), std::string::npos);
+  s.missing_cameras = {2};
+  report.addFrame(1, s, std::nullopt);
+  s.missing_cameras = {0, 2};
+  report.addFrame(2, s, std::nullopt);
+  const std::string text = report.summary();
+  for (const char* line : {"\n  camera left missed 1 of 3 frames\n", "\n  camera right missed 2 of 3 frames\n"})
+    EXPECT_NE(text.find(line), std::string::npos) << line << " is not in " << text;
+  EXPECT_EQ(text.find("middle"), std::string::npos) << text;
+}
+
 TEST(Report, TheSummaryLeavesOutWhatWasNotMeasured) {
   io::Report report("fuse_flow");
   report.addFrame(0, statistics(40), std::nullopt);

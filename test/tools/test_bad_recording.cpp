@@ -247,6 +247,18 @@ TEST_F(BadRecording, ACameraThatMissedAFrameLeavesTheOthers) {
   EXPECT_EQ(report["frames"][0]["points_in"], wall.width * wall.height);
 }
 
+/** \brief Its folder is missing, or its files are misnamed: the others are fused, and whoever looks is told. */
+TEST_F(BadRecording, ACameraWithoutImagesIsNamedInTheSummary) {
+  const WallRecording wall{};
+  wall.write(recording_);
+  fs::rename(depthFile(recording_, 0, 0), recording_ / "camera_0" / "depth" / "0.png");
+  fs::remove_all(recording_ / "camera_1");
+  const ToolResult result = fuse(FUSE_RECORDING);
+  ASSERT_TRUE(succeeded(result));
+  EXPECT_NE(result.out.find("camera camera_0 missed 1 of 2 frames\n"), std::string::npos) << result.out;
+  EXPECT_NE(result.out.find("camera camera_1 missed 2 of 2 frames\n"), std::string::npos) << result.out;
+}
+
 TEST_F(BadRecording, DepthOfAllZeroIsAnEmptyCloud) {
   WallRecording wall{};
   wall.frames = 1;
