@@ -166,6 +166,9 @@ TEST_F(CommandLine, ViewsAndSlideMoveARigAlongASequence) {
   EXPECT_TRUE(
       succeeded(evaluate({scene.string(), out("out/000002.ply"), "--views", "0,10", "--slide", "10", "--frame", "2"})));
   fs::remove_all(out_);
+  fs::rename(scene / "frame-000020.pose.txt", scene / "moved.txt");
+  EXPECT_TRUE(isOneLineError(fuseScene({"--views", "0:31:20"}), 1, {"frame-000020.pose.txt", "not found"}));
+  fs::rename(scene / "moved.txt", scene / "frame-000020.pose.txt");
   fs::remove(scene / "frame-000020.depth.png");
   const ToolResult one_missing = fuseScene({"--views", "0:31:10"});
   ASSERT_TRUE(succeeded(one_missing));
