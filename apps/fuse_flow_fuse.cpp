@@ -16,6 +16,7 @@
 #include <cctype>
 #include <chrono>
 #include <filesystem>
+#include <new>
 #include <optional>
 
 namespace {
@@ -46,6 +47,9 @@ std::string outputPath(const Options& options, std::size_t frame, std::size_t co
     throw io::OptionError("-o " + options.output + ": names one file for " + std::to_string(count) +
                           " frames; name a folder, or one frame with --frames");
   if (names_file) return options.output;
+  if (!extension.empty() && !fs::is_directory(options.output))
+    throw io::OptionError("-o " + options.output + ": must end in .ply or .pcd; the folder of this name is " +
+                          options.output + "/");
   char name[32];
   std::snprintf(name, sizeof(name), "%06zu.", frame);
   return (fs::path(options.output) / (name + options.format)).string();
@@ -67,6 +71,13 @@ void makeFolderOf(const std::string& path) {
   std::error_code error;
   fs::create_directories(folder, error);
   if (error) throw io::OutputError(folder.string() + ": cannot be created: " + error.message());
+}
+
+/** \brief What the library says, and what would be right. */
+std::string whyNotFused(const pcl::PCLException& error) {
+  const std::string message = io::messageOf(error);
+  const bool too_far = message.find(" cells of ") != std::string::npos;
+  return message + (too_far ? "; must be nearer (--max-range) or the cells larger (--cell-size)" : "");
 }
 
 /** \brief Frames done, rate, time left; on a terminal only, so that logs stay readable. */
@@ -121,14 +132,17 @@ int run(const Options& options) {
   for (const std::size_t frame : frames) {
     if (io::interrupt_requested) break;
     const std::string path = outputPath(options, frame, frames.size());
-    recording->read(frame, loaded);
     try {
+      recording->read(frame, loaded);
       if (options.refine_extrinsics) extrinsics.place(loaded.rig);
       for (const CameraMotion& motion : extrinsics.moved())
         std::cerr << io::describe(motion, loaded.rig.cameras) << std::endl;
       method->fuse(loaded.rig, cloud);
     } catch (const pcl::PCLException& error) {
-      throw io::InputError(options.inputs[0] + ": frame " + std::to_string(frame) + ": " + io::messageOf(error));
+      throw io::InputError(options.inputs[0] + ": frame " + std::to_string(frame) + ": " + whyNotFused(error));
+    } catch (const std::bad_alloc&) {
+      throw io::InputError(options.inputs[0] + ": frame " + std::to_string(frame) + ": not enough memory for its " +
+                           std::to_string(recording->cameras().size()) + " cameras; --views leaves some out");
     }
     makeFolderOf(path);
     io::writeCloud(path, cloud);
@@ -164,7 +178,9 @@ int main(int argc, char** argv) {
   CLI::App app("Fuses a recording of several depth cameras into one clean cloud a frame.", "fuse_flow_fuse");
   command_line::RecordingArguments recording(app);
   recording.input()->required();
-  app.add_option("-o,--output", options.output, "a .ply or .pcd file for one frame, else a folder")->required();
+  app.add_option("-o,--output", options.output, "a .ply or .pcd file for one frame, else a folder")
+      ->check(command_line::path())
+      ->required();
   app.add_option("--report", options.report, "write figures per frame and in total to this JSON file");
   app.add_option("--frames", options.frames, "A:B:STEP, B not included")
       ->multi_option_policy(CLI::MultiOptionPolicy::Join);

@@ -224,7 +224,7 @@ SensorPose readCloud(const std::string& path, pcl::PCLPointCloud2& cloud, EmptyC
   if (extension != ".ply" && extension != ".pcd")
     throw InputError(path + ": the extension is '" + extension + "', must be .ply or .pcd");
   std::error_code error;
-  if (!std::filesystem::exists(path, error)) throw InputError(path + ": not found");
+  if (!std::filesystem::exists(path, error)) throw InputError(path + ": not found, must be a .ply or .pcd file");
   if (!std::filesystem::is_regular_file(path, error)) throw InputError(path + ": is not a file");
   if (extension == ".ply") checkPlyColors(path);
   SensorPose pose;

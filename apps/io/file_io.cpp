@@ -33,7 +33,7 @@ std::string writeBytes(const std::string& path, const std::string& bytes) {
 std::string readFile(const std::string& path) {
   std::error_code error;
   const fs::file_status status = fs::status(path, error);
-  if (!fs::exists(status)) throw InputError(path + ": not found");
+  if (!fs::exists(status)) throw InputError(path + ": not found, must be a file");
   if (fs::is_directory(status)) throw InputError(path + ": is a folder, must be a file");
   std::ifstream file(path, std::ios::binary | std::ios::ate);
   if (!file) throw InputError(path + ": cannot be opened: " + std::strerror(errno));

@@ -136,12 +136,14 @@ TEST_F(BadRecording, ACameraThatIsWrongIsNamedWithItsKey) {
       {"T_world_camera", {1.5, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}, "rigid"},
       {"T_world_camera", {-1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}, "rigid"},
       {"T_world_camera", {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 1, 0, 0, 1}, "0 0 0 1"},
+      {"T_world_camera", {1, 0, 0, 1e7, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}, "50000 m or less"},
       {"T_world_camera", {1, 0, 0}, "16"},
       {"T_world_camera", "here", "16 numbers"},
       {"fx", 0, "positive"},
       {"fx", -1, "positive"},
       {"fx", "wide", "number"},
       {"fx", 1e300, "fx"},
+      {"fx", 1e-30, "a thousandth"},
       {"fy", 0, "positive"},
       {"cx", 1e300, "finite"},
       {"depth_scale", 0, "positive"},
@@ -328,7 +330,7 @@ TEST_F(BadRecording, APointTenMillionMetresAwayIsOutOfRangeOrRefused) {
   // Cells this far away have no number.
   EXPECT_TRUE(isOneLineError(
       fuse({recording(), "-o", out("far.ply"), "--depth-scale", "5000", "--max-range", "1e8", "--max-noise", "0"}), 1,
-      {recording(), "frame 0", "1e+07", "0.064 m"}));
+      {recording(), "frame 0", "1e+07", "0.064 m", "must be nearer", "--max-range", "--cell-size"}));
   EXPECT_FALSE(fs::exists(out("far.ply")));
   // PCL's grids would return their input with a warning, or overflow.
   for (const char* method : {"voxel_grid", "approximate_voxel_grid", "outlier_removal"}) {
@@ -415,6 +417,7 @@ TEST_F(BadRecording, ACloudToEvaluateThatIsDamagedIsNamed) {
       EXPECT_TRUE(isOneLineError(evaluate({recording(), path}), 1, {path})) << extension << " " << size;
     }
   }
+  EXPECT_TRUE(isOneLineError(evaluate({recording(), out("none.ply")}), 1, {"not found, must be a .ply or .pcd file"}));
   for (const char* name : {"none.ply", "recording/rig.json", "recording"})
     EXPECT_TRUE(isOneLineError(evaluate({recording(), out(name)}), 1, {out(name)})) << name;
 }
