@@ -39,6 +39,10 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
+double milliseconds(Clock::time_point begin, Clock::time_point end) {
+  return std::chrono::duration<double, std::milli>(end - begin).count();
+}
+
 class Fusion : public Method {
  public:
   explicit Fusion(const MethodOptions& options) {
@@ -84,7 +88,11 @@ class Concatenation : public Method {
       }
     }
     statistics_.gated_points = all->size();
+    const Clock::time_point generated = Clock::now();
+    statistics_.generate_ms = milliseconds(start, generated);
     thin(all);
+    const Clock::time_point thinned = Clock::now();
+    statistics_.fuse_ms = milliseconds(generated, thinned);
     output.clear();
     output.reserve(thinned_.size());
     for (const pcl::PointXYZRGB& p : thinned_) {
@@ -98,7 +106,9 @@ class Concatenation : public Method {
     }
     output.header.stamp = frame.stamp;
     statistics_.fused_points = output.size();
-    statistics_.total_ms = std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+    const Clock::time_point end = Clock::now();
+    statistics_.output_ms = milliseconds(thinned, end);
+    statistics_.total_ms = milliseconds(start, end);
   }
 
  protected:

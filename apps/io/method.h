@@ -15,7 +15,7 @@ class Method {
 
   virtual ~Method() = default;
   virtual void fuse(const RigFrame& frame, Cloud& output) = 0;
-  /** \brief Of the last frame; the peers fill in points and total only. */
+  /** \brief Of the last frame; the peers back-project (generate), thin (fuse) and write the cloud (output). */
   const FrameStatistics& statistics() const { return statistics_; }
 
  protected:

@@ -95,7 +95,7 @@ Quality QualityOfSequence::result() const {
 }
 
 void Report::addFrame(std::size_t frame, const FrameStatistics& statistics, const std::optional<Quality>& quality) {
-  frames_.push_back({frame, statistics, quality});
+  frames_.push_back({frame, statistics, quality, peakMemoryMebibytes()});
 }
 
 nlohmann::json Report::json() const {
@@ -115,6 +115,8 @@ nlohmann::json Report::json() const {
     entry["points_in"] = f.statistics.measured_points;
     entry["points_gated"] = f.statistics.gated_points;
     entry["points_out"] = f.statistics.fused_points;
+    entry["frames_per_second"] = number(1e3 / f.statistics.total_ms);
+    entry["peak_memory_mib"] = f.peak_memory_mib;
     entry["missing_cameras"] = f.statistics.missing_cameras;
     for (std::size_t s = 0; s < std::size(kStages); ++s) {
       const double ms = f.statistics.*kStages[s].milliseconds;

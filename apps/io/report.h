@@ -42,6 +42,7 @@ class Report {
     std::size_t number;
     FrameStatistics statistics;
     std::optional<Quality> quality;
+    double peak_memory_mib;  ///< of the process, up to the end of this frame
   };
   std::string method_;
   std::vector<std::string> cameras_;

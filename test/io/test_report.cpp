@@ -58,6 +58,9 @@ TEST(Report, AFrameHasItsFigures) {
   EXPECT_EQ(frame["points_gated"], 800);
   EXPECT_EQ(frame["points_out"], 200);
   EXPECT_EQ(frame["missing_cameras"], (Json{1, 3}));
+  EXPECT_DOUBLE_EQ(frame["frames_per_second"], 25);
+  EXPECT_GT(frame["peak_memory_mib"], 1);
+  EXPECT_LE(frame["peak_memory_mib"], json["total"]["peak_memory_mib"]);
   EXPECT_EQ(frame["points"], 200);
   EXPECT_EQ(frame["multi_view_points"], 150);
   EXPECT_DOUBLE_EQ(frame["e_mc_mm"], 12.5);

@@ -89,6 +89,10 @@ TEST_F(Results, TheReportHoldsFramesAndTotals) {
       EXPECT_GT(entry["milliseconds"]["total"], 0) << method;
       for (const char* stage : kStages)
         EXPECT_LE(entry["milliseconds"][stage], entry["milliseconds"]["total"]) << method << " " << stage;
+      for (const char* stage : {"generate", "fuse", "output"})  // what every method does
+        EXPECT_GT(entry["milliseconds"][stage], 0) << method << " " << stage;
+      EXPECT_GT(entry["frames_per_second"], 0) << method;
+      EXPECT_GT(entry["peak_memory_mib"], 1) << method;
       points_in += entry["points_in"].get<double>() / 3;
       coverage += entry["coverage"].get<double>() / 3;
     }
