@@ -2,6 +2,7 @@
 // the recording is a simulated one.
 
 #include "command_line/option_checks.h"
+#include "command_line/quality_options.h"
 #include "command_line/tool.h"
 #include "drawing/clouds.h"
 #include "drawing/display.h"
@@ -243,12 +244,7 @@ int main(int argc, char** argv) {
   app.add_option("--poses", options.recording_options.poses, "rig.json whose poses replace the recording's");
   app.add_option("--depth-scale", options.recording_options.depth_scale, "metres per unit of depth")
       ->check(command_line::positiveNumber());
-  app.add_option("--visibility", options.quality.visibility, "largest |z - D| at which a view sees a point, m")
-      ->check(command_line::positiveNumber())
-      ->capture_default_str();
-  app.add_option("--coverage-radius", options.quality.coverage_radius, "m")
-      ->check(command_line::positiveNumber())
-      ->capture_default_str();
+  command_line::addQualityOptions(app, options.quality);
   app.add_option("--min-range", options.quality.min_range, "m")
       ->check(command_line::nonNegativeNumber())
       ->capture_default_str();

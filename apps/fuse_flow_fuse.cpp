@@ -2,6 +2,7 @@
 
 #include "command_line/method_arguments.h"
 #include "command_line/option_checks.h"
+#include "command_line/quality_options.h"
 #include "command_line/recording_arguments.h"
 #include "command_line/tool.h"
 #include "io/cloud_io.h"
@@ -32,6 +33,7 @@ struct Options {
   std::string frames;
   std::string format{"ply"};
   bool evaluate{true};
+  QualityParameters quality;
   bool refine_extrinsics{false};
   io::RecordingOptions recording;
   io::MethodOptions method_options;
@@ -147,7 +149,7 @@ int run(const Options& options) {
     makeFolderOf(path);
     io::writeCloud(path, cloud);
     const PreprocessingParameters& pre = options.method_options.parameters.preprocessing;
-    QualityParameters quality;
+    QualityParameters quality = options.quality;
     quality.min_range = pre.min_range;
     quality.max_range = pre.max_range;
     report.addFrame(frame, method->statistics(),
@@ -191,6 +193,7 @@ int main(int argc, char** argv) {
       ->check(CLI::IsMember({"ply", "pcd"}))
       ->capture_default_str();
   app.add_flag("!--no-quality", options.evaluate, "do not measure E_MC, violations and coverage");
+  command_line::addQualityOptions(app, options.quality);
   command_line::MethodArguments method(app);
   return command_line::runTool(app, argc, argv, [&] {
     options.frames = command_line::joinedList(options.frames);

@@ -214,6 +214,17 @@ TEST_F(Results, EvaluateReadsARecordingOfSeveralPcdFiles) {
   EXPECT_TRUE(isOneLineError(evaluate({views[0], views[1], out("cloud.pcd")}), 2, {views[0], "--recording"}));
 }
 
+/** \brief Pixels are 62 mm apart: points cover few of them within 15 mm, and all within a metre. */
+TEST_F(Results, TheReportMeasuresWithTheQualityOptions) {
+  const nlohmann::json all = reportOf({"--frames", "0"}),
+                       some = reportOf({"--frames", "0", "--coverage-step", "4", "--coverage-radius", "1"});
+  EXPECT_LT(all["total"]["coverage"], 1);
+  EXPECT_EQ(some["total"]["coverage"], 1);
+  ASSERT_TRUE(succeeded(evaluate({recording(), out("out/000000.ply"), "--coverage-step", "4", "--coverage-radius", "1",
+                                  "--json", out("figures.json")})));
+  EXPECT_EQ(nlohmann::json::parse(readText(out("figures.json")))[out("out/000000.ply")]["coverage"], 1);
+}
+
 TEST_F(Results, EvaluatePrintsARowForEachCloud) {
   ASSERT_TRUE(succeeded(fuse({recording(), "-o", out()})));
   const ToolResult result = evaluate({recording(), out("out/000000.ply"), out("out/000001.ply")});
