@@ -35,6 +35,7 @@ struct Options {
   bool evaluate{true};
   QualityParameters quality;
   bool refine_extrinsics{false};
+  bool normals{false};
   io::RecordingOptions recording;
   io::MethodOptions method_options;
 };
@@ -147,7 +148,10 @@ int run(const Options& options) {
                            std::to_string(recording->cameras().size()) + " cameras; --views leaves some out");
     }
     makeFolderOf(path);
-    io::writeCloud(path, cloud);
+    if (options.method_options.normals)
+      io::writeCloud(path, method->withNormals());
+    else
+      io::writeCloud(path, cloud);
     const PreprocessingParameters& pre = options.method_options.parameters.preprocessing;
     QualityParameters quality = options.quality;
     quality.min_range = pre.min_range;
@@ -192,6 +196,7 @@ int main(int argc, char** argv) {
   app.add_option("--format", options.format, "of the files in the output folder")
       ->check(CLI::IsMember({"ply", "pcd"}))
       ->capture_default_str();
+  app.add_flag("--normals", options.normals, "write the surface's normal with each point, facing its cameras");
   app.add_flag("!--no-quality", options.evaluate, "do not measure E_MC, violations and coverage");
   command_line::addQualityOptions(app, options.quality);
   command_line::MethodArguments method(app);
@@ -201,6 +206,7 @@ int main(int argc, char** argv) {
     options.recording = recording.options();
     options.method = method.method();
     options.method_options = method.options();
+    options.method_options.normals = options.normals;
     return run(options);
   });
 }

@@ -1,6 +1,7 @@
 #include "io/method.h"
 
 #include "io/error.h"
+#include "io/fusion_with_normals.h"
 #include "io/gpu_method.h"
 #include "io/instances.h"
 
@@ -188,8 +189,10 @@ class OutlierRemoval : public VoxelGridOfConcatenation {
 std::unique_ptr<Method> makeMethod(const std::string& name, const MethodOptions& options) {
   if (name != "fuse_flow" && options.device == "gpu")
     throw OptionError("--device gpu: --method " + name + " runs on the CPU only");
+  if (name != "fuse_flow" && options.normals) throw OptionError("--normals: --method " + name + " has none");
   if (name == "fuse_flow") {
     if (runsOnGpu(options.device)) return makeGpuFusion(options);
+    if (options.normals) return std::make_unique<FusionWithNormals<FuseFlow<PointFusedNormal>>>(options);
     return std::make_unique<Fusion>(options);
   }
   if (name == "concatenate") return std::make_unique<Concatenation>(options);

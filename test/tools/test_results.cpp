@@ -145,6 +145,31 @@ TEST_F(Results, PlyAndPcdHoldTheSamePoints) {
   EXPECT_EQ(readText(out("cloud.pcd")), readText(out("folder/000001.pcd")));
 }
 
+/** \brief The cameras look along +z at the wall, whose normal faces them. */
+TEST_F(Results, NormalsAreWrittenWhereTheyAreAskedFor) {
+  ASSERT_TRUE(succeeded(fuse({recording(), "-o", out("plain.ply"), "--frames", "0"})));
+  EXPECT_EQ(readText(out("plain.ply")).find("property float nx"), std::string::npos);
+  const std::vector<FilePoint> plain = readCloudFile(out("plain.ply"));
+  for (const char* name : {"normals.ply", "normals.pcd"}) {
+    ASSERT_TRUE(succeeded(fuse({recording(), "-o", out(name), "--frames", "0", "--normals"}))) << name;
+    const std::vector<FilePoint> points = readCloudFile(out(name));
+    ASSERT_EQ(points.size(), plain.size()) << name;
+    std::size_t with_normal = 0;  // rims of images have none
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      FilePoint p = points[i];
+      if (p.nz != 0) {
+        ++with_normal;
+        ASSERT_NEAR(p.nz, -1, 1e-3) << name;
+      }
+      p.nx = p.ny = p.nz = 0;
+      ASSERT_TRUE(p == plain[i]) << name;
+    }
+    EXPECT_GT(with_normal, points.size() / 2) << name;
+  }
+  EXPECT_TRUE(isOneLineError(fuse({recording(), "-o", out("peer.ply"), "--normals", "--method", "voxel_grid"}), 2,
+                             {"--normals", "voxel_grid"}));
+}
+
 TEST_F(Results, TheCropBoxBoundsTheCloud) {
   for (const std::string& method : kMethods) {
     ASSERT_TRUE(succeeded(fuse({recording(), "-o", out("crop.ply"), "--frames", "0", "--method", method, "--crop-box",
