@@ -2,11 +2,13 @@
 // the recording is a simulated one.
 
 #include "command_line/option_checks.h"
+#include "command_line/quality_options.h"
 #include "command_line/tool.h"
 #include "drawing/clouds.h"
 #include "drawing/display.h"
 #include "io/cloud_io.h"
 #include "io/file_io.h"
+#include "io/readers.h"
 #include "io/recording.h"
 #include "io/report.h"
 #include "simulation/truth.h"
@@ -26,7 +28,7 @@ namespace fs = std::filesystem;
 using namespace fuse_flow;
 
 struct Options {
-  std::string recording;
+  std::vector<std::string> recording;
   std::vector<std::string> clouds;
   std::size_t frame{0};
   std::string json;
@@ -41,18 +43,20 @@ struct Options {
 struct CloudFile {
   std::string path;
   std::size_t frame;
+  io::EmptyCloud empty;
 };
 
-/** \brief A cloud, or the clouds of a folder, as fuse_flow_fuse writes them: NNNNNN.ply or .pcd is of frame NNNNNN. */
+/** \brief A cloud, or the clouds of a folder, as fuse_flow_fuse writes them: NNNNNN.ply or .pcd is of frame NNNNNN, without
+ *  points where every camera missed it. */
 std::vector<CloudFile> filesOf(const std::string& path, std::size_t frame) {
-  if (!fs::is_directory(path)) return {{path, frame}};
+  if (!fs::is_directory(path)) return {{path, frame, io::EmptyCloud::Refused}};
   std::vector<CloudFile> files;
   for (const fs::directory_entry& entry : fs::directory_iterator(path)) {
     const std::string stem = entry.path().stem().string(), extension = entry.path().extension().string();
     const bool numbered =
         !stem.empty() && stem.size() <= 9 && stem.find_first_not_of("0123456789") == std::string::npos;
     if (numbered && (extension == ".ply" || extension == ".pcd"))
-      files.push_back({entry.path().string(), static_cast<std::size_t>(std::stoul(stem))});
+      files.push_back({entry.path().string(), static_cast<std::size_t>(std::stoul(stem)), io::EmptyCloud::Accepted});
   }
   if (files.empty()) throw io::InputError(path + ": no clouds, must hold files like 000000.ply");
   std::sort(files.begin(), files.end(), [](const CloudFile& a, const CloudFile& b) {
@@ -61,35 +65,9 @@ std::vector<CloudFile> filesOf(const std::string& path, std::size_t frame) {
   return files;
 }
 
-/** \brief Counts added up, errors weighted with theirs: over all points of all frames. */
-class QualityOfSequence {
- public:
-  void add(const Quality& q) {
-    Quality& s = sum_;
-    if (q.seen_points > 0) error_ += q.error * static_cast<double>(q.seen_points);
-    if (q.multi_view_points > 0) multi_view_error_ += q.multi_view_error * static_cast<double>(q.multi_view_points);
-    s.points += q.points;
-    s.seen_points += q.seen_points;
-    s.multi_view_points += q.multi_view_points;
-    s.violating_points += q.violating_points;
-    s.pixels += q.pixels;
-    s.covered_pixels += q.covered_pixels;
-  }
-  Quality result() const {
-    Quality q = sum_;  // 0 / 0 is NaN: nobody saw a point
-    q.error = error_ / static_cast<double>(q.seen_points);
-    q.multi_view_error = multi_view_error_ / static_cast<double>(q.multi_view_points);
-    return q;
-  }
-
- private:
-  Quality sum_;
-  double error_{0}, multi_view_error_{0};
-};
-
 /** \brief The clouds of one command-line argument, against the views and, if asked for, the truth. */
 struct Evaluation {
-  QualityOfSequence quality;
+  io::QualityOfSequence quality;
   std::vector<simulation::TruthQuality> truth;
   std::vector<double> flicker;
   nlohmann::json frames = nlohmann::json::array();
@@ -106,8 +84,8 @@ struct Evaluation {
 class Evaluator {
  public:
   explicit Evaluator(const Options& options)
-      : options_(options), recording_(io::openRecording({options.recording}, options.recording_options)) {
-    if (options.truth) truth_.emplace(options.recording);
+      : options_(options), recording_(io::openRecording(options.recording, options.recording_options)) {
+    if (options.truth) truth_.emplace(options.recording[0]);
   }
 
   Evaluation evaluate(const std::vector<CloudFile>& files) {
@@ -115,7 +93,7 @@ class Evaluator {
     std::optional<simulation::PlainCloud> previous;
     for (const CloudFile& file : files) {
       pcl::PCLPointCloud2 blob;
-      io::readCloud(file.path, blob);
+      io::readCloud(file.path, blob, file.empty);
       readFrame(file);
       pcl::PointCloud<pcl::PointXYZ> cloud;
       {
@@ -129,7 +107,8 @@ class Evaluator {
       if (truth_) {
         simulation::PlainCloud plain = simulation::plainCloud(blob);
         json["truth"] = compare(plain, file.frame, result);
-        if (previous) result.flicker.push_back(flicker(*previous, plain, truth_->frame(file.frame), threads()));
+        if (previous && !previous->positions.empty() && !plain.positions.empty())
+          result.flicker.push_back(flicker(*previous, plain, truth_->frame(file.frame), threads()));
         previous = std::move(plain);
       }
       result.frames.push_back(std::move(json));
@@ -193,6 +172,21 @@ nlohmann::json jsonOf(const Evaluation& e, bool sequence) {
   return json;
 }
 
+/** \brief Without --recording the first input is the recording. */
+void takeInputs(std::vector<std::string> inputs, Options& options) {
+  if (options.recording.empty()) {
+    if (inputs.empty()) throw io::OptionError("recording is required; see --help");
+    options.recording.push_back(inputs[0]);
+    inputs.erase(inputs.begin());
+    // The next file may be another camera of this recording, or a cloud: nothing in it tells.
+    if (io::isPcdFile(options.recording[0]))
+      throw io::OptionError(options.recording[0] + ": is one camera of a recording, name all after the clouds, as in " +
+                            "CLOUD --recording A.pcd B.pcd");
+  }
+  if (inputs.empty()) throw io::OptionError("cloud is required; see --help");
+  options.clouds = std::move(inputs);
+}
+
 int run(const Options& options) {
   if (!(options.quality.min_range < options.quality.max_range))
     throw io::OptionError("--min-range must be below --max-range");
@@ -233,10 +227,11 @@ int main(int argc, char** argv) {
   CLI::App app(
       "Measures how well clouds agree with the depth views of a recording, and with the truth of a simulated one.",
       "fuse_flow_evaluate");
-  app.add_option("recording", options.recording, "as fuse_flow_fuse reads it")->required();
-  app.add_option("cloud", options.clouds,
-                 "PLY or PCD files in the world frame, or folders of them, one a frame: 000000.ply")
-      ->required();
+  std::vector<std::string> inputs;
+  app.add_option("input", inputs,
+                 "a recording, then PLY or PCD files in the world frame, or folders of them, one a frame: 000000.ply");
+  app.add_option("--recording", options.recording,
+                 "the recording, and all before this are clouds; organised PCD files, one a camera, are named so");
   app.add_option("--frame", options.frame, "frame of the recording to compare single clouds with")
       ->check(command_line::wholeNumber(0, std::numeric_limits<int>::max()))
       ->capture_default_str();
@@ -249,12 +244,7 @@ int main(int argc, char** argv) {
   app.add_option("--poses", options.recording_options.poses, "rig.json whose poses replace the recording's");
   app.add_option("--depth-scale", options.recording_options.depth_scale, "metres per unit of depth")
       ->check(command_line::positiveNumber());
-  app.add_option("--visibility", options.quality.visibility, "largest |z - D| at which a view sees a point, m")
-      ->check(command_line::positiveNumber())
-      ->capture_default_str();
-  app.add_option("--coverage-radius", options.quality.coverage_radius, "m")
-      ->check(command_line::positiveNumber())
-      ->capture_default_str();
+  command_line::addQualityOptions(app, options.quality);
   app.add_option("--min-range", options.quality.min_range, "m")
       ->check(command_line::nonNegativeNumber())
       ->capture_default_str();
@@ -265,5 +255,8 @@ int main(int argc, char** argv) {
   app.add_option("--threads", options.threads, "0: one per core")
       ->check(command_line::threadCount())
       ->capture_default_str();
-  return command_line::runTool(app, argc, argv, [&] { return run(options); });
+  return command_line::runTool(app, argc, argv, [&] {
+    takeInputs(inputs, options);
+    return run(options);
+  });
 }

@@ -1,5 +1,6 @@
 // Writes a recording as organised PCD files, a folder a camera: what pcl::PCDGrabber plays and pcl_viewer shows.
 
+#include "command_line/option_checks.h"
 #include "command_line/tool.h"
 #include "io/cloud_io.h"
 #include "io/organized_cloud.h"
@@ -60,7 +61,7 @@ int main(int argc, char** argv) {
   CLI::App app("Writes a recording as organised PCD files, a folder a camera, named by time in microseconds.",
                "fuse_flow_export");
   app.add_option("input", options.inputs, "a rig recording, or a 7-Scenes, TUM RGB-D or Redwood folder")->required();
-  app.add_option("-o,--output", options.output, "folder of the folders")->required();
+  app.add_option("-o,--output", options.output, "folder of the folders")->check(command_line::path())->required();
   app.add_option("--fps", options.frames_per_second, "frames per second; default: the recording's own times, else 30")
       ->check(CLI::Range(1e-3, 1e6));
   app.add_option("--views", options.recording.views, "cameras, or frames that act as such: 0,60,120 or A:B:STEP")

@@ -2,6 +2,7 @@
 
 #include "command_line/method_arguments.h"
 #include "command_line/option_checks.h"
+#include "command_line/quality_options.h"
 #include "command_line/recording_arguments.h"
 #include "command_line/tool.h"
 #include "io/cloud_io.h"
@@ -16,6 +17,7 @@
 #include <cctype>
 #include <chrono>
 #include <filesystem>
+#include <new>
 #include <optional>
 
 namespace {
@@ -31,7 +33,9 @@ struct Options {
   std::string frames;
   std::string format{"ply"};
   bool evaluate{true};
+  QualityParameters quality;
   bool refine_extrinsics{false};
+  bool normals{false};
   io::RecordingOptions recording;
   io::MethodOptions method_options;
 };
@@ -46,9 +50,22 @@ std::string outputPath(const Options& options, std::size_t frame, std::size_t co
     throw io::OptionError("-o " + options.output + ": names one file for " + std::to_string(count) +
                           " frames; name a folder, or one frame with --frames");
   if (names_file) return options.output;
+  if (!extension.empty() && !fs::is_directory(options.output))
+    throw io::OptionError("-o " + options.output + ": must end in .ply or .pcd; the folder of this name is " +
+                          options.output + "/");
   char name[32];
   std::snprintf(name, sizeof(name), "%06zu.", frame);
   return (fs::path(options.output) / (name + options.format)).string();
+}
+
+/** \brief The report would take the place of a cloud. */
+void checkReportPath(const Options& options, const std::vector<std::size_t>& frames) {
+  if (options.report.empty()) return;
+  std::error_code error;
+  const fs::path report = fs::weakly_canonical(options.report, error);
+  for (const std::size_t frame : frames)
+    if (fs::weakly_canonical(outputPath(options, frame, frames.size()), error) == report)
+      throw io::OptionError("--report " + options.report + ": a cloud goes to this file, must be another");
 }
 
 void makeFolderOf(const std::string& path) {
@@ -57,6 +74,13 @@ void makeFolderOf(const std::string& path) {
   std::error_code error;
   fs::create_directories(folder, error);
   if (error) throw io::OutputError(folder.string() + ": cannot be created: " + error.message());
+}
+
+/** \brief What the library says, and what would be right. */
+std::string whyNotFused(const pcl::PCLException& error) {
+  const std::string message = io::messageOf(error);
+  const bool too_far = message.find(" cells of ") != std::string::npos;
+  return message + (too_far ? "; must be nearer (--max-range) or the cells larger (--cell-size)" : "");
 }
 
 /** \brief Frames done, rate, time left; on a terminal only, so that logs stay readable. */
@@ -97,7 +121,11 @@ int run(const Options& options) {
     frames = io::parseRange(options.frames, recording->frameCount());
   }
 
-  io::Report report(options.method);
+  checkReportPath(options, frames);
+
+  std::vector<std::string> cameras;
+  for (const Camera& camera : recording->cameras()) cameras.push_back(camera.name);
+  io::Report report(options.method, std::move(cameras));
   io::LoadedFrame loaded;
   io::Method::Cloud cloud;
   io::LiveExtrinsics extrinsics(options.method_options.device);
@@ -107,19 +135,25 @@ int run(const Options& options) {
   for (const std::size_t frame : frames) {
     if (io::interrupt_requested) break;
     const std::string path = outputPath(options, frame, frames.size());
-    recording->read(frame, loaded);
     try {
+      recording->read(frame, loaded);
       if (options.refine_extrinsics) extrinsics.place(loaded.rig);
       for (const CameraMotion& motion : extrinsics.moved())
         std::cerr << io::describe(motion, loaded.rig.cameras) << std::endl;
       method->fuse(loaded.rig, cloud);
     } catch (const pcl::PCLException& error) {
-      throw io::InputError(options.inputs[0] + ": frame " + std::to_string(frame) + ": " + io::messageOf(error));
+      throw io::InputError(options.inputs[0] + ": frame " + std::to_string(frame) + ": " + whyNotFused(error));
+    } catch (const std::bad_alloc&) {
+      throw io::InputError(options.inputs[0] + ": frame " + std::to_string(frame) + ": not enough memory for its " +
+                           std::to_string(recording->cameras().size()) + " cameras; --views leaves some out");
     }
     makeFolderOf(path);
-    io::writeCloud(path, cloud);
+    if (options.method_options.normals)
+      io::writeCloud(path, method->withNormals());
+    else
+      io::writeCloud(path, cloud);
     const PreprocessingParameters& pre = options.method_options.parameters.preprocessing;
-    QualityParameters quality;
+    QualityParameters quality = options.quality;
     quality.min_range = pre.min_range;
     quality.max_range = pre.max_range;
     report.addFrame(frame, method->statistics(),
@@ -150,7 +184,9 @@ int main(int argc, char** argv) {
   CLI::App app("Fuses a recording of several depth cameras into one clean cloud a frame.", "fuse_flow_fuse");
   command_line::RecordingArguments recording(app);
   recording.input()->required();
-  app.add_option("-o,--output", options.output, "a .ply or .pcd file for one frame, else a folder")->required();
+  app.add_option("-o,--output", options.output, "a .ply or .pcd file for one frame, else a folder")
+      ->check(command_line::path())
+      ->required();
   app.add_option("--report", options.report, "write figures per frame and in total to this JSON file");
   app.add_option("--frames", options.frames, "A:B:STEP, B not included")
       ->multi_option_policy(CLI::MultiOptionPolicy::Join);
@@ -160,7 +196,9 @@ int main(int argc, char** argv) {
   app.add_option("--format", options.format, "of the files in the output folder")
       ->check(CLI::IsMember({"ply", "pcd"}))
       ->capture_default_str();
+  app.add_flag("--normals", options.normals, "write the surface's normal with each point, facing its cameras");
   app.add_flag("!--no-quality", options.evaluate, "do not measure E_MC, violations and coverage");
+  command_line::addQualityOptions(app, options.quality);
   command_line::MethodArguments method(app);
   return command_line::runTool(app, argc, argv, [&] {
     options.frames = command_line::joinedList(options.frames);
@@ -168,6 +206,7 @@ int main(int argc, char** argv) {
     options.recording = recording.options();
     options.method = method.method();
     options.method_options = method.options();
+    options.method_options.normals = options.normals;
     return run(options);
   });
 }

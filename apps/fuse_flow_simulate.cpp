@@ -76,7 +76,9 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   command_line::SimulationArguments rig(app);
   app.add_option("--frames", options.frames, "how many")->check(CLI::Range(1, 1000000))->capture_default_str();
-  app.add_option("-o,--output", options.output, "folder of the recording; new or empty")->required();
+  app.add_option("-o,--output", options.output, "folder of the recording; new or empty")
+      ->check(command_line::path())
+      ->required();
   app.add_option("--fps", defaults.frames_per_second, "frames per second of the scene's time")->capture_default_str();
   app.add_option("--threads", defaults.threads, "0: one per core")->check(CLI::Range(0, 1024));
   defaults.threads = 0;

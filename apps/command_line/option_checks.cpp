@@ -69,6 +69,10 @@ CLI::Validator trueOrFalse() {
   return makeCheck("true or false", [](const std::string& text) { return text == "true" || text == "false"; });
 }
 
+CLI::Validator path() {
+  return makeCheck("a file or a folder", [](const std::string& text) { return !text.empty(); });
+}
+
 CLI::Validator threadCount() { return wholeNumber(0, 1024); }
 
 std::string joinedList(std::string list) {

@@ -20,6 +20,8 @@ CLI::Validator wholeNumber(int low, int high);
 CLI::Validator positiveNumberUpTo(double high);
 CLI::Validator oneOf(const std::vector<std::string>& names);
 CLI::Validator trueOrFalse();
+/** \brief Any but an empty one, which would be the current folder. */
+CLI::Validator path();
 /** \brief More than any machine has cores; far more than OpenMP can start threads would end the program. */
 CLI::Validator threadCount();
 

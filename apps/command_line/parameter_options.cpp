@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <sstream>
 
 namespace fuse_flow::command_line {
 
@@ -93,7 +94,7 @@ ParameterOptions::ParameterOptions(CLI::App& app) {
   addEnum(app, "--consistency-at", a.consistency_at,
           {{"representatives", ConsistencyAt::Representatives}, {"cell_mean", ConsistencyAt::CellMean}},
           "section 5 (2) b");
-  add(app, "--cell-size", a.cell_size, "coarse cell, m");
+  add(app, "--cell-size", a.cell_size, "coarse cell, m; 0.0001 or more");
   add(app, "--min-cell-size", a.min_cell_size, "smallest cell, m");
   add(app, "--points-per-cell", a.points_per_cell, "wanted in a refined cell");
   add(app, "--min-weight", a.min_weight, "drop fused points of less weight");
@@ -122,6 +123,12 @@ FuseFlowParameters ParameterOptions::parameters() const {
     checkParameters(result);
   } catch (const pcl::PCLException& error) {
     throw io::OptionError(inWordsOfTheCommandLine(error.what()));
+  }
+  // Cells have numbers of 20 bits: a room would not fit.
+  if (result.aggregation.cell_size < 1e-4f) {
+    std::ostringstream message;
+    message << "--cell-size is " << result.aggregation.cell_size << ", must be 0.0001 m or more";
+    throw io::OptionError(message.str());
   }
   return result;
 }

@@ -26,6 +26,7 @@ std::string describeConfigError(CLI::App& app, const std::string& message) {
 }  // namespace
 
 int runTool(CLI::App& app, int argc, char** argv, const std::function<int()>& run) {
+  io::endCleanlyOnSignals();
   std::signal(SIGXFSZ, SIG_IGN);  // a file past `ulimit -f` is then an error to report like a full disk
   try {
     app.parse(argc, argv);
@@ -47,7 +48,7 @@ int runTool(CLI::App& app, int argc, char** argv, const std::function<int()>& ru
   } catch (const pcl::PCLException& error) {
     return reportError(app, io::messageOf(error));
   } catch (const std::bad_alloc&) {
-    return reportError(app, "not enough memory");
+    return reportError(app, "not enough memory; must be less to work on, fewer --threads or --views");
   } catch (const std::exception& error) {
     return reportError(app, error.what());
   }

@@ -53,6 +53,21 @@ void checkCameraInput(const std::string& owner, const Camera& camera) {
     const std::string message = error.what();
     throw InputError(owner + ": " + message.substr(message.find_first_not_of(": ")));  // PCL puts a colon in front
   }
+  const auto fail = [&](const auto&... parts) {
+    std::ostringstream message;
+    message << owner << ": camera '" << camera.name << "': ";
+    (message << ... << parts);
+    return InputError(message.str());
+  };
+  const Intrinsics& K = camera.intrinsics;
+  const Eigen::Vector3d place = camera.T_world_camera.translation();
+  constexpr double max_distance = 5e4;  // metres; there single precision has steps of 4 mm
+  if (place.norm() > max_distance)
+    throw fail("T_world_camera is ", place.norm(), " m from the origin, must be ", max_distance, " m or less");
+  constexpr float min_focal = 1e-3f;  // of the image: a view of 179.9 degrees
+  if (K.fx < min_focal * static_cast<float>(K.width) || K.fy < min_focal * static_cast<float>(K.height))
+    throw fail("fx and fy are ", K.fx, " and ", K.fy, " pixels for an image of ", K.width, "x", K.height,
+               ", must be a thousandth of its sides or more");
 }
 
 }  // namespace fuse_flow::io

@@ -219,12 +219,12 @@ void writeCloud(const std::string& path, const pcl::PCLPointCloud2& cloud, const
     throw OutputError(path + ": the extension is '" + extension + "', must be .ply or .pcd");
 }
 
-SensorPose readCloud(const std::string& path, pcl::PCLPointCloud2& cloud) {
+SensorPose readCloud(const std::string& path, pcl::PCLPointCloud2& cloud, EmptyCloud empty) {
   const std::string extension = extensionOf(path);
   if (extension != ".ply" && extension != ".pcd")
     throw InputError(path + ": the extension is '" + extension + "', must be .ply or .pcd");
   std::error_code error;
-  if (!std::filesystem::exists(path, error)) throw InputError(path + ": not found");
+  if (!std::filesystem::exists(path, error)) throw InputError(path + ": not found, must be a .ply or .pcd file");
   if (!std::filesystem::is_regular_file(path, error)) throw InputError(path + ": is not a file");
   if (extension == ".ply") checkPlyColors(path);
   SensorPose pose;
@@ -239,7 +239,7 @@ SensorPose readCloud(const std::string& path, pcl::PCLPointCloud2& cloud) {
     if (cloud.fields[static_cast<std::size_t>(index)].datatype != pcl::PCLPointField::FLOAT32)
       throw InputError(path + ": field " + axis + " is not of floating point, must be float or double");
   }
-  if (points == 0) throw InputError(path + ": has no points");
+  if (points == 0 && empty == EmptyCloud::Refused) throw InputError(path + ": has no points, must have one at least");
   return pose;
 }
 

@@ -29,9 +29,12 @@ void writeCloud(const std::string& path, const pcl::PointCloud<PointT>& cloud) {
   writeCloud(path, blob, {cloud.sensor_origin_, cloud.sensor_orientation_});
 }
 
-/** \brief Reads a PLY or PCD, chosen by the extension; double fields become float. Throws InputError if it is missing, damaged, without points or
- *  x, y, z, or of another type. */
-SensorPose readCloud(const std::string& path, pcl::PCLPointCloud2& cloud);
+/** \brief What to make of a file without points. */
+enum class EmptyCloud { Refused, Accepted };
+
+/** \brief Reads a PLY or PCD, chosen by the extension; double fields become float. Throws InputError if it is missing,
+ *  damaged, without x, y, z, of another type or, unless that is accepted, without points. */
+SensorPose readCloud(const std::string& path, pcl::PCLPointCloud2& cloud, EmptyCloud empty = EmptyCloud::Refused);
 
 /** \brief Keeps PCL's readers from printing while it lives: what matters is thrown. */
 class SilencePcl {

@@ -1,5 +1,7 @@
 #include "io/file_io.h"
 
+#include "io/interrupt.h"
+
 #include <unistd.h>
 
 #include <cerrno>
@@ -31,7 +33,7 @@ std::string writeBytes(const std::string& path, const std::string& bytes) {
 std::string readFile(const std::string& path) {
   std::error_code error;
   const fs::file_status status = fs::status(path, error);
-  if (!fs::exists(status)) throw InputError(path + ": not found");
+  if (!fs::exists(status)) throw InputError(path + ": not found, must be a file");
   if (fs::is_directory(status)) throw InputError(path + ": is a folder, must be a file");
   std::ifstream file(path, std::ios::binary | std::ios::ate);
   if (!file) throw InputError(path + ": cannot be opened: " + std::strerror(errno));
@@ -57,6 +59,7 @@ void writeFile(const std::string& path, const std::string& bytes) {
     throw OutputError(path + ": cannot be written: the folder " + target.parent_path().string() + " does not exist");
 
   const fs::path temporary = target.string() + ".part" + std::to_string(getpid());
+  const UnfinishedFile unfinished(temporary.string());
   const std::string problem = writeBytes(temporary.string(), bytes);
   if (problem.empty()) fs::rename(temporary, target, error);
   if (problem.empty() && !error) return;

@@ -1,4 +1,5 @@
 #include "io/error.h"
+#include "io/fusion_with_normals.h"
 #include "io/gpu_method.h"
 
 #include <fuse_flow/gpu/fuse_flow.h>
@@ -29,6 +30,9 @@ bool runsOnGpu(const std::string& device) {
   return found;
 }
 
-std::unique_ptr<Method> makeGpuFusion(const MethodOptions& options) { return std::make_unique<GpuFusion>(options); }
+std::unique_ptr<Method> makeGpuFusion(const MethodOptions& options) {
+  if (options.normals) return std::make_unique<FusionWithNormals<FuseFlow<PointFusedNormal, device::Thrust>>>(options);
+  return std::make_unique<GpuFusion>(options);
+}
 
 }  // namespace fuse_flow::io

@@ -1,17 +1,30 @@
 #pragma once
 
 #include <csignal>
+#include <string>
 
 namespace fuse_flow::io {
 
-inline volatile std::sig_atomic_t interrupt_requested = 0;
+/** \brief Set by the first signal after catchInterrupts(). */
+extern volatile std::sig_atomic_t interrupt_requested;
 
-/** \brief Ctrl-C finishes the frame at hand; a second one ends the program at once. */
-inline void catchInterrupts() {
-  std::signal(SIGINT, [](int) {
-    interrupt_requested = 1;
-    std::signal(SIGINT, SIG_DFL);
-  });
-}
+/** \brief From here on Ctrl-C, SIGTERM and SIGHUP end the program without a half-written file. */
+void endCleanlyOnSignals();
+
+/** \brief From here on the first of them asks to finish the frame at hand; a second one ends the program at once. */
+void catchInterrupts();
+
+/** \brief A file that a signal which ends the program removes, while this lives. One at a time: where threads write
+ *  several, it is the first. */
+class UnfinishedFile {
+ public:
+  explicit UnfinishedFile(const std::string& path);
+  ~UnfinishedFile();
+  UnfinishedFile(const UnfinishedFile&) = delete;
+  UnfinishedFile& operator=(const UnfinishedFile&) = delete;
+
+ private:
+  bool owns_;
+};
 
 }  // namespace fuse_flow::io

@@ -1,6 +1,7 @@
 #include "io/method.h"
 
 #include "io/error.h"
+#include "io/fusion_with_normals.h"
 #include "io/gpu_method.h"
 #include "io/instances.h"
 
@@ -38,6 +39,10 @@ namespace fuse_flow::io {
 namespace {
 
 using Clock = std::chrono::steady_clock;
+
+double milliseconds(Clock::time_point begin, Clock::time_point end) {
+  return std::chrono::duration<double, std::milli>(end - begin).count();
+}
 
 class Fusion : public Method {
  public:
@@ -84,7 +89,11 @@ class Concatenation : public Method {
       }
     }
     statistics_.gated_points = all->size();
+    const Clock::time_point generated = Clock::now();
+    statistics_.generate_ms = milliseconds(start, generated);
     thin(all);
+    const Clock::time_point thinned = Clock::now();
+    statistics_.fuse_ms = milliseconds(generated, thinned);
     output.clear();
     output.reserve(thinned_.size());
     for (const pcl::PointXYZRGB& p : thinned_) {
@@ -98,7 +107,9 @@ class Concatenation : public Method {
     }
     output.header.stamp = frame.stamp;
     statistics_.fused_points = output.size();
-    statistics_.total_ms = std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+    const Clock::time_point end = Clock::now();
+    statistics_.output_ms = milliseconds(thinned, end);
+    statistics_.total_ms = milliseconds(start, end);
   }
 
  protected:
@@ -178,8 +189,10 @@ class OutlierRemoval : public VoxelGridOfConcatenation {
 std::unique_ptr<Method> makeMethod(const std::string& name, const MethodOptions& options) {
   if (name != "fuse_flow" && options.device == "gpu")
     throw OptionError("--device gpu: --method " + name + " runs on the CPU only");
+  if (name != "fuse_flow" && options.normals) throw OptionError("--normals: --method " + name + " has none");
   if (name == "fuse_flow") {
     if (runsOnGpu(options.device)) return makeGpuFusion(options);
+    if (options.normals) return std::make_unique<FusionWithNormals<FuseFlow<PointFusedNormal>>>(options);
     return std::make_unique<Fusion>(options);
   }
   if (name == "concatenate") return std::make_unique<Concatenation>(options);

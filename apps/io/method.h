@@ -1,5 +1,7 @@
 #pragma once
 
+#include "io/point_fused_normal.h"
+
 #include <fuse_flow/fuse_flow.h>
 #include <fuse_flow/point_types.h>
 
@@ -15,11 +17,14 @@ class Method {
 
   virtual ~Method() = default;
   virtual void fuse(const RigFrame& frame, Cloud& output) = 0;
-  /** \brief Of the last frame; the peers fill in points and total only. */
+  /** \brief Of the last frame; the peers back-project (generate), thin (fuse) and write the cloud (output). */
   const FrameStatistics& statistics() const { return statistics_; }
+  /** \brief The last frame's cloud with normals; empty unless MethodOptions::normals. */
+  const pcl::PointCloud<PointFusedNormal>& withNormals() const { return with_normals_; }
 
  protected:
   FrameStatistics statistics_;
+  pcl::PointCloud<PointFusedNormal> with_normals_;
 };
 
 struct MethodOptions {
@@ -28,6 +33,7 @@ struct MethodOptions {
   float leaf_size{0.01f};  ///< of the voxel grids, metres
   /** \brief "cpu"; "gpu"; "auto": the GPU where there is one that can do what is asked. The peers run on the CPU. */
   std::string device{"auto"};
+  bool normals{false};  ///< ours only
 };
 
 /** \brief "fuse_flow", "concatenate", "voxel_grid", "approximate_voxel_grid" or "outlier_removal", which is

@@ -55,6 +55,10 @@ std::vector<std::size_t> parseRange(const std::string& spec, std::size_t count, 
     if (numbers.back() >= count)
       throw fail(part + " is not there, numbers go from 0 to below " + std::to_string(count));
   }
+  std::vector<std::size_t> sorted = numbers;
+  std::sort(sorted.begin(), sorted.end());
+  const auto twice = std::adjacent_find(sorted.begin(), sorted.end());
+  if (twice != sorted.end()) throw fail(std::to_string(*twice) + " is there twice, must be there once");
   return numbers;
 }
 

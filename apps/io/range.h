@@ -7,7 +7,8 @@
 namespace fuse_flow::io {
 
 /** \brief "3", "0,60,120" or "A:B:STEP" with Python's meaning (B exclusive; 0, the end and 1 where left out) as the
- *  numbers it names. \param count how many there are: a range stops there, a single number at or past it is an error.
+ *  numbers it names. \param count how many there are: a range stops there, a single number at or past it is an error, as is
+ *  one that is there twice.
  *  \param option named in messages, e.g. "--frames". Throws OptionError. */
 std::vector<std::size_t> parseRange(const std::string& spec, std::size_t count, const std::string& option = "--frames");
 

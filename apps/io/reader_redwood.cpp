@@ -120,7 +120,8 @@ std::unique_ptr<Recording> openRedwood(const std::string& folder, const Recordin
   sequence.kind = "redwood";
   sequence.path = folder;
   sequence.intrinsics = findIntrinsics(folder);
-  const std::map<std::size_t, Eigen::Isometry3d> poses = readTrajectory(findTrajectory(folder));
+  const std::string trajectory = findTrajectory(folder);
+  const std::map<std::size_t, Eigen::Isometry3d> poses = readTrajectory(trajectory);
 
   const std::vector<std::string> depths = findFiles(fs::path(folder) / "depth", {".png"});
   const bool is_color = fs::is_directory(fs::path(folder) / "color");
@@ -129,7 +130,11 @@ std::unique_ptr<Recording> openRedwood(const std::string& folder, const Recordin
   // Depth and colour files carry timestamps in their names that differ: they belong together by their order.
   for (std::size_t i = 0; i < depths.size(); ++i) {
     const auto pose = poses.find(i);
-    if (pose == poses.end()) continue;
+    if (pose == poses.end()) {
+      sequence.unposed[i] = trajectory + ": has no pose of frame " + std::to_string(i) + ", " + depths[i] +
+                            ", must have a block that begins with this number";
+      continue;
+    }
     SequenceFrame& frame = sequence.frames[i];
     frame.files.depth = depths[i];
     if (i < colors.size()) frame.files.color = colors[i];

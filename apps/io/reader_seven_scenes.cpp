@@ -11,18 +11,20 @@ namespace fs = std::filesystem;
 namespace fuse_flow::io {
 namespace {
 
-/** \brief The numbers of all frame-NNNNNN.pose.txt, with what their names share. */
-std::map<std::size_t, std::string> findPoses(const std::string& folder) {
-  static const std::regex pose_name(R"((frame-(\d{6}))\.pose\.txt)");
+/** \brief The numbers of all frame-NNNNNN.ENDING, with what their names share. */
+std::map<std::size_t, std::string> findFrames(const std::string& folder, const std::string& ending) {
+  const std::regex frame_name(R"((frame-(\d{6}))\.)" + ending);
   std::map<std::size_t, std::string> stems;
   std::error_code error;
   for (const fs::directory_entry& entry : fs::directory_iterator(folder, error)) {
     std::smatch match;
     const std::string name = entry.path().filename().string();
-    if (std::regex_match(name, match, pose_name)) stems[std::stoul(match[2])] = match[1];
+    if (std::regex_match(name, match, frame_name)) stems[std::stoul(match[2])] = match[1];
   }
   return stems;
 }
+
+std::map<std::size_t, std::string> findPoses(const std::string& folder) { return findFrames(folder, R"(pose\.txt)"); }
 
 Intrinsics readIntrinsics(const std::string& path) {
   Intrinsics K;
@@ -63,6 +65,10 @@ std::unique_ptr<Recording> openSevenScenes(const std::string& folder, const Reco
     frame.files.color = findImage(folder, stem + ".color");
     frame.T_world_camera = readPose(prefix + ".pose.txt");
   }
+  for (const auto& [number, stem] : findFrames(folder, R"(depth\.png)"))
+    if (sequence.frames.count(number) == 0)
+      sequence.unposed[number] = (fs::path(folder) / stem).string() + ".pose.txt: not found, must hold the pose of " +
+                                 stem + ".depth.png, 4x4, row by row";
   return openSequence(std::move(sequence), options);
 }
 

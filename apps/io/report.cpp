@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <map>
 
 namespace fuse_flow::io {
 namespace {
@@ -40,18 +41,6 @@ constexpr Stage kStages[] = {
 
 constexpr const char* kQualityFigures[] = {"e_mc_mm", "e_mc_multi_view_mm", "free_space_violations", "coverage"};
 
-/** \brief Over the frames in which the figure is a number. */
-nlohmann::json meanOf(const nlohmann::json& frames, const char* figure) {
-  double sum = 0;
-  std::size_t count = 0;
-  for (const nlohmann::json& frame : frames) {
-    if (!frame[figure].is_number()) continue;
-    sum += frame[figure].get<double>();
-    ++count;
-  }
-  return count ? nlohmann::json(sum / static_cast<double>(count)) : nlohmann::json(nullptr);
-}
-
 std::string format(const char* pattern, double value) {
   char text[64];
   std::snprintf(text, sizeof(text), pattern, value);
@@ -76,30 +65,58 @@ std::string qualityHeader(std::size_t name_width) {
 }
 
 std::string qualityRow(const std::string& name, std::size_t name_width, const Quality& q) {
+  const nlohmann::json figures = qualityJson(q);
+  const auto column = [&](const char* key, double scale, std::size_t width) {
+    const std::string text = figures[key].is_number() ? format("%.2f", scale * figures[key].get<double>()) : "-";
+    return std::string(width - std::min(width, text.size()), ' ') + text;
+  };
   std::string padded = name;
   padded.resize(std::max(name_width, name.size()), ' ');
-  return padded + format("%10.0f", static_cast<double>(q.points)) + format("%12.2f", 1e3 * q.error) +
-         format("%21.2f", 1e3 * q.multi_view_error) + format("%16.2f", 100 * q.violationShare()) +
-         format("%14.2f", 100 * q.coverage());
+  return padded + format("%10.0f", static_cast<double>(q.points)) + column("e_mc_mm", 1, 12) +
+         column("e_mc_multi_view_mm", 1, 21) + column("free_space_violations", 100, 16) + column("coverage", 100, 14);
+}
+
+void QualityOfSequence::add(const Quality& q) {
+  if (q.seen_points > 0) error_ += q.error * static_cast<double>(q.seen_points);
+  if (q.multi_view_points > 0) multi_view_error_ += q.multi_view_error * static_cast<double>(q.multi_view_points);
+  sum_.points += q.points;
+  sum_.seen_points += q.seen_points;
+  sum_.multi_view_points += q.multi_view_points;
+  sum_.violating_points += q.violating_points;
+  sum_.pixels += q.pixels;
+  sum_.covered_pixels += q.covered_pixels;
+}
+
+Quality QualityOfSequence::result() const {
+  Quality q = sum_;  // 0 / 0 is NaN
+  q.error = error_ / static_cast<double>(q.seen_points);
+  q.multi_view_error = multi_view_error_ / static_cast<double>(q.multi_view_points);
+  return q;
 }
 
 void Report::addFrame(std::size_t frame, const FrameStatistics& statistics, const std::optional<Quality>& quality) {
-  frames_.push_back({frame, statistics, quality});
+  frames_.push_back({frame, statistics, quality, peakMemoryMebibytes()});
 }
 
 nlohmann::json Report::json() const {
   nlohmann::json frames = nlohmann::json::array();
   std::vector<double> times[std::size(kStages)];
   double points_in = 0, points_out = 0;
+  QualityOfSequence quality;
   for (const Frame& f : frames_) {
     nlohmann::json entry;
-    if (f.quality) entry = qualityJson(*f.quality);
+    if (f.quality) {
+      entry = qualityJson(*f.quality);
+      quality.add(*f.quality);
+    }
     for (const char* figure : kQualityFigures)
       if (!entry.contains(figure)) entry[figure] = nullptr;
     entry["frame"] = f.number;
     entry["points_in"] = f.statistics.measured_points;
     entry["points_gated"] = f.statistics.gated_points;
     entry["points_out"] = f.statistics.fused_points;
+    entry["frames_per_second"] = number(1e3 / f.statistics.total_ms);
+    entry["peak_memory_mib"] = f.peak_memory_mib;
     entry["missing_cameras"] = f.statistics.missing_cameras;
     for (std::size_t s = 0; s < std::size(kStages); ++s) {
       const double ms = f.statistics.*kStages[s].milliseconds;
@@ -116,7 +133,8 @@ nlohmann::json Report::json() const {
                           {"points_out", points_out},
                           {"frames_per_second", number(1e3 / percentile(times[std::size(kStages) - 1], 0.5))},
                           {"peak_memory_mib", peakMemoryMebibytes()}};
-  for (const char* figure : kQualityFigures) total[figure] = meanOf(frames, figure);
+  const nlohmann::json figures = qualityJson(quality.result());
+  for (const char* figure : kQualityFigures) total[figure] = figures[figure];
   for (std::size_t s = 0; s < std::size(kStages); ++s)
     total["milliseconds"][kStages[s].name] = {{"median", number(percentile(times[s], 0.5))},
                                               {"p95", number(percentile(times[s], 0.95))}};
@@ -139,6 +157,12 @@ std::string Report::summary() const {
           figure("over points with two or more views", "e_mc_multi_view_mm", 1, "mm") +
           figure("free-space violations", "free_space_violations", 100, "%") +
           figure("coverage", "coverage", 100, "%") + format("peak memory %.0f MiB\n", value(total["peak_memory_mib"]));
+  std::map<std::size_t, std::size_t> missed;
+  for (const Frame& f : frames_)
+    for (const std::size_t camera : f.statistics.missing_cameras) ++missed[camera];
+  for (const auto& [camera, count] : missed)
+    text += "  camera " + (camera < cameras_.size() ? cameras_[camera] : std::to_string(camera)) + " missed " +
+            std::to_string(count) + " of " + std::to_string(frames_.size()) + " frames\n";
   return text;
 }
 

@@ -10,17 +10,31 @@
 
 namespace fuse_flow::io {
 
+/** \brief Counts added up, errors weighted with theirs: over all points and all measurements of all frames. */
+class QualityOfSequence {
+ public:
+  void add(const Quality& quality);
+  /** \brief An error is NaN where nobody saw a point. */
+  Quality result() const;
+
+ private:
+  Quality sum_;
+  double error_{0}, multi_view_error_{0};
+};
+
 /** \brief Collects what a run did, frame by frame; errors in millimetres, shares from 0 to 1. */
 class Report {
  public:
-  explicit Report(std::string method) : method_(std::move(method)) {}
+  /** \param cameras their names, for summary() */
+  explicit Report(std::string method, std::vector<std::string> cameras = {})
+      : method_(std::move(method)), cameras_(std::move(cameras)) {}
   /** \brief Without a quality, its figures are null. */
   void addFrame(std::size_t frame, const FrameStatistics& statistics, const std::optional<Quality>& quality);
 
-  /** \brief Per frame and in total; medians and 95th percentiles of the times; means of the
-   *  quality over the frames in which it could be measured, null if there are none. */
+  /** \brief Per frame and in total; medians and 95th percentiles of the times; the
+   *  quality over the points and measurements of all frames, null if there are none. */
   nlohmann::json json() const;
-  /** \brief A few lines for people. */
+  /** \brief A few lines for people, one for each camera that missed a frame. */
   std::string summary() const;
 
  private:
@@ -28,14 +42,16 @@ class Report {
     std::size_t number;
     FrameStatistics statistics;
     std::optional<Quality> quality;
+    double peak_memory_mib;  ///< of the process, up to the end of this frame
   };
   std::string method_;
+  std::vector<std::string> cameras_;
   std::vector<Frame> frames_;
 };
 
 /** \brief The quality figures as the tools print them; null where there was nothing to measure. */
 nlohmann::json qualityJson(const Quality& quality);
-/** \brief The header and a row of the table of quality figures. */
+/** \brief The header and a row of the table of quality figures, "-" where there was nothing to measure. */
 std::string qualityHeader(std::size_t name_width);
 std::string qualityRow(const std::string& name, std::size_t name_width, const Quality& quality);
 

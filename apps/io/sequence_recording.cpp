@@ -105,11 +105,16 @@ std::vector<std::size_t> chooseViews(const Sequence& sequence, const std::string
                       " is a recording of one moving camera, --views must say which frames act as the cameras " +
                       "of one instant, e.g. --views " + suggestViews(sequence.frames) + "; it has " +
                       listFrames(sequence.frames));
-  const std::vector<std::size_t> views = parseRange(spec, sequence.frames.rbegin()->first + 1, "--views");
-  for (const std::size_t number : views)
-    if (sequence.frames.count(number) == 0)
-      throw OptionError("--views " + spec + ": frame " + std::to_string(number) + " is not in " + sequence.path +
-                        ", which has " + listFrames(sequence.frames));
+  std::size_t last = sequence.frames.rbegin()->first;
+  if (!sequence.unposed.empty()) last = std::max(last, sequence.unposed.rbegin()->first);
+  const std::vector<std::size_t> views = parseRange(spec, last + 1, "--views");
+  for (const std::size_t number : views) {
+    if (sequence.frames.count(number) > 0) continue;
+    const auto unposed = sequence.unposed.find(number);
+    if (unposed != sequence.unposed.end()) throw InputError(unposed->second);
+    throw OptionError("--views " + spec + ": frame " + std::to_string(number) + " is not in " + sequence.path +
+                      ", which has " + listFrames(sequence.frames));
+  }
   return views;
 }
 

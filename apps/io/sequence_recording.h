@@ -25,12 +25,14 @@ struct Sequence {
   std::string path;
   /** \brief By the number that --views uses. */
   std::map<std::size_t, SequenceFrame> frames;
+  /** \brief Frames that have a depth image but no pose: what is said to whoever names one. */
+  std::map<std::size_t, std::string> unposed;
   /** \brief Width and height 0: the size of the first depth image that there is. */
   Intrinsics intrinsics;
   float depth_scale{0.001f};
 };
 
-/** \brief Throws OptionError if options name no views or views that do not exist. */
+/** \brief Throws OptionError if options name no views or views that do not exist, InputError if one has no pose. */
 std::unique_ptr<Recording> openSequence(Sequence sequence, const RecordingOptions& options);
 
 }  // namespace fuse_flow::io

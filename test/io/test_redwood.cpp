@@ -78,9 +78,10 @@ TEST_F(Redwood, NumbersWithoutLeadingZerosAreInTheOrderOfTheirValue) {
   for (std::size_t view = 0; view < 3; ++view) EXPECT_TRUE(showsRoom(frame, view)) << view;
 }
 
-TEST_F(Redwood, AFrameThatTheTrajectoryLeavesOutIsNone) {
+TEST_F(Redwood, AFrameThatTheTrajectoryLeavesOutHasNoPoseAndIsNamed) {
   write("trajectory.log", "0 0 1\n" + levelView().poseText() + "2 2 3\n" + cornerView(1).poseText());
-  EXPECT_TRUE(refuses<io::OptionError>([&] { open("1"); }, {"frame 1 is not in", "2 frames: 0, 2"}));
+  EXPECT_TRUE(refuses([&] { open("1"); }, {path("trajectory.log"), "no pose of frame 1", "/depth/", "must have"}));
+  EXPECT_TRUE(refuses<io::OptionError>([&] { open("3"); }, {"--views 3"}));
   io::LoadedFrame frame;
   open("2")->read(0, frame);
   EXPECT_TRUE(showsRoom(frame, 0));

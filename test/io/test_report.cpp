@@ -2,6 +2,7 @@
 
 #include "io_fixture.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace {
@@ -57,6 +58,9 @@ TEST(Report, AFrameHasItsFigures) {
   EXPECT_EQ(frame["points_gated"], 800);
   EXPECT_EQ(frame["points_out"], 200);
   EXPECT_EQ(frame["missing_cameras"], (Json{1, 3}));
+  EXPECT_DOUBLE_EQ(frame["frames_per_second"], 25);
+  EXPECT_GT(frame["peak_memory_mib"], 1);
+  EXPECT_LE(frame["peak_memory_mib"], json["total"]["peak_memory_mib"]);
   EXPECT_EQ(frame["points"], 200);
   EXPECT_EQ(frame["multi_view_points"], 150);
   EXPECT_DOUBLE_EQ(frame["e_mc_mm"], 12.5);
@@ -124,6 +128,25 @@ TEST(Report, FramesWithoutAFigureDoNotCountInItsMean) {
   EXPECT_DOUBLE_EQ(json["total"]["coverage"], 0.98);
 }
 
+/** \brief 100 points 10 mm off and 300 that are 20 mm off: 17.5 mm, not the 15 mm between the frames. */
+TEST(Report, InTheTotalEveryPointAndEveryPixelCountsTheSame) {
+  io::Report report("fuse_flow");
+  Quality few, many;
+  few.points = few.seen_points = 100;
+  few.error = 0.010;
+  few.pixels = few.covered_pixels = 1000;
+  many.points = many.seen_points = many.violating_points = 300;
+  many.error = 0.020;
+  many.pixels = 3000;
+  report.addFrame(0, statistics(10), few);
+  report.addFrame(1, statistics(10), many);
+  const Json total = report.json()["total"];
+  EXPECT_DOUBLE_EQ(total["e_mc_mm"], 17.5);
+  EXPECT_DOUBLE_EQ(total["free_space_violations"], 0.75);
+  EXPECT_DOUBLE_EQ(total["coverage"], 0.25);
+  EXPECT_TRUE(total["e_mc_multi_view_mm"].is_null());
+}
+
 TEST(Report, WithoutFramesThereIsNothingToMeasure) {
   const Json json = io::Report("fuse_flow").json();
   EXPECT_EQ(json["total"]["frames"], 0);
@@ -146,6 +169,21 @@ TEST(Report, TheSummarySaysWhatTheTotalsSay) {
     EXPECT_NE(text.find(words), std::string::npos) << words << " is not in " << text;
 }
 
+TEST(Report, TheSummaryNamesTheCamerasThatMissedFrames) {
+  io::Report report("fuse_flow", {"left", "middle", "right"});
+  FrameStatistics s = statistics(40);
+  report.addFrame(0, s, std::nullopt);
+  EXPECT_EQ(report.summary().find("missed"), std::string::npos);
+  s.missing_cameras = {2};
+  report.addFrame(1, s, std::nullopt);
+  s.missing_cameras = {0, 2};
+  report.addFrame(2, s, std::nullopt);
+  const std::string text = report.summary();
+  for (const char* line : {"\n  camera left missed 1 of 3 frames\n", "\n  camera right missed 2 of 3 frames\n"})
+    EXPECT_NE(text.find(line), std::string::npos) << line << " is not in " << text;
+  EXPECT_EQ(text.find("middle"), std::string::npos) << text;
+}
+
 TEST(Report, TheSummaryLeavesOutWhatWasNotMeasured) {
   io::Report report("fuse_flow");
   report.addFrame(0, statistics(40), std::nullopt);
@@ -165,6 +203,14 @@ TEST(Report, TheTableHasItsColumnsUnderTheirHeadings) {
     ASSERT_LE(end, row.size()) << heading;
     EXPECT_EQ(row.substr(end - value.size(), value.size()), value) << heading;
   }
+}
+
+TEST(Report, TheTableHasADashWhereThereWasNothingToMeasure) {
+  const std::string header = io::qualityHeader(12),
+                    row = io::qualityRow("empty.ply", 12, io::QualityOfSequence().result());
+  EXPECT_EQ(header.size(), row.size());
+  EXPECT_EQ(std::count(row.begin(), row.end(), '-'), 4) << row;
+  EXPECT_EQ(row.find("nan"), std::string::npos) << row;
 }
 
 }  // namespace

@@ -102,6 +102,14 @@ TEST_F(SevenScenes, AFrameWithoutDepthIsAMissingView) {
   EXPECT_TRUE(frame.rig.views[1].missing());
 }
 
+TEST_F(SevenScenes, AFrameWithDepthButWithoutAPoseIsNamed) {
+  fs::remove(path("frame-000025.pose.txt"));
+  EXPECT_TRUE(refuses([&] { open("0,25"); }, {path("frame-000025.pose.txt"), "not found", "frame-000025.depth.png"}));
+  fs::remove(path("frame-000025.depth.png"));
+  EXPECT_TRUE(refuses<io::OptionError>([&] { open("0,25"); }, {"--views 0,25"}));
+  EXPECT_EQ(open("0,10")->cameras().size(), 2u);
+}
+
 TEST_F(SevenScenes, WhatIsWrongWithACalibrationIsNamedWithItsFile) {
   write("frame-000010.pose.txt", "1 0 0 0\n0 1 0 0\n0 0 1 0\n");
   EXPECT_TRUE(refuses([&] { open("0"); }, {path("frame-000010.pose.txt"), "has 12 numbers"}));

@@ -79,6 +79,13 @@ std::vector<FilePoint> readCloudFile(const std::filesystem::path& path) {
     copy(layout, record, "x", p.x);
     copy(layout, record, "y", p.y);
     copy(layout, record, "z", p.z);
+    for (const auto& [name, value] : std::map<std::string, float*>{{"nx", &p.nx},
+                                                                   {"ny", &p.ny},
+                                                                   {"nz", &p.nz},
+                                                                   {"normal_x", &p.nx},
+                                                                   {"normal_y", &p.ny},
+                                                                   {"normal_z", &p.nz}})
+      copy(layout, record, name.c_str(), *value);
     copy(layout, record, "red", p.r);
     copy(layout, record, "green", p.g);
     copy(layout, record, "blue", p.b);

@@ -9,6 +9,7 @@ namespace tool_test {
 /** \brief A point as the tools write it. */
 struct FilePoint {
   float x{0}, y{0}, z{0};
+  float nx{0}, ny{0}, nz{0};
   std::uint8_t r{0}, g{0}, b{0};
   float confidence{0};
   std::uint32_t view_count{0};

@@ -73,6 +73,7 @@ TEST_F(CommandLine, AnOptionOutOfRangeIsNamed) {
   expectWrong({"--max-views", "1"}, {"--max-views", "1"});
   expectWrong({"--max-candidates", "0"}, {"--max-candidates", "0"});
   expectWrong({"--cell-size", "0"}, {"--cell-size", "0", "positive"});
+  expectWrong({"--cell-size", "1e-30"}, {"--cell-size", "1e-30", "0.0001 m or more"});
   expectWrong({"--min-weight", "2"}, {"--min-weight", "2", "[0, 1]"});
   expectWrong({"--occlusion-form", "sometimes"}, {"--occlusion-form", "sometimes", "published", "occlusion_aware"});
   expectWrong({"--method", "magic"}, {"--method", "magic", "fuse_flow", "approximate_voxel_grid"});
@@ -128,7 +129,7 @@ TEST_F(CommandLine, FramesFollowPython) {
 
 TEST_F(CommandLine, FramesThatAreNotThereOrNoNumbersAreRefused) {
   for (const char* frames :
-       {"5", "0,9", "7:9", "3:3", "4:2", "0:5:0", "-1", "1:-1", "a", "1.5", "0,", ",", "1:2:3:4", "0;1"})
+       {"5", "0,9", "7:9", "3:3", "4:2", "0:5:0", "-1", "1:-1", "a", "1.5", "0,", ",", "1:2:3:4", "0;1", "1,1"})
     expectWrong({"--frames", frames}, {"--frames", frames, "A:B:STEP"});
 }
 
@@ -166,7 +167,13 @@ TEST_F(CommandLine, ViewsAndSlideMoveARigAlongASequence) {
   EXPECT_TRUE(
       succeeded(evaluate({scene.string(), out("out/000002.ply"), "--views", "0,10", "--slide", "10", "--frame", "2"})));
   fs::remove_all(out_);
-  ASSERT_TRUE(succeeded(fuseScene({"--views", "0:31:10"})));
+  fs::rename(scene / "frame-000020.pose.txt", scene / "moved.txt");
+  EXPECT_TRUE(isOneLineError(fuseScene({"--views", "0:31:20"}), 1, {"frame-000020.pose.txt", "not found"}));
+  fs::rename(scene / "moved.txt", scene / "frame-000020.pose.txt");
+  fs::remove(scene / "frame-000020.depth.png");
+  const ToolResult one_missing = fuseScene({"--views", "0:31:10"});
+  ASSERT_TRUE(succeeded(one_missing));
+  EXPECT_NE(one_missing.out.find("camera frame-000020 missed 1 of 1 frames"), std::string::npos) << one_missing.out;
   EXPECT_EQ(listing(out_), std::vector<std::string>{"000000.ply"});
   fs::remove_all(out_);
 
@@ -188,6 +195,17 @@ TEST_F(CommandLine, OneFileIsForOneFrame) {
     EXPECT_TRUE(succeeded(fuse({recording(), "-o", out(name), "--frames", "2"}))) << name;
     EXPECT_TRUE(fs::is_regular_file(folder_ / name)) << name;
   }
+}
+
+TEST_F(CommandLine, AnOutputThatIsNeitherAFileOfOursNorAFolderIsRefused) {
+  EXPECT_TRUE(isOneLineError(fuse({recording(), "-o", "", "--frames", "0"}), 2, {"--output", "''", "folder"}));
+  for (const char* name : {"out.las", "out.ply.gz", "run.2"})
+    EXPECT_TRUE(
+        isOneLineError(fuse({recording(), "-o", out(name)}), 2, {name, ".ply or .pcd", std::string(name) + "/"}));
+  EXPECT_FALSE(fs::exists(out("out.las")));
+  EXPECT_TRUE(succeeded(fuse({recording(), "-o", out("run.2/"), "--frames", "0"})));
+  EXPECT_TRUE(succeeded(fuse({recording(), "-o", out("run.2"), "--frames", "1"}))) << "the folder is there by now";
+  EXPECT_EQ(listing(folder_ / "run.2"), (std::vector<std::string>{"000000.ply", "000001.ply"}));
 }
 
 TEST_F(CommandLine, AConfigFileIsWorthTheSameOptions) {

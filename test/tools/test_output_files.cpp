@@ -5,6 +5,7 @@
 #include <poll.h>
 #include <signal.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
 
 #include <array>
 
@@ -49,6 +50,15 @@ TEST_F(OutputFiles, AReportThatCannotBeWrittenIsNamedAndTheCloudsStay) {
   const ToolResult result = fuse({recording(), "-o", out(), "--report", out("report.json")});
   EXPECT_TRUE(isOneLineError(result, 1, {out("report.json"), "folder"}));
   EXPECT_EQ(listing(out_).size(), 4u);
+}
+
+TEST_F(OutputFiles, AReportInThePlaceOfACloudIsRefused) {
+  EXPECT_TRUE(isOneLineError(fuse({recording(), "-o", out("a.ply"), "--frames", "0", "--report", out("./a.ply")}), 2,
+                             {"--report", "a.ply", "another"}));
+  EXPECT_TRUE(isOneLineError(fuse({recording(), "-o", out(), "--report", out("out/000002.ply")}), 2,
+                             {"--report", "000002.ply", "another"}));
+  EXPECT_FALSE(fs::exists(out("a.ply")));
+  EXPECT_FALSE(fs::exists(out_));
 }
 
 TEST_F(OutputFiles, ADeviceThatIsFullIsNamed) {
@@ -111,21 +121,50 @@ class Interrupt : public OutputFiles {
     fs::create_directory(out_);
     ASSERT_EQ(mkfifo((out_ / "000001.ply").c_str(), 0600), 0);
   }
-  RunOptions interruptAtFrameOne(bool terminal) {
+  RunOptions interruptAtFrameOne(bool terminal, int signal = SIGINT) {
     RunOptions options;
     options.terminal = terminal;
-    options.meanwhile = [this](pid_t pid) {
+    options.meanwhile = [this, signal](pid_t pid) {
       const int pipe = open((out_ / "000001.ply").c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
       ASSERT_GE(pipe, 0);
       ASSERT_GT(fcntl(pipe, F_SETPIPE_SZ, 4096), 0);  // less than a cloud
       pollfd polled{pipe, POLLIN, 0};
       const bool begun = poll(&polled, 1, 120000) == 1;
-      kill(pid, SIGINT);
+      kill(pid, signal);
       fcntl(pipe, F_SETFL, 0);
       std::array<char, 4096> bytes;
       for (ssize_t count; begun && (count = read(pipe, bytes.data(), bytes.size())) > 0;)
         piped_.append(bytes.data(), static_cast<std::size_t>(count));
       close(pipe);
+    };
+    return options;
+  }
+  /** \brief Two signals while frame 2 is being written: a pipe stands where it grows, too. */
+  RunOptions interruptTwiceInFrameTwo(int first, int second) {
+    RunOptions options;
+    options.meanwhile = [=](pid_t pid) {
+      const int one = open((out_ / "000001.ply").c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
+      ASSERT_GE(one, 0);
+      ASSERT_GT(fcntl(one, F_SETPIPE_SZ, 4096), 0);
+      pollfd polled{one, POLLIN, 0};
+      ASSERT_EQ(poll(&polled, 1, 120000), 1);
+      const fs::path part = out_ / ("000002.ply.part" + std::to_string(pid));
+      ASSERT_EQ(mkfifo(part.c_str(), 0600), 0);
+      const int two = open(part.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
+      ASSERT_GE(two, 0);
+      ASSERT_GT(fcntl(two, F_SETPIPE_SZ, 4096), 0);
+      fcntl(one, F_SETFL, 0);
+      std::array<char, 4096> bytes;
+      while (read(one, bytes.data(), bytes.size()) > 0) {
+      }
+      close(one);
+      polled.fd = two;
+      ASSERT_EQ(poll(&polled, 1, 120000), 1);
+      kill(pid, first);
+      kill(pid, second);
+      siginfo_t ended;
+      waitid(P_PID, static_cast<id_t>(pid), &ended, WEXITED | WNOWAIT);
+      close(two);
     };
     return options;
   }
@@ -142,6 +181,23 @@ TEST_F(Interrupt, FinishesTheFrameAtHandAndExitsWith130) {
   EXPECT_EQ(piped_.rfind("ply\n", 0), 0u);
   const nlohmann::json report = nlohmann::json::parse(readText(out("report.json")));
   EXPECT_EQ(report["total"]["frames"], 2);
+}
+
+TEST_F(Interrupt, TheEndOfASessionFinishesTheFrameAtHandToo) {
+  for (const int signal : {SIGTERM, SIGHUP}) {
+    const ToolResult result = fuse({recording(), "-o", out()}, interruptAtFrameOne(false, signal));
+    EXPECT_EQ(result.exit_code, 130) << signal;
+    EXPECT_EQ(result.err, "fuse_flow_fuse: interrupted after 2 of 4 frames; those are complete\n") << signal;
+    EXPECT_EQ(listing(out_), (std::vector<std::string>{"000000.ply", "000001.ply"})) << signal;
+  }
+}
+
+TEST_F(Interrupt, ASecondSignalEndsAtOnceAndLeavesNoHalfWrittenFile) {
+  for (const auto& [first, second] : {std::make_pair(SIGINT, SIGTERM), std::make_pair(SIGHUP, SIGINT)}) {
+    const ToolResult result = fuse({recording(), "-o", out()}, interruptTwiceInFrameTwo(first, second));
+    EXPECT_TRUE(result.exit_code == 128 + first || result.exit_code == 128 + second) << result.exit_code;
+    EXPECT_EQ(listing(out_), (std::vector<std::string>{"000000.ply", "000001.ply"}));
+  }
 }
 
 TEST_F(Interrupt, OnATerminalTheMessageHasALineOfItsOwn) {

@@ -20,12 +20,12 @@ class FramePipeline {
 
   /** \brief Preprocessing, eq. 3, 8, 9. The frame must stay alive until its output has been read. */
   void generate(const RigFrame& frame) {
+    const Clock::time_point start = Clock::now();  // a first frame lays out memory, which takes time too
     checkRigFrame(frame);
     frame_ = &frame;
     threads_ = resolveThreads(threads);
     rig_.update(frame.cameras);
     layOut();
-    const Clock::time_point start = Clock::now();
     preprocess();
     statistics.preprocess_ms = since(start);
     const Clock::time_point generated = Clock::now();

@@ -1,0 +1,19 @@
+#include "command_line/quality_options.h"
+
+#include "command_line/option_checks.h"
+
+namespace fuse_flow::command_line {
+
+void addQualityOptions(CLI::App& app, QualityParameters& parameters) {
+  app.add_option("--visibility", parameters.visibility, "largest |z - D| at which a view sees a point, m")
+      ->check(positiveNumber())
+      ->capture_default_str();
+  app.add_option("--coverage-radius", parameters.coverage_radius, "a measurement is covered by a point this near, m")
+      ->check(positiveNumber())
+      ->capture_default_str();
+  app.add_option("--coverage-step", parameters.coverage_step, "every how many pixels, each way, coverage looks at")
+      ->check(wholeNumber(1, 65535))
+      ->capture_default_str();
+}
+
+}  // namespace fuse_flow::command_line
