@@ -47,9 +47,6 @@ class Room {
   fuse_flow::RigFrame render(char* memory, std::uint32_t seed) const {
     auto* depth = reinterpret_cast<std::uint16_t*>(memory);
     auto* color = reinterpret_cast<fuse_flow::Rgb8*>(memory + 2 * pixels());
-    fuse_flow::RigFrame frame;
-    frame.cameras = cameras_;
-    frame.views.resize(cameras_.size());
     const std::size_t rows = static_cast<std::size_t>(height_);
     fuse_flow::host::parallelFor(
         fuse_flow::host::resolveThreads(0), cameras_.size() * rows, [&](std::size_t task, int) {
@@ -57,6 +54,16 @@ class Room {
           renderRow(i, static_cast<int>(v), seed, depth + task * static_cast<std::size_t>(width_),
                     color + task * static_cast<std::size_t>(width_));
         });
+    return frameAt(memory);
+  }
+
+  /** \brief A frame that points at memory of bytes() that has been filled. */
+  fuse_flow::RigFrame frameAt(const char* memory) const {
+    const auto* depth = reinterpret_cast<const std::uint16_t*>(memory);
+    const auto* color = reinterpret_cast<const fuse_flow::Rgb8*>(memory + 2 * pixels());
+    fuse_flow::RigFrame frame;
+    frame.cameras = cameras_;
+    frame.views.resize(cameras_.size());
     for (std::size_t i = 0; i < cameras_.size(); ++i) {
       frame.views[i].depth16 = {depth + i * pixelsOfCamera(), width_, height_};
       frame.views[i].color = {color + i * pixelsOfCamera(), width_, height_};

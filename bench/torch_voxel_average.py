@@ -1,13 +1,17 @@
 #!/usr/bin/env python3
 """The peer a GPU user would write: every view back-projected, all in one cloud, and the mean of each voxel, in PyTorch.
 
-    fuse_flow_gpu_bench --dump FOLDER 8x640x480
-    python3 bench/torch_voxel_average.py FOLDER [--leaf 0.008] [--repeats 30]
+    fuse_flow_gpu_bench --torch "python3 bench/torch_voxel_average.py" [8x640x480 …]
+        beside ours and the CPU's, in one run
+    fuse_flow_gpu_bench --dump FOLDER 8x640x480; python3 bench/torch_voxel_average.py FOLDER [--leaf 0.008] [--repeats 60]
+        alone
 
-Reads the frame that the benchmark dumped: rig.txt, a line a camera (width height fx fy cx cy, then the 3×4 pose, camera to
-world), and images.bin (16-bit depth in millimetres of all cameras, then their 8-bit RGB). Times are medians, from pinned host
-memory to a cloud in pinned host memory."""
+Reads the frames that the benchmark dumped: rig.txt, a line a camera (width height fx fy cx cy, then the 3×4 pose, camera to
+world), and images0.bin, images1.bin, … (16-bit depth in millimetres of all cameras, then their 8-bit RGB), and takes them in
+turn. Times are medians, from pinned host memory to a cloud in pinned host memory; points are those of the first frame. The
+benchmark reads the line that it prints."""
 import argparse
+import glob
 import statistics
 import time
 
@@ -15,14 +19,17 @@ import numpy as np
 import torch
 
 
-def read_frame(folder):
+def read_frames(folder):
     rig = np.loadtxt(folder + "/rig.txt", ndmin=2)
     sizes = [int(row[0] * row[1]) for row in rig]
-    data = np.fromfile(folder + "/images.bin", np.uint8)
     pixels = sum(sizes)
-    depth = torch.from_numpy(data[: 2 * pixels].view(np.int16).copy()).pin_memory()
-    color = torch.from_numpy(data[2 * pixels : 5 * pixels].reshape(-1, 3).copy()).pin_memory()
-    return rig, sizes, depth, color
+    frames = []
+    for path in sorted(glob.glob(glob.escape(folder) + "/images*.bin")):
+        data = np.fromfile(path, np.uint8)
+        depth = torch.from_numpy(data[: 2 * pixels].view(np.int16).copy()).pin_memory()
+        color = torch.from_numpy(data[2 * pixels : 5 * pixels].reshape(-1, 3).copy()).pin_memory()
+        frames.append((depth, color))
+    return rig, sizes, frames
 
 
 class VoxelAverage:
@@ -62,17 +69,22 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder")
     parser.add_argument("--leaf", type=float, default=0.008, help="side of a voxel, metres")
-    parser.add_argument("--repeats", type=int, default=30)
+    parser.add_argument("--repeats", type=int, default=60)
     options = parser.parse_args()
-    rig, sizes, depth, color = read_frame(options.folder)
+    rig, sizes, frames = read_frames(options.folder)
+    if not frames:
+        parser.error(f"no images in {options.folder}")
     method = VoxelAverage(rig, sizes, options.leaf)
-    on_device = (depth.cuda(), color.cuda())
+    on_device = [(depth.cuda(), color.cuda()) for depth, color in frames]
     host_cloud = torch.empty(0)
+    warm = 2 * len(frames)
     device_ms, latency_ms = [], []
-    for k in range(options.repeats + 3):
+    points = 0
+    for k in range(warm + options.repeats):
+        depth, color = frames[k % len(frames)]
         torch.cuda.synchronize()
         start = time.perf_counter()
-        cloud = method.fuse(*on_device)
+        cloud = method.fuse(*on_device[k % len(frames)])
         torch.cuda.synchronize()
         middle = time.perf_counter()
         cloud = method.fuse(depth.cuda(non_blocking=True), color.cuda(non_blocking=True))
@@ -81,10 +93,12 @@ def main():
         host_cloud[: cloud.shape[0]].copy_(cloud, non_blocking=True)
         torch.cuda.synchronize()
         end = time.perf_counter()
-        if k >= 3:
+        if k % len(frames) == 0:
+            points = cloud.shape[0]
+        if k >= warm:
             device_ms.append(1e3 * (middle - start))
             latency_ms.append(1e3 * (end - middle))
-    print(f"PyTorch {torch.__version__}, {len(rig)} cameras, {sum(sizes) / 1e6:.2f} Mpixel: {cloud.shape[0]} points, "
+    print(f"PyTorch {torch.__version__}, {len(rig)} cameras, {sum(sizes) / 1e6:.2f} Mpixel: {points} points, "
           f"device {statistics.median(device_ms):.3f} ms, host to host {statistics.median(latency_ms):.3f} ms, "
           f"{1e3 / statistics.median(latency_ms):.1f} fps one after the other, "
           f"{torch.cuda.max_memory_allocated() / 1e6:.0f} MB")
