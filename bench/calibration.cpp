@@ -3,6 +3,7 @@
 // board | real | beside | knock]…; without a name all but those that are of scenes that served tuning. Of the tables that begin
 // from scratch, SCENE/RIG/SENSOR stands for one row; with /N behind it for that of N trials.
 
+#include "median.h"
 #include "registration_peers.h"
 #include "rig_error.h"
 

@@ -1,15 +1,17 @@
 // A pose update on the GPU over the number of cameras: a frame's images in pinned memory to poses, where its time goes, and the same
 // on the CPU.
 //   fuse_flow_gpu_calibration_bench [--no-cpu] [--repeats N] [CAMERAS …]
+//   fuse_flow_gpu_calibration_bench --beside [CAMERAS …]     the fusion's rate alone and with poses tracked beside it
 
+#include "gpu_frames.h"
+#include "median.h"
 #include "rig_error.h"
 #include "room.h"
 
-#include <fuse_flow/extrinsic_tracking.h>
 #include <fuse_flow/gpu/extrinsic_estimation.h>
+#include <fuse_flow/gpu/extrinsic_tracking.h>
 #include <fuse_flow/point_types.h>
 
-#include <chrono>
 #include <cstdio>
 #include <map>
 #include <random>
@@ -18,16 +20,14 @@
 namespace {
 
 using namespace fuse_flow;
-using Clock = std::chrono::steady_clock;
+using bench::Clock;
+using bench::since;
 using Poses = std::vector<Eigen::Isometry3d>;
 using Gpu = ExtrinsicEstimation<PointFused, device::Thrust>;
 using Cpu = ExtrinsicEstimation<PointFused>;
+using Tracking = ExtrinsicTracking<PointFused, device::Thrust>;
 
 constexpr int kFrames = 3;  // different ones, in turn
-
-double since(Clock::time_point start) {
-  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
-}
 
 /** \brief Every camera 20 mm off in a random direction, and turned by a degree about a random axis. */
 Poses disturbed(Poses poses) {
@@ -135,10 +135,56 @@ void run(int cameras, int repeats, bool with_cpu) {
   run({"tracking, poses of another frame", tracking, found}, frames, truth, repeats, with_cpu);
 }
 
+/** \brief Frames a second from pinned images to pinned points, fused with the tracked poses if they are tracked. \param updates of
+ *  poses meanwhile */
+double rate(bench::Gpu& fusion, const bench::Frames& frames, Tracking* tracking, std::size_t& updates) {
+  constexpr double milliseconds = 300;
+  const std::size_t lanes = 8;
+  const std::size_t before = tracking ? tracking->poses()->updates : 0;
+  std::size_t count = 0;
+  const Clock::time_point start = Clock::now();
+  for (; since(start) < milliseconds; ++count) {
+    RigFrame frame = frames.at(count);
+    if (tracking) {
+      tracking->push(frame);
+      tracking->apply(frame);
+    }
+    if (fusion.inFlight() == lanes) fusion.nextPinned([](const auto&, std::uint64_t) {});
+    fusion.submit(frame);
+  }
+  while (fusion.inFlight() > 0) fusion.nextPinned([](const auto&, std::uint64_t) {});
+  const double result = 1e3 * static_cast<double>(count) / since(start);
+  if (tracking) {
+    tracking->finish();
+    updates += tracking->poses()->updates - before;
+  }
+  return result;
+}
+
+/** \brief In turn, so that both meet the same machine. */
+void runBeside(int cameras) {
+  const bench::Frames frames({cameras, 640, 480});
+  bench::Gpu fusion;
+  fusion.setFramesInFlight(8);
+  Tracking tracking(frames.at(0).cameras, 0.002);
+  std::vector<double> alone, with;
+  std::size_t updates = 0, none = 0;
+  for (int round = 0; round < 8; ++round) {
+    const double first = rate(fusion, frames, nullptr, none), second = rate(fusion, frames, &tracking, updates);
+    if (round == 0) continue;  // warming up
+    alone.push_back(first);
+    with.push_back(second);
+  }
+  std::printf("| %d | %.0f | %.0f | %.0f %% | %.1f | %.0f |\n", cameras, bench::median(alone), bench::median(with),
+              100 * bench::median(with) / bench::median(alone), tracking.poses()->milliseconds,
+              static_cast<double>(updates) / (8 * 0.3));
+  std::fflush(stdout);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) try {
-  bool with_cpu = true;
+  bool with_cpu = true, beside = false;
   int repeats = 30;
   std::vector<int> sizes;
   for (int k = 1; k < argc; ++k) {
@@ -146,6 +192,8 @@ int main(int argc, char** argv) try {
     int cameras = 0;
     if (argument == "--no-cpu") {
       with_cpu = false;
+    } else if (argument == "--beside") {
+      beside = true;
     } else if (argument == "--repeats" && k + 1 < argc && std::sscanf(argv[k + 1], "%d", &repeats) == 1 &&
                repeats > 0) {
       ++k;
@@ -155,6 +203,15 @@ int main(int argc, char** argv) try {
       std::fprintf(stderr, "fuse_flow_gpu_calibration_bench: %s?\n", argument.c_str());
       return 2;
     }
+  }
+  if (beside) {
+    if (sizes.empty()) sizes = {1, 2, 4, 6, 8};
+    std::printf(
+        "Frames a second, eight in flight, pinned images and points.\n"
+        "| cameras of 640x480 | fusion alone | with tracking | rate kept | last update, ms | updates a second |\n"
+        "|---|---|---|---|---|---|\n");
+    for (const int cameras : sizes) runBeside(cameras);
+    return 0;
   }
   if (sizes.empty()) sizes = {2, 4, 8, 16};
   std::printf(

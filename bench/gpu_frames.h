@@ -3,12 +3,12 @@
 /** \file
  *  \brief What the parts of the GPU benchmark share: its frames, and how they are timed. */
 
+#include "median.h"
 #include "room.h"
 
 #include <fuse_flow/gpu/fuse_flow.h>
 #include <fuse_flow/point_types.h>
 
-#include <algorithm>
 #include <chrono>
 #include <cstddef>
 #include <string>
@@ -24,12 +24,6 @@ using Clock = std::chrono::steady_clock;
 /** \brief Milliseconds. */
 inline double since(Clock::time_point start) {
   return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
-}
-
-/** \brief Of an even number of values the larger of the two in the middle. */
-inline double median(std::vector<double> values) {
-  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2), values.end());
-  return values[values.size() / 2];
 }
 
 /** \brief Cameras of a rig and their images. */

@@ -2,6 +2,7 @@
 
 #include "gpu_frames.h"
 
+#include <algorithm>
 #include <array>
 
 namespace bench {

@@ -6,7 +6,6 @@
 #include <Eigen/Geometry>
 #include <Eigen/SVD>
 
-#include <algorithm>
 #include <cstddef>
 #include <vector>
 
@@ -34,13 +33,6 @@ inline std::vector<PoseError> rigError(const std::vector<Eigen::Isometry3d>& fou
                       57.29577951308232 * Eigen::AngleAxisd(turn).angle()});
   }
   return errors;
-}
-
-inline double median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 }  // namespace bench
