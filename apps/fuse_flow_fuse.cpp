@@ -62,9 +62,10 @@ std::string outputPath(const Options& options, std::size_t frame, std::size_t co
 void checkReportPath(const Options& options, const std::vector<std::size_t>& frames) {
   if (options.report.empty()) return;
   std::error_code error;
-  const fs::path report = fs::weakly_canonical(options.report, error);
+  const auto whole = [&](const std::string& path) { return fs::weakly_canonical(fs::absolute(path, error), error); };
+  const fs::path report = whole(options.report);
   for (const std::size_t frame : frames)
-    if (fs::weakly_canonical(outputPath(options, frame, frames.size()), error) == report)
+    if (whole(outputPath(options, frame, frames.size())) == report)
       throw io::OptionError("--report " + options.report + ": a cloud goes to this file, must be another");
 }
 
