@@ -43,7 +43,7 @@ class Aggregation {
     const std::size_t runs = sortRuns();
     fuseCells(in.cells, runs, points);
     const std::size_t count = points.compact(run_, times_, counters_, runs);
-    setBytes();
+    if (times_.enabled) setBytes(static_cast<double>(runs));
     return count;
   }
 
@@ -90,8 +90,13 @@ class Aggregation {
     run_.copySmall(&counters_.device(run_)->child_numbers, first_child_numbers_.data() + cells, 1);
     run_.forEach(cells,
                  DescribeCells{childrenOfCell(), first_child_numbers_.data(), parameters_.cell_size, cells_.data()});
-    times_.mark("order of cells", static_cast<double>(cells) * (3 * 8 + 8 + 12 + sizeof(CoarseCell)) +
-                                      static_cast<double>(words) * (4 + 4 + 4));
+    // Of a cell: key, count, first point and slot; first point and slot in order, number of the first child. What the five steps
+    // read again of that, and the marks with the sums over them, is only moved.
+    const double read = 8 + 4 + 4 + 4, written = 4 + 4 + 8 + sizeof(CoarseCell);
+    const auto of_cells = static_cast<double>(cells);
+    times_.mark("order of cells", of_cells * (read + written),
+                of_cells * (read + written + (4 + 4 + 8) + (4 + 4) + (4 + 4) + (4 + 8)) +
+                    static_cast<double>(words) * (4 + 4 + 4));
   }
 
   /** \brief Runs of points that fall into one child, sorted by child and pixel. */
@@ -109,7 +114,9 @@ class Aggregation {
 #else
     run_.forEach(chunk_count, count);
 #endif
-    times_.mark("children of points", static_cast<double>(pixels) * (sizeof(WeightedPoint) + 8));
+    const auto of_pixels = static_cast<double>(pixels), of_chunks = static_cast<double>(chunk_count);
+    times_.mark("children of points", of_pixels * (sizeof(WeightedPoint) + 4 + 4) + of_chunks * 4 +
+                                          static_cast<double>(in_.cells) * sizeof(CoarseCell));
     run_.sumUp(chunk_runs_.data(), chunk_count, run_places_.data());
     run_.copySmall(&counters_.device(run_)->runs, run_places_.data() + chunk_count, 1);
     const Counters& counted = counters_.read(run_);
@@ -125,10 +132,11 @@ class Aggregation {
 #else
     run_.forEach(chunk_count, write);
 #endif
-    times_.mark("runs", static_cast<double>(pixels) * 4 + static_cast<double>(runs) * 8);
+    const auto of_runs = static_cast<double>(runs);
+    times_.mark("runs", of_pixels * 4 + of_chunks * 4 + of_runs * 8, of_pixels * 4 + of_chunks * 12 + of_runs * 8);
     const int bits = bitsFor(counted.child_numbers);
     run_.sortByKey(sorted_.keys, sorted_.other_keys, sorted_.values, sorted_.other_values, runs, bits);
-    times_.mark("sort", static_cast<double>(runs) * (4 + 16.0 * ((bits + 7) / 8)));
+    times_.mark("sort", of_runs * 16, of_runs * (4 + 16.0 * ((bits + 7) / 8)));  // 8 bits a pass, counted in the first
     return runs;
   }
 
@@ -137,7 +145,7 @@ class Aggregation {
     child_begins_.resize(runs);
     Counters* counters = counters_.device(run_);
     run_.select(runs, BeginsChild{sorted_.keys.data()}, child_begins_.data(), &counters->children);
-    times_.mark("children", static_cast<double>(runs) * 4);
+    times_.mark("children");
     cells_of_children_.resize(cells);
     ranks_.resize(runs);
     cameras_.resize(runs);
@@ -173,7 +181,7 @@ class Aggregation {
       run_.forEach(cells, select);
 #endif
     }
-    times_.mark("selection", static_cast<double>(cells) * 8);
+    times_.mark("selection");
   }
 
   /** \brief V, and what it makes of each child. */
@@ -198,12 +206,24 @@ class Aggregation {
   }
 
   /** \brief Of what the host knows only now. */
-  void setBytes() {
+  void setBytes(double runs) {
     const double children = counters_.host().children, gated = counters_.host().points.gated;
-    times_.setBytes("cells of children", children * (4 + 4 + 4 + 4 + 2));
-    times_.setBytes("fuse children", gated * sizeof(WeightedPoint) + children * (8 + sizeof(FusedPoint) + 4));
-    times_.setBytes("consistency", children * (16 + 4 + 4 + 5));
-    times_.setBytes("compaction", children);
+    const auto cells = static_cast<double>(in_.cells);
+    const bool confirms = evaluator_ != nullptr && evaluator_->refined != nullptr;
+    const double maps = evaluator_ == nullptr ? 0 : (confirms ? 8.0 : 4.0) * static_cast<double>(in_.size);
+    times_.setBytes("children", runs * 4 + children * 4);
+    times_.setBytes("cells of children",
+                    children * ((4 + 4 + 4 + 4) + (4 + 2)) + cells * (4 + sizeof(CoarseCell) + sizeof(CellOfChildren)));
+    times_.setBytes("fuse children", gated * sizeof(WeightedPoint) + runs * 4 +
+                                         children * ((4 + 4) + (sizeof(FusedPoint) + 4)) + cells * sizeof(CoarseCell));
+    const double judged = children * ((sizeof(Vec3) + 4 + 4 + 4) + (4 + 1) + (confirms ? sizeof(Vec3) : 0)) +
+                          cells * sizeof(CellOfChildren) + maps;
+    times_.setBytes("consistency", judged, judged + runs);  // states are cleared first
+    if (!(parameters_.weak_weight > 0)) return;
+    // State, weight and position in, state out. The states are looked through for weak ones first, and gone through again at last.
+    const double of_cells = cells * (sizeof(CellOfChildren) + sizeof(CoarseCell));
+    times_.setBytes("selection", children * (1 + 4 + 2 + 1) + of_cells,
+                    children * (1 + 1 + 4 + 2 + 1 + 2 + 1) + of_cells);
   }
 
   /** \brief Bits of numbers below n. */

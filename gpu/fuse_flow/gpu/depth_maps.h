@@ -51,6 +51,7 @@ class DepthMaps {
   void convert(Execution& run, StageTimes& times, FrameViews& views, const DepthMapParameters& parameters) {
     const PreprocessingParameters& p = parameters.preprocessing;
     const std::size_t pixels = views.pixels();
+    const auto of_pixels = static_cast<double>(pixels);
     const bool smooth = parameters.smoothing.passes > 0, fill = p.fill_neighbours > 0;
     z_.resize(pixels);
     if (fill) raw_z_.resize(pixels);
@@ -59,15 +60,16 @@ class DepthMaps {
     float* q = smooth && !p.bilateral ? maps_[0].data() : nullptr;
     run.forEach(pixels / ConvertDepth::kPixels,
                 ConvertDepth{views.grid(), p.min_range, p.max_range, (fill ? raw_z_ : z_).data(), fill ? nullptr : q});
-    times.mark("metres", (smooth ? 10.0 : 6.0) * static_cast<double>(pixels));
+    const double inverse = q ? 4 : 0;
+    times.mark("metres", (2 + 4 + (fill ? 0 : inverse)) * of_pixels);
     if (fill) {
       run.forEach(pixels, FillHoles{views.grid(), p, raw_z_.data(), z_.data(), q});
-      times.mark("holes", (smooth ? 12.0 : 8.0) * static_cast<double>(pixels));
+      times.mark("holes", (4 + 4 + inverse) * of_pixels);
     }
     if (!p.bilateral) return;
-    bilateral_.smooth(run, views, p, z_.data());
+    const double moved = bilateral_.smooth(run, views, p, z_.data());
     if (smooth) run.forEach(pixels, InvertDepth{z_.data(), maps_[0].data()});
-    times.mark("bilateral");
+    times.mark("bilateral", (smooth ? 12 : 8) * of_pixels, moved + (smooth ? 8 : 0) * of_pixels);
   }
 
   /** \brief How noisy each view is; stays on the device, with a copy for the statistics. */
@@ -80,7 +82,8 @@ class DepthMaps {
   void refine(Execution& run, StageTimes& times, FrameViews& views, const DepthMapParameters& parameters) {
     passes_ = parameters.smoothing.passes;
     smoothDepth(run, views.tiles(), views.pixels(), parameters.smoothing, parameters.confidence, maps_);
-    if (passes_ > 0) times.mark("smoothing", 8.0 * passes_ * static_cast<double>(views.pixels()));
+    const double pass = 8.0 * static_cast<double>(views.pixels());
+    if (passes_ > 0) times.mark("smoothing", pass, passes_ * pass);
   }
 
   DeviceBuffer<float> z_, raw_z_, maps_[2];

@@ -56,7 +56,7 @@ class FramePipeline {
                                                   fused_.weights.data(), fused_.staying.data(), output});
     times.mark("write points",
                static_cast<double>(point_count_) *
-                   (sizeof(FusedPoint) + 4 + sizeof(typename Layout::Words) + (Layout::has_color ? 9 : 0)));
+                   (sizeof(FusedPoint) + 4 + 4 + sizeof(typename Layout::Words) + (Layout::has_color ? 9 : 0)));
   }
 
   /** \brief After the output has been waited for. */
@@ -146,8 +146,9 @@ class FramePipeline {
 #else
     run.forEach(chunks(), step);
 #endif
-    times.mark("confidence, points, cells", static_cast<double>(pixels) * (parameters.smoothing.passes > 0 ? 8 : 4) +
-                                                static_cast<double>(pixels) * (sizeof(WeightedPoint) + 4));
+    const bool two_maps = parameters.smoothing.passes > 0 && parameters.use_measurement_confidence;
+    times.mark("confidence, points, cells", static_cast<double>(pixels) * ((two_maps ? 8 : 4) + sizeof(WeightedPoint) +
+                                                                           (parameters.use_spatial_hash ? 4 : 0)));
     counters_.fetch(run);
   }
 
@@ -200,7 +201,11 @@ class FramePipeline {
     run.forEach(gated, FusePointWise{views_.grid(), evaluator(), points_.data(), gated_.data(),
                                      parameters.aggregation.min_weight, parameters.use_distance_consistency,
                                      fused_.fused.data(), fused_.weights.data(), fused_.states.data()});
-    times.mark("point-wise", static_cast<double>(gated) * sizeof(WeightedPoint));
+    const auto pixels = static_cast<double>(views_.pixels()), points = static_cast<double>(gated);
+    const double bytes = pixels * (sizeof(WeightedPoint) + (parameters.use_distance_consistency ? 4 : 0)) +
+                         points * (sizeof(FusedPoint) + 4 + 1);
+    times.mark("point-wise", bytes,
+               bytes + points * (4 + 4 + sizeof(WeightedPoint)));  // the list of points, and these again
     point_count_ = fused_.compact(run, times, counters_, gated);
     statistics.fuse_ms = lap();
   }

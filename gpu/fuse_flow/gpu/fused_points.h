@@ -33,7 +33,9 @@ struct FusedPoints {
   std::size_t compact(Execution& run, StageTimes& times, CounterBuffer& counters, std::size_t n) {
     run.select(n, Stays{states.data()}, staying.data(), &counters.device(run)->fused);
     times.mark("compaction");
-    return counters.read(run).fused;
+    const std::size_t count = counters.read(run).fused;
+    times.setBytes("compaction", static_cast<double>(n) + 4.0 * static_cast<double>(count));
+    return count;
   }
 
   std::size_t bytes() const { return fused.bytes() + weights.bytes() + states.bytes() + staying.bytes(); }

@@ -158,27 +158,29 @@ struct InvertDepth {
  *  follows from the depths. */
 class BilateralSmoothing {
  public:
-  /** \param z metres of all views, changed in place */
-  void smooth(Execution& run, FrameViews& views, const PreprocessingParameters& p, float* z) {
+  /** \brief Returns the bytes that its passes read and write. \param z metres of all views, changed in place */
+  double smooth(Execution& run, FrameViews& views, const PreprocessingParameters& p, float* z) {
     bounds_.resize(2);
     host_bounds_.resize(2);
+    double moved = 0;
     for (std::size_t i = 0; i < views.rig().size(); ++i)
-      if (views.hostView(i).present) smooth(run, views.hostView(i), views.grid().views + i, p, z);
+      if (views.hostView(i).present) moved += smooth(run, views.hostView(i), views.grid().views + i, p, z);
+    return moved;
   }
 
   std::size_t bytes() const { return bounds_.bytes() + cells_[0].bytes() + cells_[1].bytes(); }
 
  private:
-  void smooth(Execution& run, const DeviceView& view, const DeviceView* on_device, const PreprocessingParameters& p,
-              float* z) {
+  double smooth(Execution& run, const DeviceView& view, const DeviceView* on_device, const PreprocessingParameters& p,
+                float* z) {
     const Intrinsics& K = view.model.intrinsics;
-    if (K.height < 2) return;  // PCL's filter is for images of more than one row
+    if (K.height < 2) return 0;  // PCL's filter is for images of more than one row
     const std::size_t pixels = std::size_t{view.pitch} * static_cast<std::size_t>(K.height);
     run.fill(bounds_.data(), 2, 0xff);
     run.forEach(pixels, DepthBounds{z + view.offset, bounds_.data(), bounds_.data() + 1});
     run.copySmall(host_bounds_.data(), std::as_const(bounds_).data(), 2);
     run.wait();
-    if (host_bounds_.data()[0] == 0xffffffffu) return;  // nothing measured
+    if (host_bounds_.data()[0] == 0xffffffffu) return 4.0 * static_cast<double>(pixels);  // nothing measured
     const BilateralGrid grid = gridOf(K, p);
     const std::size_t cells = cellCount(grid);
     for (DeviceBuffer<BilateralCell>& buffer : cells_) {
@@ -192,6 +194,9 @@ class BilateralSmoothing {
         std::swap(cells_[0], cells_[1]);
       }
     run.forEach(pixels, ReadBilateralGrid{grid, on_device, cells_[0].data(), z});
+    // Depths for the bounds, for the columns, and to and fro at last; the grid's cells: two clears, columns, six passes, the end.
+    return 4.0 * 4 * static_cast<double>(pixels) +
+           (2 + 1 + 6 * 2 + 1) * static_cast<double>(sizeof(BilateralCell) * cells);
   }
 
   BilateralGrid gridOf(const Intrinsics& K, const PreprocessingParameters& p) const {

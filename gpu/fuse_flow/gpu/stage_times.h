@@ -14,7 +14,11 @@ class StageTimes {
  public:
   struct Stage {
     const char* name;
-    double bytes;  ///< each input read once, each output written once
+    /** \brief Each input read once, each output written once: what the stage would move if it were a single pass. An image that it
+     *  looks into counts whole; where it takes samples, only those do. */
+    double bytes;
+    /** \brief What the passes of its algorithm read and write, with what they hand from one to the next; at least bytes. */
+    double moved_bytes;
     double ms;
   };
 
@@ -35,18 +39,27 @@ class StageTimes {
     record();
   }
 
-  /** \brief Ends a stage. */
-  void mark(const char* name, double bytes = 0) {
+  /** \brief Ends a stage of a single pass. */
+  void mark(const char* name, double bytes = 0) { mark(name, bytes, bytes); }
+  /** \brief Ends a stage of several. */
+  void mark(const char* name, double bytes, double moved_bytes) {
     if (!enabled) return;
-    stages_.push_back({name, bytes, 0});
+    stages_.push_back({name, bytes, moved_bytes, 0});
     record();
   }
 
+  ///@{
   /** \brief Of a stage that has been marked, once it is known how much there was. */
-  void setBytes(const std::string& name, double bytes) {
+  void setBytes(const char* name, double bytes) { setBytes(name, bytes, bytes); }
+  void setBytes(const char* name, double bytes, double moved_bytes) {
+    if (!enabled) return;
     for (Stage& stage : stages_)
-      if (stage.name == name) stage.bytes = bytes;
+      if (std::string(stage.name) == name) {
+        stage.bytes = bytes;
+        stage.moved_bytes = moved_bytes;
+      }
   }
+  ///@}
 
   /** \brief Of the last frame, after its stream has been waited for. */
   const std::vector<Stage>& stages() {
