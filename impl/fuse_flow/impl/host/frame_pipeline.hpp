@@ -261,7 +261,7 @@ class FramePipeline {
       evaluator.forEachOpinion(own.p, i, [&](std::uint32_t j, int u, int v, const ViewOpinion& opinion) {
         const std::uint32_t other = offsets_[j] + static_cast<std::uint32_t>(v * depths_[j].width() + u);
         if (points_[other].C > 0 && opinion.verdict == ViewOpinion::Distance)
-          fusion.add(other, points_[other].p, points_[other].C * std::exp(-opinion.squared_distance));
+          fusion.add(other, points_[other].p, points_[other].C * expOfNegative(-opinion.squared_distance));
       });
     } else {
       fusion.add(index, own.p, own.C);
