@@ -29,10 +29,7 @@ class FuseFlow<PointT, device::Thrust> {
   using ConstPtr = std::shared_ptr<const FuseFlow>;
 
   /** \brief Throws pcl::PCLException if there is no device. It runs on the device that is current where it is made. */
-  FuseFlow() {
-    if (!gpu::deviceAvailable()) throw pcl::PCLException("fuse_flow::FuseFlow: no GPU found");
-    lane_ = std::make_unique<gpu::FrameLane<PointT>>();
-  }
+  FuseFlow() : lane_(std::make_unique<gpu::FrameLane<PointT>>()) {}
 
   /** \brief Throws pcl::BadArgumentException for a value out of range. */
   void setParameters(const FuseFlowParameters& parameters) {
@@ -64,6 +61,7 @@ class FuseFlow<PointT, device::Thrust> {
   /** \brief Fuse one frame; as on the CPU. \throws pcl::PCLException also where the device's memory does not suffice */
   void fuse(const RigFrame& frame, PointCloud& output) {
     prepare(*lane_);
+    const gpu::HomeDevice::Visit visit(home_);
     const gpu::PointSpan<PointT> points = lane_->fusePinned(frame);
     gpu::toCloud(points, frame.stamp, threads_, std::memcpy, output);
     statistics_ = lane_->pipeline.statistics;
@@ -72,6 +70,7 @@ class FuseFlow<PointT, device::Thrust> {
   /** \brief The same without a copy into a cloud: the points stay in pinned memory until the next call. */
   gpu::PointSpan<PointT> fusePinned(const RigFrame& frame) {
     prepare(*lane_);
+    const gpu::HomeDevice::Visit visit(home_);
     const gpu::PointSpan<PointT> points = lane_->fusePinned(frame);
     statistics_ = lane_->pipeline.statistics;
     return points;
@@ -80,6 +79,7 @@ class FuseFlow<PointT, device::Thrust> {
   /** \brief The points left on the device, for what follows on the same stream; they stay until the next call. */
   gpu::PointSpan<PointT> fuseOnDevice(const RigFrame& frame) {
     prepare(*lane_);
+    const gpu::HomeDevice::Visit visit(home_);
     const gpu::PointSpan<PointT> points = lane_->fuseOnDevice(frame);
     lane_->pipeline.finish();
     statistics_ = lane_->pipeline.statistics;
@@ -89,6 +89,7 @@ class FuseFlow<PointT, device::Thrust> {
   /** \brief The same into a cloud of the caller's, for filters that follow on the same stream. */
   void fuse(const RigFrame& frame, gpu::DeviceCloud<PointT>& output) {
     prepare(*lane_);
+    const gpu::HomeDevice::Visit visit(home_);
     lane_->fuseInto(frame, output);
     lane_->pipeline.finish();
     statistics_ = lane_->pipeline.statistics;
@@ -98,6 +99,7 @@ class FuseFlow<PointT, device::Thrust> {
    *  as many frames are in flight as may be */
   void submit(const RigFrame& frame) {
     if (!queue_) queue_ = std::make_unique<gpu::FrameQueue<PointT>>(frames_in_flight_);
+    const gpu::HomeDevice::Visit visit(home_);
     if (queue_->inFlight() == queue_->lanes())
       throw pcl::PCLException("fuse_flow::FuseFlow: " + std::to_string(queue_->lanes()) +
                               " frames are in flight; call next() first");
@@ -168,3 +170,4 @@ class FuseFlow<PointT, device::Thrust> {
 };
 
 }  // namespace fuse_flow
+  gpu::HomeDevice home_{"fuse_flow::FuseFlow"};  // first: nothing else is made without a device

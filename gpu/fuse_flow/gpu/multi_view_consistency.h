@@ -81,6 +81,7 @@ class MultiViewConsistency<PointT, device::Thrust> : public MultiViewConsistency
   void filter(DeviceCloud& output) {
     const DeviceCloud& input = gpu::DeviceFilter::inputOf("fuse_flow::MultiViewConsistency", device_input_);
     checkRigFrame(this->frame_);
+    const gpu::HomeDevice::Visit visit = device_.visit();
     gpu::Execution& run = device_.run;
     selection_.list(run, input, this->use_indices_ ? this->getIndices() : nullptr);
     const gpu::JudgePoints judge = prepare(input.size());
@@ -105,6 +106,7 @@ class MultiViewConsistency<PointT, device::Thrust> : public MultiViewConsistency
   void computeConsistency(const std::vector<Vec3>& points, float* V, int* views) override {
     const std::size_t n = points.size();
     device_.upload(points.data(), n, points_);
+    const gpu::HomeDevice::Visit visit = device_.visit();
     device_.run.forEach(n, prepare(n));
     device_.download(V_, n, V);
     device_.download(views_, n, views);
