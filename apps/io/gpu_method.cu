@@ -25,9 +25,10 @@ class GpuFusion : public Method {
 }  // namespace
 
 bool runsOnGpu(const std::string& device) {
-  const bool found = device != "cpu" && gpu::deviceAvailable();
-  if (device == "gpu" && !found) throw OptionError("--device gpu: no GPU found; use --device cpu");
-  return found;
+  if (device == "cpu") return false;
+  const std::string missing = gpu::missingDevice();
+  if (device == "gpu" && !missing.empty()) throw OptionError("--device gpu: " + missing + "; use --device cpu");
+  return missing.empty();
 }
 
 std::unique_ptr<Method> makeGpuFusion(const MethodOptions& options) {

@@ -56,6 +56,7 @@ class Entrant {
   Entrant(Contender contender, int threads) : contender_(std::move(contender)) {
     options_.parameters = contender_.parameters;
     options_.threads = static_cast<unsigned int>(threads);
+    options_.device = "cpu";  // as the peers
     make();
   }
 

@@ -62,12 +62,14 @@ struct FrameStatistics {
   std::vector<std::size_t> missing_cameras;  ///< numbers of the cameras without a view
   /** \brief The noise of each camera over what the parameters say, 0.25 … 8; 1 where it is not measured. */
   std::vector<float> noise_scales;
-  double preprocess_ms{0};  ///< depth to metres, range, hole fill, noise, smoothing
-  double generate_ms{0};    ///< eq. 3, 8, 9 and the coarse cell of each point
-  double merge_ms{0};       ///< coarse cells of all views brought together
-  double fuse_ms{0};        ///< section 5: representatives, eq. 4–7, 10, 11
-  double output_ms{0};      ///< colours, normals, and writing the cloud
-  double total_ms{0};       ///< from the frame handed in to the cloud handed out
+  /** \brief Depth to metres, range, hole fill, noise, smoothing. On a GPU handing over the images alone: what follows runs on,
+   *  and is waited for in generate_ms. */
+  double preprocess_ms{0};
+  double generate_ms{0};  ///< eq. 3, 8, 9 and the coarse cell of each point; on a GPU the upload and the depth maps too
+  double merge_ms{0};     ///< coarse cells of all views brought together; on a GPU 0: there they never lie apart
+  double fuse_ms{0};      ///< section 5: representatives, eq. 4–7, 10, 11
+  double output_ms{0};  ///< colours, normals, and writing the cloud; on a GPU the download, without a copy into a cloud
+  double total_ms{0};   ///< from the frame handed in to the cloud handed out; on a GPU the sum of these
 };
 
 /** \brief The frame pipeline: the views of one instant to one fused cloud, with no state from frame to frame but

@@ -42,6 +42,7 @@ class AdaptiveHashFusion<PointT, device::Thrust> : public AdaptiveHashFusion<Poi
    *  \throws pcl::BadArgumentException for more clouds than the frame has cameras, or an index beyond the clouds */
   void filter(DeviceCloud& output) {
     constexpr const char* owner = "fuse_flow::AdaptiveHashFusion";
+    const gpu::HomeDevice::Visit visit = device_.visit();
     if (device_inputs_.empty()) throw pcl::PCLException(std::string(owner) + ": no input cloud on the device");
     if (this->frame_ && device_inputs_.size() > this->frame_->cameras.size())
       detail::throwBadArgument(owner, ": ", device_inputs_.size(), " clouds, the frame has ",
@@ -63,6 +64,7 @@ class AdaptiveHashFusion<PointT, device::Thrust> : public AdaptiveHashFusion<Poi
  protected:
   std::vector<FusedPoint> fusePoints(const std::vector<WeightedPoint>& points,
                                      const std::vector<std::uint32_t>& cameras) override {
+    const gpu::HomeDevice::Visit visit = device_.visit();
     if (!this->frame_) return aggregation_.fuse(this->parameters_, points, cameras, nullptr);
     const gpu::ConsistencyEvaluator evaluator = prepareFrame();
     return aggregation_.fuse(this->parameters_, points, cameras, &evaluator);

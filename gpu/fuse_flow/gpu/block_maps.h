@@ -4,7 +4,7 @@
 #include <fuse_flow/gpu/average_blocks.h>
 #include <fuse_flow/gpu/block_views.h>
 #include <fuse_flow/gpu/depth_maps.h>
-#include <fuse_flow/gpu/normal_noise.h>
+#include <fuse_flow/gpu/normal_noise_kernel.h>
 
 namespace fuse_flow {
 namespace gpu {

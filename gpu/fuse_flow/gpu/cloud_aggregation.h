@@ -149,11 +149,11 @@ class CloudAggregation {
     Execution& run = filter_.run;
     layOut(clouds);
     std::size_t count = 0;
-    const CloudsOfCameras<Layout> on_device{reinterpret_cast<const Words* const*>(device_clouds_.data()),
-                                            device_sizes_.data(), grid()};
+    const CloudsOfCameras<Layout> on_device{reinterpret_cast<const Words* const*>(device_clouds_), device_sizes_,
+                                            grid()};
     if (places_ > 0) {
       points_.resize(places_);
-      run.forEach(places_, TakePoints<Layout>{on_device, wanted, device_begins_.data(), points_.data()});
+      run.forEach(places_, TakePoints<Layout>{on_device, wanted, device_begins_, points_.data()});
       count = aggregate(parameters, evaluator);
     }
     output.resize(static_cast<std::uint32_t>(count), 1);
@@ -168,7 +168,7 @@ class CloudAggregation {
   }
 
  private:
-  PixelGrid grid() const { return {nullptr, device_offsets_.data(), static_cast<std::uint32_t>(offsets_.size() - 1)}; }
+  PixelGrid grid() const { return {nullptr, device_offsets_, static_cast<std::uint32_t>(offsets_.size() - 1)}; }
 
   /** \brief Section 5 over points_. Returns how many fused points there are. */
   std::size_t aggregate(const AggregationParameters& parameters, const ConsistencyEvaluator* evaluator) {
@@ -195,10 +195,26 @@ class CloudAggregation {
       offsets_.push_back(static_cast<std::uint32_t>(places));
     }
     places_ = static_cast<std::size_t>(places);
-    filter_.upload(offsets_.data(), offsets_.size(), device_offsets_);
-    filter_.upload(begins_.data(), begins_.size(), device_begins_);
-    filter_.upload(sizes_.data(), sizes_.size(), device_sizes_);
-    filter_.upload(clouds_.data(), clouds_.size(), device_clouds_);
+    uploadLayout();
+  }
+
+  /** \brief What layOut() has found, in one copy. */
+  void uploadLayout() {
+    layout_.clear();
+    const auto add = [this](const auto& values) {
+      const std::size_t place = layout_.size();
+      const char* bytes = reinterpret_cast<const char*>(values.data());
+      layout_.insert(layout_.end(), bytes, bytes + values.size() * sizeof(values[0]));
+      return place;
+    };
+    const std::size_t clouds = add(clouds_);  // first, where they are aligned
+    const std::size_t offsets = add(offsets_), begins = add(begins_), sizes = add(sizes_);
+    filter_.upload(layout_.data(), layout_.size(), device_layout_);
+    const auto at = [this](std::size_t place) { return device_layout_.data() + place; };
+    device_clouds_ = reinterpret_cast<const void* const*>(at(clouds));
+    device_offsets_ = reinterpret_cast<const std::uint32_t*>(at(offsets));
+    device_begins_ = reinterpret_cast<const std::uint32_t*>(at(begins));
+    device_sizes_ = reinterpret_cast<const std::uint32_t*>(at(sizes));
   }
 
   /** \brief From places to points of all clouds. */
@@ -240,7 +256,10 @@ class CloudAggregation {
     offsets_.push_back(static_cast<std::uint32_t>(padded_.size()));
     places_ = padded_.size();
     checkPlaces(places_);
-    filter_.upload(offsets_.data(), offsets_.size(), device_offsets_);
+    clouds_.clear();
+    begins_.clear();
+    sizes_.clear();
+    uploadLayout();
   }
 
   void enter(const AggregationParameters& parameters) {
@@ -270,14 +289,18 @@ class CloudAggregation {
   std::vector<WeightedPoint> padded_;
   std::vector<std::uint32_t> numbers_, offsets_, begins_, sizes_;
   std::vector<const void*> clouds_;
+  std::vector<char> layout_;
+  DeviceBuffer<char> device_layout_;
+  /** \brief In device_layout_. */
+  const void* const* device_clouds_{nullptr};
+  const std::uint32_t *device_offsets_{nullptr}, *device_begins_{nullptr}, *device_sizes_{nullptr};
   /** \brief Points of all cameras, padded. */
   std::size_t places_{0};
   CounterBuffer counters_;
   CellTable table_;
   CellTableView table_view_{};
   DeviceBuffer<WeightedPoint> points_;
-  DeviceBuffer<std::uint32_t> device_offsets_, device_begins_, device_sizes_, slots_;
-  DeviceBuffer<const void*> device_clouds_;
+  DeviceBuffer<std::uint32_t> slots_;
   DeviceBuffer<std::uint8_t> represents_;
   Aggregation aggregation_{filter_.run, filter_.times, counters_};
   FusedPoints fused_;

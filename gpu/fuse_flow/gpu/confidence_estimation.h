@@ -89,6 +89,7 @@ class ConfidenceEstimation<PointT, device::Thrust> : public ConfidenceEstimation
    *  its memory is exchanged for memory of the filter; may be the input
    *  \throws pcl::UnorganizedPointCloudException for a cloud that is not organised */
   void filter(DeviceCloud& output) {
+    const gpu::HomeDevice::Visit visit = device_.visit();
     const DeviceCloud& input = gpu::DeviceFilter::inputOf("fuse_flow::ConfidenceEstimation", device_input_);
     this->checkOrganized(input);
     gpu::Execution& run = device_.run;
@@ -111,6 +112,7 @@ class ConfidenceEstimation<PointT, device::Thrust> : public ConfidenceEstimation
 
  protected:
   void computeConfidence(const host::DepthMap& depth, float* C) override {
+    const gpu::HomeDevice::Visit visit = device_.visit();
     const auto width = static_cast<std::size_t>(depth.width()), height = static_cast<std::size_t>(depth.height());
     rows_.resize(width * height);
     for (std::size_t v = 0; v < height; ++v)

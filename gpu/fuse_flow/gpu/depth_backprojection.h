@@ -117,6 +117,7 @@ class DepthBackprojection<PointT, device::Thrust> : public DepthBackprojection<P
   void filter(DeviceCloud& output) {
     constexpr const char* owner = "fuse_flow::DepthBackprojection";
     using Layout = gpu::PointLayout<PointT>;
+    const gpu::HomeDevice::Visit visit = device_.visit();
     checkCamera(this->camera_);
     const Intrinsics& K = this->camera_.intrinsics;
     const auto width = static_cast<std::uint32_t>(K.width), height = static_cast<std::uint32_t>(K.height);
@@ -156,6 +157,7 @@ class DepthBackprojection<PointT, device::Thrust> : public DepthBackprojection<P
 
  protected:
   void computePoints(const DepthView& view, float* z, Vec3* points) override {
+    const gpu::HomeDevice::Visit visit = device_.visit();
     makeDepth(view, false);
     gpu::Execution& run = device_.run;
     const std::size_t size = static_cast<std::size_t>(view.width()) * static_cast<std::size_t>(view.height());

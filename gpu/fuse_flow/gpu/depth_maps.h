@@ -5,7 +5,7 @@
 #include <fuse_flow/gpu/frame_views.h>
 #include <fuse_flow/gpu/measure_noise.h>
 #include <fuse_flow/gpu/smooth_bilaterally.h>
-#include <fuse_flow/gpu/smooth_depth.h>
+#include <fuse_flow/gpu/smooth_passes.h>
 #include <fuse_flow/gpu/stage_times.h>
 #include <fuse_flow/impl/parameters.hpp>
 

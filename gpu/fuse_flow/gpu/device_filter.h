@@ -13,10 +13,11 @@ namespace gpu {
  *  filters are those of the CPU but for the step that computes, so that they honour the same settings. */
 class DeviceFilter {
  public:
-  /** \brief Throws pcl::PCLException if there is no device. */
-  explicit DeviceFilter(const std::string& name) {
-    if (!deviceAvailable()) throw pcl::PCLException(name + ": no GPU found");
-  }
+  /** \brief Throws pcl::PCLException if there is no device. It runs on the device that is current where it is made. */
+  explicit DeviceFilter(const char* name) : home_(name) {}
+
+  /** \brief While it lives, the filter's device is the calling thread's. */
+  HomeDevice::Visit visit() const { return HomeDevice::Visit(home_); }
 
   Execution run;
   StageTimes times;
@@ -43,6 +44,9 @@ class DeviceFilter {
     run.copy(to, from.data(), n);
     run.wait();
   }
+
+ private:
+  HomeDevice home_;
 };
 
 }  // namespace gpu

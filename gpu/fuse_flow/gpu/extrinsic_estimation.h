@@ -27,11 +27,7 @@ class ExtrinsicEstimation<PointT, device::Thrust> {
   ///@}
 
   /** \brief Throws pcl::PCLException if there is no device. It runs on the device that is current where it is made. */
-  ExtrinsicEstimation() {
-    if (!gpu::deviceAvailable()) throw pcl::PCLException("fuse_flow::ExtrinsicEstimation: no GPU found");
-    home_ = std::make_unique<gpu::HomeDevice>();
-    system_ = std::make_unique<gpu::AlignmentSystem>();
-  }
+  ExtrinsicEstimation() : system_(std::make_unique<gpu::AlignmentSystem>()) {}
 
   /** \brief Throws pcl::BadArgumentException for a value out of range. */
   void setParameters(const ExtrinsicParameters& parameters) {
@@ -57,7 +53,7 @@ class ExtrinsicEstimation<PointT, device::Thrust> {
    *  \throws pcl::BadArgumentException as on the CPU  \throws pcl::PCLException also where the device's memory does not
    *  suffice */
   void addFrame(const RigFrame& frame) {
-    const gpu::HomeDevice::Visit visit(*home_);
+    const gpu::HomeDevice::Visit visit(home_);
     detail::takeCameras(frame, cameras_);
     system_->add(frame, parameters_);
   }
@@ -74,7 +70,7 @@ class ExtrinsicEstimation<PointT, device::Thrust> {
 
   /** \brief From other poses, one a camera. */
   ExtrinsicResult estimate(const std::vector<Eigen::Isometry3d>& initial) {
-    const gpu::HomeDevice::Visit visit(*home_);
+    const gpu::HomeDevice::Visit visit(home_);
     detail::checkInitialPoses(cameras_, system_->instants(), initial);
     system_->spent = {};
     return host::alignRig(*system_, parameters_, initial);
@@ -90,15 +86,15 @@ class ExtrinsicEstimation<PointT, device::Thrust> {
 
   /** \brief Give it a stream of its own, which does not wait for the default one. */
   void useOwnStream() {
-    const gpu::HomeDevice::Visit visit(*home_);
+    const gpu::HomeDevice::Visit visit(home_);
     own_stream_ = std::make_unique<gpu::OwnStream>();
     setStream(own_stream_->get());
   }
 
  private:
+  gpu::HomeDevice home_{"fuse_flow::ExtrinsicEstimation"};  // first: nothing else is made without a device
   ExtrinsicParameters parameters_;
   std::vector<Camera> cameras_;
-  std::unique_ptr<gpu::HomeDevice> home_;
   std::unique_ptr<gpu::OwnStream> own_stream_;  // outlives what runs on it
   std::unique_ptr<gpu::AlignmentSystem> system_;
 };

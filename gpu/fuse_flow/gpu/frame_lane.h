@@ -35,7 +35,13 @@ class FrameLane {
 
   /** \brief The fused points in pinned host memory, which the lane owns until its next frame. */
   PointSpan<PointT> fusePinned(const RigFrame& frame) {
-    const std::size_t size = fuseOnDevice(frame).size;
+    fuseOnDevice(frame);
+    return download();
+  }
+
+  /** \brief Those of the last fuseOnDevice(). */
+  PointSpan<PointT> download() {
+    const std::size_t size = output_.size();
     pinned_.resize(size);
     pipeline.run.copy(pinned_.data(), std::as_const(output_).words(), size);
     pipeline.times.mark("download", 2.0 * static_cast<double>(size * sizeof(Words)));
@@ -43,6 +49,9 @@ class FrameLane {
     pipeline.finish();
     return {reinterpret_cast<const PointT*>(pinned_.data()), size};
   }
+
+  /** \brief Those of the last fuseOnDevice() for the caller's memory; once the stream has been waited for. */
+  void swapOutput(DeviceCloud<PointT>& other) { std::swap(output_, other); }
 
   std::size_t bytes() const { return pipeline.bytes() + output_.bytes(); }
 

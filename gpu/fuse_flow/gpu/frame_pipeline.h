@@ -29,10 +29,7 @@ class FramePipeline {
   std::size_t fuse(const RigFrame& frame, bool with_color) {
     checkRigFrame(frame);
     start_ = last_ = Clock::now();
-    statistics = {};
-    statistics.noise_scales.assign(frame.views.size(), 1.0f);
-    for (std::size_t i = 0; i < frame.views.size(); ++i)
-      if (frame.views[i].missing()) statistics.missing_cameras.push_back(i);
+    startStatistics(frame);
     times.start(run.stream);
     views_.assign(run, frame, parameters.confidence, with_color, threads);
     times.mark("upload", 2.0 * static_cast<double>(views_.uploadedBytes()));
@@ -84,6 +81,19 @@ class FramePipeline {
   double lap() {
     const Clock::time_point now = Clock::now();
     return milliseconds(std::exchange(last_, now), now);
+  }
+
+  /** \brief Keeps the memory of the last frame's. */
+  void startStatistics(const RigFrame& frame) {
+    std::vector<std::size_t> missing_cameras = std::move(statistics.missing_cameras);
+    std::vector<float> noise_scales = std::move(statistics.noise_scales);
+    statistics = {};
+    missing_cameras.clear();
+    for (std::size_t i = 0; i < frame.views.size(); ++i)
+      if (frame.views[i].missing()) missing_cameras.push_back(i);
+    noise_scales.assign(frame.views.size(), 1.0f);
+    statistics.missing_cameras = std::move(missing_cameras);
+    statistics.noise_scales = std::move(noise_scales);
   }
 
   std::size_t chunks() const { return views_.pixels() / kChunk; }

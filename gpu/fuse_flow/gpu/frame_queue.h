@@ -12,6 +12,9 @@
 namespace fuse_flow {
 namespace gpu {
 
+/** \brief How far the thread that drives a frame brings its points. */
+enum class Delivery { Device, Pinned, Cloud };
+
 /** \brief Several lanes, each driven by a thread and a stream of its own, take frames in turn: while one frame is computed, the
  *  next is uploaded and the one before downloaded. */
 template <typename PointT>
@@ -25,34 +28,36 @@ class FrameQueue {
   std::size_t inFlight() const { return submitted_ - taken_; }
 
   /** \brief prepare(lane) sets the lane's parameters; the images must stay alive until the frame has been taken. The lane must
-   *  be free: fewer frames in flight than lanes. */
+   *  be free: fewer frames in flight than lanes. \param after a stream whose work, as it is by now, comes first */
   template <typename Prepare>
-  void submit(const RigFrame& frame, bool copy_ahead, const Prepare& prepare) {
+  void submit(const RigFrame& frame, Delivery delivery, Stream after, const Prepare& prepare) {
     Worker& worker = *workers_[submitted_ % lanes()];
     prepare(worker.lane);
-    worker.copy_ahead = copy_ahead;
+    worker.delivery = delivery;
+    worker.order.put(after, worker.stream.get());
     worker.start(frame);
     ++submitted_;
   }
 
-  /** \brief Waits for the oldest frame; take(lane, points, stamp, cloud) must be done with the points when it returns. The
-   *  cloud has been filled if it was submitted with copy_ahead; it may be swapped for another. Rethrows what its computation
-   *  threw. */
+  /** \brief Waits for the oldest frame; take(lane, points, stamp, cloud) must be done with the points when it returns. They are in
+   *  pinned memory, null if they were left on the device: the lane has them. The cloud, else null, has been filled if that was to
+   *  be; it may be swapped for another. Rethrows what its computation threw. */
   template <typename Take>
   void next(const Take& take) {
     Worker& worker = *workers_[taken_ % lanes()];
     ++taken_;
     worker.finish();
-    take(worker.lane, worker.points, worker.frame.stamp, worker.copy_ahead ? &worker.cloud : nullptr);
+    take(worker.lane, worker.points, worker.frame.stamp, worker.delivery == Delivery::Cloud ? &worker.cloud : nullptr);
   }
 
  private:
   struct Worker {
     OwnStream stream;  // outlives what runs on it
+    StreamOrder order;
     FrameLane<PointT> lane;
     RigFrame frame;
     PointSpan<PointT> points;
-    bool copy_ahead{false};
+    Delivery delivery{Delivery::Pinned};
     pcl::PointCloud<PointT> cloud;
 
     Worker() {
@@ -101,8 +106,7 @@ class FrameQueue {
         lock.unlock();
         std::exception_ptr error;
         try {
-          points = lane.fusePinned(frame);
-          if (copy_ahead) toCloud(points, frame.stamp, 1, streamCopy, cloud);
+          deliver();
         } catch (...) {
           error = std::current_exception();
         }
@@ -111,6 +115,18 @@ class FrameQueue {
         if (state_ == State::Working) state_ = State::Idle;
         changed_.notify_all();
       }
+    }
+
+    void deliver() {
+      if (delivery == Delivery::Device) {
+        lane.fuseOnDevice(frame);
+        lane.pipeline.run.wait();
+        lane.pipeline.finish();
+        points = {nullptr, 0};
+        return;
+      }
+      points = lane.fusePinned(frame);
+      if (delivery == Delivery::Cloud) toCloud(points, frame.stamp, 1, streamCopy, cloud);
     }
 
     std::mutex mutex_;

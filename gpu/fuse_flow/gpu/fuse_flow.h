@@ -29,10 +29,7 @@ class FuseFlow<PointT, device::Thrust> {
   using ConstPtr = std::shared_ptr<const FuseFlow>;
 
   /** \brief Throws pcl::PCLException if there is no device. It runs on the device that is current where it is made. */
-  FuseFlow() {
-    if (!gpu::deviceAvailable()) throw pcl::PCLException("fuse_flow::FuseFlow: no GPU found");
-    lane_ = std::make_unique<gpu::FrameLane<PointT>>();
-  }
+  FuseFlow() : lane_(std::make_unique<gpu::FrameLane<PointT>>()) {}
 
   /** \brief Throws pcl::BadArgumentException for a value out of range. */
   void setParameters(const FuseFlowParameters& parameters) {
@@ -48,7 +45,8 @@ class FuseFlow<PointT, device::Thrust> {
   void setComputeNormals(bool compute) { compute_normals_ = compute; }
 
   /** \brief The CUDA stream that fuse() and fuseOnDevice() run on; default the default stream. Frames in flight have streams
-   *  of their own. */
+   *  of their own, on which each waits for what is on this one when it is submitted: so images on the device may still be
+   *  being written by work on this stream, and a cloud that nextOnDevice() takes back still being read. */
   void setStream(gpu::Stream stream) { lane_->pipeline.run.stream = stream; }
 
   /** \brief How many frames submit() takes before next() must be called; 1 … 16, default 3. Each needs device memory of its
@@ -63,6 +61,7 @@ class FuseFlow<PointT, device::Thrust> {
 
   /** \brief Fuse one frame; as on the CPU. \throws pcl::PCLException also where the device's memory does not suffice */
   void fuse(const RigFrame& frame, PointCloud& output) {
+    const gpu::HomeDevice::Visit visit(home_);
     prepare(*lane_);
     const gpu::PointSpan<PointT> points = lane_->fusePinned(frame);
     gpu::toCloud(points, frame.stamp, threads_, std::memcpy, output);
@@ -71,6 +70,7 @@ class FuseFlow<PointT, device::Thrust> {
 
   /** \brief The same without a copy into a cloud: the points stay in pinned memory until the next call. */
   gpu::PointSpan<PointT> fusePinned(const RigFrame& frame) {
+    const gpu::HomeDevice::Visit visit(home_);
     prepare(*lane_);
     const gpu::PointSpan<PointT> points = lane_->fusePinned(frame);
     statistics_ = lane_->pipeline.statistics;
@@ -79,6 +79,7 @@ class FuseFlow<PointT, device::Thrust> {
 
   /** \brief The points left on the device, for what follows on the same stream; they stay until the next call. */
   gpu::PointSpan<PointT> fuseOnDevice(const RigFrame& frame) {
+    const gpu::HomeDevice::Visit visit(home_);
     prepare(*lane_);
     const gpu::PointSpan<PointT> points = lane_->fuseOnDevice(frame);
     lane_->pipeline.finish();
@@ -88,6 +89,7 @@ class FuseFlow<PointT, device::Thrust> {
 
   /** \brief The same into a cloud of the caller's, for filters that follow on the same stream. */
   void fuse(const RigFrame& frame, gpu::DeviceCloud<PointT>& output) {
+    const gpu::HomeDevice::Visit visit(home_);
     prepare(*lane_);
     lane_->fuseInto(frame, output);
     lane_->pipeline.finish();
@@ -97,11 +99,16 @@ class FuseFlow<PointT, device::Thrust> {
   /** \brief Starts a frame and returns. Its images must stay alive until next() has returned it. \throws pcl::PCLException if
    *  as many frames are in flight as may be */
   void submit(const RigFrame& frame) {
+    const gpu::HomeDevice::Visit visit(home_);
     if (!queue_) queue_ = std::make_unique<gpu::FrameQueue<PointT>>(frames_in_flight_);
     if (queue_->inFlight() == queue_->lanes())
       throw pcl::PCLException("fuse_flow::FuseFlow: " + std::to_string(queue_->lanes()) +
                               " frames are in flight; call next() first");
-    queue_->submit(frame, copy_ahead_, [this](gpu::FrameLane<PointT>& lane) { prepare(lane); });
+    const gpu::Delivery delivery = leave_on_device_ ? gpu::Delivery::Device
+                                   : copy_ahead_    ? gpu::Delivery::Cloud
+                                                    : gpu::Delivery::Pinned;
+    queue_->submit(frame, delivery, lane_->pipeline.run.stream,
+                   [this](gpu::FrameLane<PointT>& lane) { prepare(lane); });
   }
 
   /** \brief Frames submitted and not yet taken. */
@@ -110,6 +117,10 @@ class FuseFlow<PointT, device::Thrust> {
   /** \brief Whether each frame in flight is copied into a cloud by the thread that drives it, so that next() has only to swap;
    *  default on. Off for nextPinned(), which needs no cloud. Holds for what is submitted from then on. */
   void setCopyAhead(bool copy_ahead) { copy_ahead_ = copy_ahead; }
+
+  /** \brief Whether frames in flight stay on the device, for nextOnDevice(); default off. next() and nextPinned() then download
+   *  them. Holds for what is submitted from then on. */
+  void setLeaveOnDevice(bool leave) { leave_on_device_ = leave; }
 
   /** \brief Waits for the oldest frame in flight. The memory of \p output goes to a later frame. Throws what fuse() would have
    *  thrown for it; that frame is then gone. \throws pcl::PCLException if none is in flight */
@@ -129,6 +140,14 @@ class FuseFlow<PointT, device::Thrust> {
     take([&](const gpu::PointSpan<PointT>& points, std::uint64_t stamp, PointCloud*) { visit(points, stamp); });
   }
 
+  /** \brief The same into a cloud on the device, complete when this returns: any stream may read it. The memory of \p output goes
+   *  to a later frame, which waits for what is on the stream of setStream() when it is submitted. */
+  void nextOnDevice(gpu::DeviceCloud<PointT>& output) {
+    takeLane([&](gpu::FrameLane<PointT>& lane, const gpu::PointSpan<PointT>&, std::uint64_t, PointCloud*) {
+      lane.swapOutput(output);
+    });
+  }
+
   const FrameStatistics& getStatistics() const { return statistics_; }
 
   /** \brief Device memory that fuse() holds, bytes. */
@@ -142,13 +161,21 @@ class FuseFlow<PointT, device::Thrust> {
 
  private:
   template <typename Take>
-  void take(const Take& visit) {
+  void takeLane(const Take& visit) {
     if (inFlight() == 0) throw pcl::PCLException("fuse_flow::FuseFlow: no frame is in flight");
+    const gpu::HomeDevice::Visit at_home(home_);
     queue_->next([&](gpu::FrameLane<PointT>& lane, const gpu::PointSpan<PointT>& points, std::uint64_t stamp,
                      PointCloud* copied) {
       statistics_ = lane.pipeline.statistics;
-      visit(points, stamp, copied);
+      visit(lane, points, stamp, copied);
     });
+  }
+
+  /** \brief In host memory. */
+  template <typename Take>
+  void take(const Take& visit) {
+    takeLane([&](gpu::FrameLane<PointT>& lane, const gpu::PointSpan<PointT>& points, std::uint64_t stamp,
+                 PointCloud* copied) { visit(points.points != nullptr ? points : lane.download(), stamp, copied); });
   }
 
   void prepare(gpu::FrameLane<PointT>& lane) {
@@ -157,10 +184,12 @@ class FuseFlow<PointT, device::Thrust> {
     lane.compute_normals = compute_normals_;
   }
 
+  gpu::HomeDevice home_{"fuse_flow::FuseFlow"};  // first: nothing else is made without a device
   FuseFlowParameters parameters_;
   int threads_{host::resolveThreads(0)};
   bool compute_normals_{false};
   bool copy_ahead_{true};
+  bool leave_on_device_{false};
   std::size_t frames_in_flight_{3};
   std::unique_ptr<gpu::FrameLane<PointT>> lane_;
   std::unique_ptr<gpu::FrameQueue<PointT>> queue_;

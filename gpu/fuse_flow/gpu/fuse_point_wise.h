@@ -36,7 +36,7 @@ struct FusePointWise {
         const std::uint32_t other = self.grid.views[a.view].indexOf(a.u, a.v);
         const WeightedPoint theirs = self.points[other];
         if (theirs.C > 0 && said.verdict == ViewOpinion::Distance)
-          fusion.add(other, theirs.p, theirs.C * std::exp(-said.squared_distance));
+          fusion.add(other, theirs.p, theirs.C * expOfNegative(-said.squared_distance));
       });
     } else {
       fusion.add(index, own.p, own.C);

@@ -55,11 +55,7 @@ struct GeneratePoints {
       C = confidence.form == ConfidenceForm::Published ? confidencePublished(confidence, patch)
                                                        : confidenceSlopeCompensated(confidence, patch, view.slope);
     }
-    if (view.confidence) {
-      const float given = view.confidence.row(v)[u];  // NaN counts as no confidence
-      C *= given > 0 ? (given < 1.0f ? given : 1.0f) : 0.0f;
-    }
-    return C;
+    return view.confidence ? C * givenConfidence(view.confidence.row(v)[u]) : C;
   }
 
   /** \brief Pixel u of a row; C = 0: no measurement or gated. */
@@ -70,14 +66,13 @@ struct GeneratePoints {
     const float depth = z[index];
     if (!(depth > 0)) return {};
     measured = true;
-    const float C = measurementConfidence(view, u, v, index);
-    if (!(C > (use_confidence ? confidence.threshold : 0.0f))) return {};  // eq. 9
-    const float noise = axialNoise(confidence, depth);
-    if (noise > noiseLimit(max_noise, view.noise_scale)) return {};
+    const MeasurementGate gate =
+        measurementGate(use_confidence ? confidence.threshold : 0.0f, max_noise, half_weight_noise, view.noise_scale);
+    const float weight = gate.weight(confidence, measurementConfidence(view, u, v, index), depth);
+    if (!(weight > 0)) return {};
     const Vec3 p = view.model.T_world_camera * pointOnRay(view.ray(u, v), depth);  // eq. 8
     if (!crop_box.contains(p)) return {};
-    const float per_half = half_weight_noise > 0 ? view.noise_scale / half_weight_noise : 0.0f;
-    return {p, C * noiseWeight(noise, per_half)};
+    return {p, weight};
   }
 
   /** \brief Key of a point's coarse cell; kEmpty for none, and for a point too far out, whose number is reported. */

@@ -2,6 +2,7 @@
 
 #include <fuse_flow/gpu/system.h>
 
+#include <atomic>
 #include <cstddef>
 #include <cstdlib>
 #include <cstring>
@@ -12,7 +13,14 @@
 namespace fuse_flow {
 namespace gpu {
 
+/** \brief How often the process has asked for device or pinned memory; a warm frame does not. */
+inline std::atomic<std::size_t>& memoryRequests() {
+  static std::atomic<std::size_t> requests{0};
+  return requests;
+}
+
 inline void* allocateDevice(std::size_t bytes) {
+  memoryRequests().fetch_add(1, std::memory_order_relaxed);
 #if FUSE_FLOW_CUDA
   void* memory = nullptr;
   const cudaError_t error = cudaMalloc(&memory, bytes);
@@ -41,6 +49,7 @@ inline void freeDevice(void* memory) noexcept {
 
 /** \brief Host memory that the device's copy engine reaches by itself. */
 inline void* allocatePinned(std::size_t bytes) {
+  memoryRequests().fetch_add(1, std::memory_order_relaxed);
 #if FUSE_FLOW_CUDA
   void* memory = nullptr;
   check(cudaHostAlloc(&memory, bytes, cudaHostAllocDefault), "cudaHostAlloc");

@@ -74,11 +74,14 @@ class MultiViewConsistency<PointT, device::Thrust> : public MultiViewConsistency
   void setInputCloud(const typename DeviceCloud::ConstPtr& cloud) { device_input_ = cloud; }
 
   /** \brief As filter() of a cloud in host memory, with setIndices() and all that pcl::FilterIndices offers, and nothing
-   *  copied over the bus but the number of points (and the frame's images, where those are in host memory).
+   *  copied over the bus but the number of points (and the frame's images, where those are in host memory). Each call makes the
+   *  depth of all views anew, as their images may have changed: for clouds of N cameras that is N² images, and images on the
+   *  device, or the frame pipeline, which makes them once, are what is fast.
    *  getConsistency() and getViewCounts() stay as they were: see deviceConsistency(). \param output its memory is exchanged
    *  for memory of the filter; may be the input
    *  \throws pcl::BadArgumentException if there is no frame, or it contradicts itself */
   void filter(DeviceCloud& output) {
+    const gpu::HomeDevice::Visit visit = device_.visit();
     const DeviceCloud& input = gpu::DeviceFilter::inputOf("fuse_flow::MultiViewConsistency", device_input_);
     checkRigFrame(this->frame_);
     gpu::Execution& run = device_.run;
@@ -103,6 +106,7 @@ class MultiViewConsistency<PointT, device::Thrust> : public MultiViewConsistency
 
  protected:
   void computeConsistency(const std::vector<Vec3>& points, float* V, int* views) override {
+    const gpu::HomeDevice::Visit visit = device_.visit();
     const std::size_t n = points.size();
     device_.upload(points.data(), n, points_);
     device_.run.forEach(n, prepare(n));

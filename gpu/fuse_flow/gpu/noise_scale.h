@@ -44,8 +44,7 @@ struct SetNoiseScale {
   FUSE_FLOW_HD void set(std::uint32_t i, float scale) const {
     scales[i] = scale;
     views[i].noise_scale = scale;
-    views[i].slope.reference_noise_per_unit =
-        axialNoise(parameters, parameters.noise_reference) / (parameters.length_unit * scale);  // as in slopeScale()
+    views[i].slope.reference_noise_per_unit = referenceNoisePerUnit(parameters, scale);
   }
 };
 

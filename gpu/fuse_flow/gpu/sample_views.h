@@ -1,7 +1,7 @@
 #pragma once
 
 #include <fuse_flow/gpu/block_maps.h>
-#include <fuse_flow/gpu/choose_samples.h>
+#include <fuse_flow/gpu/choose_samples_kernel.h>
 #include <fuse_flow/impl/host/normal_space_sampling.hpp>
 
 #include <memory>

@@ -67,8 +67,36 @@ class OwnStream {
   Stream stream_{};
 };
 
-/** \brief Whether there is a device to run on. */
-inline bool deviceAvailable() {
+/** \brief Puts the work of one stream before that of another. */
+class StreamOrder {
+ public:
+#if FUSE_FLOW_CUDA
+  StreamOrder() { check(cudaEventCreateWithFlags(&event_, cudaEventDisableTiming), "cudaEventCreate"); }
+  ~StreamOrder() { (void)cudaEventDestroy(event_); }
+#else
+  StreamOrder() = default;
+#endif
+  StreamOrder(const StreamOrder&) = delete;
+
+  /** \brief What comes to \p later from now on waits for what is on \p first by now; the host does not. */
+  void put(Stream first, Stream later) {
+#if FUSE_FLOW_CUDA
+    check(cudaEventRecord(event_, first), "cudaEventRecord");
+    check(cudaStreamWaitEvent(later, event_, 0), "cudaStreamWaitEvent");
+#else
+    (void)first;
+    (void)later;
+#endif
+  }
+
+#if FUSE_FLOW_CUDA
+ private:
+  cudaEvent_t event_{};
+#endif
+};
+
+/** \brief Why there is no device to run on, with CUDA's own words; empty: there is one. */
+inline std::string missingDevice() {
 #if FUSE_FLOW_CUDA
 #if defined(__linux__)
   // Where a driver's library is installed but no device is there, CUDA 12.0's runtime unloads the library under the feet of a thread
@@ -77,20 +105,29 @@ inline bool deviceAvailable() {
   (void)driver;
 #endif
   int count = 0;
-  const bool found = cudaGetDeviceCount(&count) == cudaSuccess && count > 0;
+  const cudaError_t error = cudaGetDeviceCount(&count);
   (void)cudaGetLastError();
-  return found;
+  if (error == cudaSuccess && count > 0) return {};
+  return std::string("no GPU found: ") + cudaGetErrorString(error == cudaSuccess ? cudaErrorNoDevice : error);
 #else
-  return true;
+  return {};
 #endif
 }
+
+/** \brief Whether there is a device to run on. */
+inline bool deviceAvailable() { return missingDevice().empty(); }
 
 /** \brief The device that is current where an object is made: the one that its memory is on. */
 class HomeDevice {
  public:
+  /** \brief Throws pcl::PCLException in its owner's name if there is no device. */
+  explicit HomeDevice(const char* owner) {
+    const std::string missing = missingDevice();
+    if (!missing.empty()) throw pcl::PCLException(std::string(owner) + ": " + missing);
 #if FUSE_FLOW_CUDA
-  HomeDevice() { check(cudaGetDevice(&device_), "cudaGetDevice"); }
+    check(cudaGetDevice(&device_), "cudaGetDevice");
 #endif
+  }
 
   /** \brief Makes it the calling thread's current device, for as long as this lives. */
   class Visit {
@@ -98,9 +135,12 @@ class HomeDevice {
 #if FUSE_FLOW_CUDA
     explicit Visit(const HomeDevice& home) {
       check(cudaGetDevice(&before_), "cudaGetDevice");
-      check(cudaSetDevice(home.device_), "cudaSetDevice");
+      away_ = before_ != home.device_;
+      if (away_) check(cudaSetDevice(home.device_), "cudaSetDevice");
     }
-    ~Visit() { (void)cudaSetDevice(before_); }
+    ~Visit() {
+      if (away_) (void)cudaSetDevice(before_);
+    }
 #else
     explicit Visit(const HomeDevice&) {}
     ~Visit() {}
@@ -110,6 +150,7 @@ class HomeDevice {
    private:
 #if FUSE_FLOW_CUDA
     int before_{0};
+    bool away_{false};
 #endif
   };
 

@@ -102,12 +102,17 @@ struct SlopeScale {
   float reference_noise_per_unit;  ///< the sensor's noise at noise_reference, length units
 };
 
+/** \brief What SlopeScale::reference_noise_per_unit is. \param p parameters  \param noise_scale as of slopeScale() */
+FUSE_FLOW_HD float referenceNoisePerUnit(const ConfidenceParameters& p, float noise_scale) {
+  return axialNoise(p, p.noise_reference) / (p.length_unit * noise_scale);
+}
+
 /** \brief Once a view. \param p parameters  \param pixel_angle tangent between neighbouring pixels, 1/f
  *  \param noise_scale the view's noise over axialNoise(), see noiseScale(): what is noise in one sensor is an edge in
  *  another */
 FUSE_FLOW_HD SlopeScale slopeScale(const ConfidenceParameters& p, float pixel_angle, float noise_scale = 1.0f) {
   const float step = 2.0f * std::tan(p.max_incidence) * pixel_angle;
-  return {step, 1.41421356f * step, axialNoise(p, p.noise_reference) / (p.length_unit * noise_scale)};
+  return {step, 1.41421356f * step, referenceNoisePerUnit(p, noise_scale)};
 }
 
 /** \brief The share of its weight that noise leaves a measurement: 1 / (1 + (σ / σ_½)²), inverse variance for noise well
@@ -122,6 +127,31 @@ FUSE_FLOW_HD float noiseWeight(float noise, float per_half) {
 FUSE_FLOW_HD float noiseLimit(float max_noise, float noise_scale) {
   return max_noise > 0 ? max_noise / noise_scale : FLT_MAX;
 }
+
+/** \brief What a measurement must reach to become a point, and its weight then: the same for all pixels of a view. */
+struct MeasurementGate {
+  float threshold;  ///< C must be more than that, eq. 9
+  float max_noise;  ///< see noiseLimit()
+  float per_half;   ///< see noiseWeight()
+
+  /** \brief Weight of a measurement, 0: it becomes no point. \param p parameters  \param C of eq. 3  \param depth metres */
+  FUSE_FLOW_HD float weight(const ConfidenceParameters& p, float C, float depth) const {
+    if (!(C > threshold)) return 0.0f;
+    const float noise = axialNoise(p, depth);
+    return noise > max_noise ? 0.0f : C * noiseWeight(noise, per_half);
+  }
+};
+
+/** \brief Once a view. \param threshold of C  \param max_noise of a measurement, metres; 0: any
+ *  \param half_weight_noise σ_½ of noiseWeight(), metres; 0: noise does not weigh  \param noise_scale noiseScale() of the view */
+FUSE_FLOW_HD MeasurementGate measurementGate(float threshold, float max_noise, float half_weight_noise,
+                                             float noise_scale) {
+  return {threshold, noiseLimit(max_noise, noise_scale),
+          half_weight_noise > 0 ? noise_scale / half_weight_noise : 0.0f};
+}
+
+/** \brief What a sensor's own confidence multiplies C by; NaN counts as none. */
+FUSE_FLOW_HD float givenConfidence(float given) { return given > 0 ? (given < 1.0f ? given : 1.0f) : 0.0f; }
 
 /** \brief Slope-compensated form. Second differences r = z₋ − 2 z₀ + z₊ in the four directions through the pixel vanish
  *  on a plane, and of independent noise they have variance 6 σ². What the slope itself exceeds a surface at

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <fuse_flow/math/exponential.h>
 #include <fuse_flow/math/pinhole.h>
 
 #include <cmath>
@@ -101,7 +102,7 @@ struct Consistency {
 /** \brief Eq. 7: V = exp(−mean d²/σ²), times the penalty for each view that sees through. A point that no other view
  *  can judge has V = 1. */
 FUSE_FLOW_HD float consistency(const ConsistencyParameters& p, const Consistency& c) {
-  float V = c.agreeing > 0 ? std::exp(-c.sum_squared_distance / static_cast<float>(c.agreeing)) : 1.0f;
+  float V = c.agreeing > 0 ? expOfNegative(-c.sum_squared_distance / static_cast<float>(c.agreeing)) : 1.0f;
   for (int k = 0; k < c.seeing_through; ++k) V *= p.free_space_penalty;
   return V;
 }

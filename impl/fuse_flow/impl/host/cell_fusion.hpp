@@ -27,6 +27,7 @@ struct CellScratch {
   CellOpinions opinions;
   std::vector<float> V;
   std::vector<FusedPoint> fused;
+  std::vector<float> omega;  // of each fused point, before one V of the child's has multiplied it
   std::vector<std::uint8_t> kept;
   std::vector<std::uint32_t> weak;
   std::vector<FusedPoint> output;
@@ -127,11 +128,13 @@ void fuseCell(const AggregationParameters& p, int max_level, const CoarseGrid& g
   }
   measureConsistency(p.consistency_at, corner, evaluator, scratch);
   scratch.fused.clear();
+  scratch.omega.clear();
   const bool each = p.consistency_at == ConsistencyAt::Representatives;
   const float* V = scratch.V.data();
   const bool confirmed = !each && evaluator != nullptr && evaluator->knowsRefinedDepth();
   for (const Child& child : scratch.children) {
     scratch.fused.push_back(fuseRepresentatives(child.chosen, corner, each ? V : nullptr));
+    scratch.omega.push_back(scratch.fused.back().weight);
     if (!each) scratch.fused.back().weight *= *V;
     V += each ? child.chosen.count() : 1;
   }
@@ -139,7 +142,7 @@ void fuseCell(const AggregationParameters& p, int max_level, const CoarseGrid& g
   for (std::size_t k = 0; k < scratch.fused.size(); ++k) {
     if (!scratch.kept[k]) continue;
     FusedPoint& fused = scratch.fused[k];
-    if (confirmed) fused.p = evaluator->confirmed(fused.p, fused.weight / scratch.V[k], scratch.opinions, k);
+    if (confirmed) fused.p = evaluator->confirmed(fused.p, scratch.omega[k], scratch.opinions, k);
     scratch.output.push_back(fused);
   }
   for (const Child& child : scratch.children) scratch.slot[child.position] = 0;
@@ -214,6 +217,7 @@ class HashAggregation {
       s.opinions.reserve(judged);
       s.V.reserve(judged);
       s.fused.reserve(children);
+      s.omega.reserve(children);
       s.kept.reserve(children);
       s.weak.reserve(children);
       s.slot.resize(slots, 0);

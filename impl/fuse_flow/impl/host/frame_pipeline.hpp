@@ -204,27 +204,25 @@ class FramePipeline {
     const ViewGeometry& view = rig_[i];
     const RigidTransform T_world_camera = view.T_world_camera;
     const float* z = refined(i).row(v);
-    const float noise_scale = statistics.noise_scales[i];
-    const float per_half = parameters.half_weight_noise > 0 ? noise_scale / parameters.half_weight_noise : 0.0f;
-    const float noise_limit = noiseLimit(parameters.max_noise, noise_scale);
     const int width = depths_[i].width();
     C.resize(static_cast<std::size_t>(width));
     measurementConfidence(i, v, C.data());
     const std::uint32_t row_begin = offsets_[i] + static_cast<std::uint32_t>(v) * static_cast<std::uint32_t>(width);
     WeightedPoint* points = points_.data() + row_begin;
     const float* c = C.data();
-    const float threshold = parameters.use_measurement_confidence ? parameters.confidence.threshold : 0.0f;
+    const MeasurementGate gate =
+        measurementGate(parameters.use_measurement_confidence ? parameters.confidence.threshold : 0.0f,
+                        parameters.max_noise, parameters.half_weight_noise, statistics.noise_scales[i]);
     const bool hash = parameters.use_spatial_hash;
     for (int u = 0; u < width; ++u) {
       points[u].C = 0;
       if (!(z[u] > 0)) continue;
       ++counts.measured;
-      if (!(c[u] > threshold)) continue;  // eq. 9
-      const float noise = axialNoise(parameters.confidence, z[u]);
-      if (noise > noise_limit) continue;
+      const float weight = gate.weight(parameters.confidence, c[u], z[u]);
+      if (!(weight > 0)) continue;
       const Vec3 p = T_world_camera * pointOnRay(view.ray(u, v), z[u]);  // eq. 8
       if (parameters.crop_box && !parameters.crop_box->contains(Eigen::Vector3f(p.x, p.y, p.z))) continue;
-      points[u] = {p, c[u] * noiseWeight(noise, per_half)};
+      points[u] = {p, weight};
       ++counts.gated;
       if (hash) builder.add(row_begin + static_cast<std::uint32_t>(u), p);
     }
@@ -239,8 +237,7 @@ class FramePipeline {
     }
     const ImageView<float>& given = frame_->views[i].confidence;
     if (!given) return;
-    // NaN counts as no confidence.
-    for (int u = 0; u < width; ++u) C[u] *= given.row(v)[u] > 0 ? std::min(given.row(v)[u], 1.0f) : 0.0f;
+    for (int u = 0; u < width; ++u) C[u] *= givenConfidence(given.row(v)[u]);
   }
 
   ConsistencyEvaluator makeEvaluator() const {
@@ -261,7 +258,7 @@ class FramePipeline {
       evaluator.forEachOpinion(own.p, i, [&](std::uint32_t j, int u, int v, const ViewOpinion& opinion) {
         const std::uint32_t other = offsets_[j] + static_cast<std::uint32_t>(v * depths_[j].width() + u);
         if (points_[other].C > 0 && opinion.verdict == ViewOpinion::Distance)
-          fusion.add(other, points_[other].p, points_[other].C * std::exp(-opinion.squared_distance));
+          fusion.add(other, points_[other].p, points_[other].C * expOfNegative(-opinion.squared_distance));
       });
     } else {
       fusion.add(index, own.p, own.C);
