@@ -12,25 +12,41 @@ optional=(libthrust-dev libapriltag-dev)
 
 fail() { echo "build.sh: $*" >&2; exit 1; }
 
+installed() { dpkg-query -W -f '${Status}' "$1" 2> /dev/null | grep -q "ok installed"; }
+
+# Prints the optional packages that are not here and that apt knows.
+missing_optional() {
+  local package
+  for package in "${optional[@]}"; do
+    if installed "$package"; then continue; fi
+    if [ "$package" = libthrust-dev ] && [ -e /usr/local/cuda/include/cuda.h ]; then continue; fi  # CUDA has its own
+    # Not "show", which succeeds for names that other packages only refer to.
+    if [ -n "$(apt-cache madison "$package")" ]; then echo "$package"; fi
+  done
+}
+
+apt_install() {  # apt_install AS_ROOT PACKAGE…, where AS_ROOT is a command, or empty for whoever is root
+  echo "Installing ${*:2}"
+  # shellcheck disable=SC2086  # a command with its options
+  $1 apt-get update -q &&
+    $1 env DEBIAN_FRONTEND=noninteractive apt-get install -q -y --no-install-recommends "${@:2}" &&
+    rm -f build/build.ninja  # so that it is configured again
+}
+
 install_missing() {
   command -v dpkg-query > /dev/null || fail "this script installs with apt; elsewhere see 'Requirements' in the README"
-  local missing=() package
-  for package in "${packages[@]}"; do
-    dpkg-query -W -f '${Status}' "$package" 2> /dev/null | grep -q "ok installed" || missing+=("$package")
-  done
-  [ ${#missing[@]} -eq 0 ] && return
-  local root=()
-  if [ "$(id -u)" -ne 0 ]; then
-    command -v sudo > /dev/null || fail "needs root or sudo to install: ${missing[*]}"
-    root=(sudo)
+  local missing=() package sudo=
+  if [ "$(id -u)" -ne 0 ]; then sudo=sudo; fi
+  for package in "${packages[@]}"; do installed "$package" || missing+=("$package"); done
+  if [ ${#missing[@]} -gt 0 ]; then
+    [ -z "$sudo" ] || command -v sudo > /dev/null || fail "needs root or sudo to install: ${missing[*]}"
+    apt_install "$sudo" "${missing[@]}" || fail "could not install ${missing[*]}"
   fi
-  echo "Installing ${missing[*]}"
-  "${root[@]}" apt-get update -q
-  for package in "${optional[@]}"; do
-    # Not "show", which succeeds for names that other packages only refer to.
-    if apt-cache madison "$package" | grep -q .; then missing+=("$package"); fi
-  done
-  "${root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -q -y --no-install-recommends "${missing[@]}"
+  # It goes on without these, and asks for no password.
+  mapfile -t missing < <(missing_optional)
+  if [ ${#missing[@]} -gt 0 ]; then
+    apt_install "${sudo:+sudo -n}" "${missing[@]}" || echo "build.sh: goes on without ${missing[*]}" >&2
+  fi
 }
 
 build() {  # build [TARGET…]
@@ -131,6 +147,19 @@ screenshots() {
   shot help 0.85 --press h
 }
 
+# What was not built, by what CMake did not find.
+not_built() {
+  local variable what
+  while read -r variable what; do
+    if grep -q "^$variable:.*-NOTFOUND$" build/CMakeCache.txt; then echo "not built: $what"; fi
+  done << 'END'
+FUSE_FLOW_THRUST_INCLUDE_DIR the GPU classes and their tests: no Thrust
+FUSE_FLOW_NVCC what runs on a GPU: no nvcc
+apriltag_DIR fuse_flow_calibrate --board: no apriltag
+Open3D_DIR Open3D among the tables' peers: no Open3D
+END
+}
+
 run_tests() {
   install_missing
   build
@@ -139,6 +168,7 @@ run_tests() {
   awk '/ tests? from .* ran\./ {tests += $2} skipped {reasons[$0]++; skipped = 0} /: Skipped$/ {skipped = 1}
        END {print tests " tests"; for (reason in reasons) print "skipped in " reasons[reason] ": " reason}' \
     build/Testing/Temporary/LastTest.log
+  not_built
 }
 
 bench() {

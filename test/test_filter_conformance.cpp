@@ -1,3 +1,5 @@
+#include "conformance_points.h"
+
 #include <fuse_flow/adaptive_hash_fusion.h>
 #include <fuse_flow/confidence_estimation.h>
 #include <fuse_flow/depth_backprojection.h>
@@ -14,30 +16,13 @@
 #include <set>
 #include <type_traits>
 
-namespace test_filter_conformance {
-
-/** \brief What a user of the library may bring: members named otherwise than fields, and a field nobody else knows. */
-struct EIGEN_ALIGN16 OddPoint {
-  double preamble{0};  // moves the offsets
-  double preamble_too{0};
-  PCL_ADD_POINT4D
-  float m_trust{0};
-  float m_warmth{0};
-  std::uint32_t m_serial{0};
-  OddPoint() { x = y = z = 0, data[3] = 1; }
-  PCL_MAKE_ALIGNED_OPERATOR_NEW
-};
-
-}  // namespace test_filter_conformance
-
-POINT_CLOUD_REGISTER_POINT_STRUCT(test_filter_conformance::OddPoint,
-                                  (float, x, x)(float, y, y)(float, z, z)(float, m_trust, confidence)(
-                                      float, m_warmth, temperature)(std::uint32_t, m_serial, serial_number))
-
 namespace {
 
 using namespace fuse_flow;
-using test_filter_conformance::OddPoint;
+using conformance::OddPoint;
+using conformance::PointName;
+using conformance::pointName;
+using conformance::PointTypes;
 
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
 constexpr float kInf = std::numeric_limits<float>::infinity();
@@ -278,14 +263,6 @@ class IndexFilterConformance : public ::testing::Test {
   Filter filter{true};
 };
 
-// Under sanitizers a few: what differs between the others is found without.
-#if defined(FUSE_FLOW_TEST_FEW_POINT_TYPES)
-using PointTypes = ::testing::Types<pcl::PointXYZ, PointFused, OddPoint>;
-#else
-using PointTypes = ::testing::Types<pcl::PointXYZ, pcl::PointXYZI, pcl::PointXYZRGB, pcl::PointXYZRGBNormal,
-                                    pcl::PointSurfel, PointFused, OddPoint>;
-#endif
-
 template <typename Types>
 struct CasesOf;
 
@@ -296,28 +273,10 @@ struct CasesOf<::testing::Types<P...>> {
 
 using IndexFilterCases = CasesOf<PointTypes>::Type;
 
-template <typename P>
-std::string pointName() {
-  if (std::is_same_v<P, pcl::PointXYZ>) return "PointXYZ";
-  if (std::is_same_v<P, pcl::PointXYZI>) return "PointXYZI";
-  if (std::is_same_v<P, pcl::PointXYZRGB>) return "PointXYZRGB";
-  if (std::is_same_v<P, pcl::PointXYZRGBNormal>) return "PointXYZRGBNormal";
-  if (std::is_same_v<P, pcl::PointSurfel>) return "PointSurfel";
-  if (std::is_same_v<P, PointFused>) return "PointFused";
-  return "OddPoint";
-}
-
 struct CaseName {
   template <typename Case>
   static std::string GetName(int) {
     return Case::name + ("Of" + pointName<typename Case::Point>());
-  }
-};
-
-struct PointName {
-  template <typename P>
-  static std::string GetName(int) {
-    return pointName<P>();
   }
 };
 
@@ -982,6 +941,29 @@ TYPED_TEST(PointConformance, FusionHonoursIndices) {
   AdaptiveHashFusion<TypeParam> filter;
   filter.setIndices(std::make_shared<pcl::Indices>(pcl::Indices{3, 4, 5, 30, 200}));
   EXPECT_TRUE(sameClouds(fuse(filter, cloud), fuse<TypeParam>(half)));
+}
+
+TYPED_TEST(PointConformance, FusionRemovesThePointsThatRepresentNoOutputPoint) {
+  // One cell, three of whose four points stand for it: the most confident ones, or the first ones. The first point is
+  // not finite, the last is not among the indices.
+  const auto cloud = std::make_shared<pcl::PointCloud<TypeParam>>();
+  cloud->push_back(distinctPoint<TypeParam>(kNaN, 0, 1, 1));
+  for (const float C : {0.2f, 0.5f, 0.7f, 0.9f, 0.95f}) {
+    cloud->push_back(distinctPoint<TypeParam>(0.01f + 0.01f * C, 0.01f, 0.01f, 1));
+    setConfidence(cloud->back(), C);
+  }
+  cloud->is_dense = false;
+  AggregationParameters parameters;
+  parameters.points_per_cell = 6;
+  parameters.representatives = Representatives::HighestConfidence;
+  for (const bool extract : {true, false}) {
+    AdaptiveHashFusion<TypeParam> filter(extract);
+    filter.setParameters(parameters);
+    filter.setIndices(std::make_shared<pcl::Indices>(pcl::Indices{0, 1, 2, 3, 4}));
+    EXPECT_EQ(fuse(filter, cloud).size(), 1u);
+    const pcl::Indices expected{0, hasConfidence<TypeParam> ? 1 : 4};
+    EXPECT_EQ(*filter.getRemovedIndices(), extract ? expected : pcl::Indices());
+  }
 }
 
 TYPED_TEST(PointConformance, FusionNamesAPointThatIsTooFarOut) {

@@ -6,6 +6,10 @@
 #include <cmath>
 #include <iostream>
 
+#if !__has_include(<fuse_flow/gpu/fuse_flow.h>)
+#error "the GPU classes are not among the headers"
+#endif
+
 int main() {
   const std::vector<std::uint16_t> wall(64 * 48, 1000);
   fuse_flow::RigFrame frame;

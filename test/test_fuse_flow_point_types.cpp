@@ -1,0 +1,78 @@
+#include "conformance_points.h"
+#include "scenes.h"
+
+#include <fuse_flow/point_traits.h>
+
+// Compiled once, in instances.cpp.
+extern template class fuse_flow::FuseFlow<pcl::PointXYZ>;
+extern template class fuse_flow::FuseFlow<conformance::OddPoint>;
+#if !defined(FUSE_FLOW_TEST_FEW_POINT_TYPES)
+extern template class fuse_flow::FuseFlow<pcl::PointXYZI>;
+extern template class fuse_flow::FuseFlow<pcl::PointXYZRGB>;
+extern template class fuse_flow::FuseFlow<pcl::PointSurfel>;
+#endif
+
+// The frame pipeline for every point type: each gets the fields that it has.
+
+namespace {
+
+template <typename P>
+class FuseFlowOf : public ::testing::Test {};
+
+TYPED_TEST_SUITE(FuseFlowOf, conformance::PointTypes, conformance::PointName);
+
+TYPED_TEST(FuseFlowOf, PutsPointsWhereTheirRaysMeetAWallAndFillsTheFieldsThatTheyHave) {
+  namespace fields = pcl::fields;
+  namespace point = fuse_flow::point;
+  const scenes::Vector3d n = scenes::Vector3d(0.2, -0.1, 1).normalized();
+  scenes::Scene scene = scenes::makeScene(scenes::sameCameras(2, 40, 30, 40), scenes::plane(n, 1.5));
+  scene.paint({200, 100, 50});
+  scene.confidence.assign(2, scenes::uniform(40, 30, 0.75f));
+  scene.attach();
+  fuse_flow::FuseFlowParameters parameters;
+  parameters.use_measurement_confidence = false;  // ω is what the sensor says
+  parameters.half_weight_noise = 0;
+  const std::vector<scenes::Vector3d> measured = scenes::backProjected(scene);
+  for (const bool hash : {false, true}) {
+    parameters.use_spatial_hash = hash;
+    fuse_flow::FuseFlow<TypeParam> fusion;
+    fusion.setParameters(parameters);
+    fusion.setNumberOfThreads(2);
+    fusion.setComputeNormals(true);
+    pcl::PointCloud<TypeParam> cloud;
+    fusion.fuse(scene.rig, cloud);
+    ASSERT_GT(cloud.size(), 300u);
+    if (!hash) {
+      ASSERT_EQ(cloud.size(), measured.size());
+    }
+    for (std::size_t k = 0; k < cloud.size(); ++k) {
+      const TypeParam& p = cloud[k];
+      const scenes::Vector3d position(p.x, p.y, p.z);
+      ASSERT_NEAR(n.dot(position), 1.5, 3e-6);
+      if (!hash) {
+        ASSERT_LT((position - measured[k]).norm(), 3e-6);  // pixel by pixel
+      }
+      if constexpr (point::has<TypeParam, fields::confidence>) {
+        ASSERT_NEAR((point::getField<fields::confidence, float>(p)), 0.75f, 1e-4f);
+      } else if constexpr (point::has<TypeParam, fields::intensity>) {
+        ASSERT_NEAR((point::getField<fields::intensity, float>(p)), 0.75f, 1e-4f);
+      }
+      if constexpr (point::has<TypeParam, fields::view_count>) {
+        ASSERT_EQ((point::getField<fields::view_count, std::uint32_t>(p)), 2u);
+      }
+      if constexpr (point::has_color<TypeParam>) {
+        ASSERT_EQ((std::array<int, 4>{p.r, p.g, p.b, p.a}), (std::array<int, 4>{200, 100, 50, 255}));
+      }
+      if constexpr (point::has_normal<TypeParam>) {  // towards the cameras
+        ASSERT_LT((p.getNormalVector3fMap().template cast<double>() + n).norm(), 1e-3);
+      }
+      if constexpr (std::is_same_v<TypeParam, conformance::OddPoint>) {
+        ASSERT_EQ(p.m_warmth, 0.0f);
+        ASSERT_EQ(p.m_serial, 0u);
+        ASSERT_EQ(p.preamble, 0.0);
+      }
+    }
+  }
+}
+
+}  // namespace
