@@ -235,6 +235,12 @@ TEST_F(ViewerProgram, AWrongInputIsNamedBeforeAWindowOpens) {
   expectError(view({}), 1, {"000000.png", "--start"});
 }
 
+TEST_F(ViewerProgram, TheHelpOfItsCommandLineIsInWords) {
+  const std::string help = runProgram(FUSE_FLOW_VIEWER_TOOL, {"--help"}).out;
+  EXPECT_NE(help.find("{side,split}"), std::string::npos) << help;
+  for (const char* internal : {"->", "ENUM", "{false}"}) EXPECT_EQ(help.find(internal), std::string::npos) << internal;
+}
+
 TEST_F(ViewerProgram, AnOptionThatCannotBeUsedIsNamed) {
   expectError(view({"--start", "4"}), 2, {"--start", "4"});
   expectError(view({"--press", "space,F12"}), 2, {"--press", "F12"});
