@@ -101,7 +101,7 @@ int run(const Options& options) {
   const bool exports = !options.screenshot.empty() || !options.cloud.empty() || !options.orbit.empty();
   if (exports != options.viewer.offscreen)
     throw io::OptionError(exports ? "--screenshot, --save-cloud and --orbit need --offscreen; in the window the keys "
-                                    "j, Ctrl w and Ctrl p do the same"
+                                    "j, Ctrl w and Ctrl p write into --folder, as --format and --film-format say"
                                   : "--offscreen needs --screenshot, --save-cloud or --orbit");
   if (!options.screenshot.empty() && !viewing::isPictureFile(options.screenshot))
     throw io::OptionError("--screenshot " + options.screenshot + ": must end in .png or .jpg");
@@ -122,6 +122,14 @@ int run(const Options& options) {
   return code;
 }
 
+/** \brief The names of a choice; CLI11's own help tells their numbers too. */
+template <typename Choice>
+CLI::Validator inWords(const std::map<std::string, Choice>& choices) {
+  std::string names;
+  for (const auto& [name, choice] : choices) names += (names.empty() ? "{" : ",") + name;
+  return CLI::CheckedTransformer(choices).description(names + "}");
+}
+
 void addViewOptions(CLI::App& app, Options& options) {
   viewing::ViewerOptions& v = options.viewer;
   static const std::map<std::string, viewing::Layout> layouts{{"side", viewing::Layout::SideBySide},
@@ -135,8 +143,8 @@ void addViewOptions(CLI::App& app, Options& options) {
   app.add_option("--speed", v.speed, "at which it is played; 1: as it was taken")
       ->check(command_line::positiveNumber())
       ->capture_default_str();
-  app.add_flag("!--paused", v.play, "start with the first frame standing");
-  app.add_flag("!--once", v.loop, "do not loop");
+  app.add_flag_callback("--paused", [&v] { v.play = false; }, "start with the first frame standing");
+  app.add_flag_callback("--once", [&v] { v.loop = false; }, "do not loop");
   app.add_option("--start", v.first_frame, "number of the first frame, from 0, as in the names of its files")
       ->check(command_line::wholeNumber(0, 1000000))
       ->capture_default_str();
@@ -147,11 +155,14 @@ void addViewOptions(CLI::App& app, Options& options) {
       ->check(CLI::IsMember(viewing::FusionControls::comparisonNames()))
       ->capture_default_str();
   app.add_option("--layout", v.layout, "side: side by side; split: one picture with a line to drag")
-      ->transform(CLI::CheckedTransformer(layouts));
+      ->transform(inWords(layouts))
+      ->type_name("TEXT");
   app.add_option("--split", v.split, "where that line is, share of the width")
       ->check(CLI::Range(0.02, 0.98))
       ->capture_default_str();
-  app.add_option("--color-by", v.color_by, "colour of the points")->transform(CLI::CheckedTransformer(colors));
+  app.add_option("--color-by", v.color_by, "colour of the points")
+      ->transform(inWords(colors))
+      ->type_name("TEXT");
   app.add_option("--point-size", v.point_size, "pixels")
       ->check(command_line::positiveNumberUpTo(100))
       ->capture_default_str();
@@ -174,6 +185,9 @@ void addExportOptions(CLI::App& app, Options& options) {
   app.add_option("--folder", v.folder, "where the keys Ctrl w, j and Ctrl p write")->capture_default_str();
   app.add_option("--format", v.format, "of the clouds that the key Ctrl w writes")
       ->check(CLI::IsMember(viewing::cloudFormats()))
+      ->capture_default_str();
+  app.add_option("--film-format", v.film_format, "of the films that the key Ctrl p makes: a video, or a folder of PNGs")
+      ->check(CLI::IsMember({"ogv", "png"}))
       ->capture_default_str();
   app.add_flag("--offscreen", v.offscreen, "no window: write what follows, and end");
   app.add_option("--screenshot", options.screenshot, ".png or .jpg file");

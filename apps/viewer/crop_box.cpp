@@ -28,8 +28,12 @@ void CropBox::show(const Eigen::AlignedBox3f& box) {
 }
 
 void CropBox::setColor(double r, double g, double b) {
-  for (vtkProperty* property : {representation_->GetOutlineProperty(), representation_->GetHandleProperty()})
+  for (vtkProperty* property :
+       {representation_->GetOutlineProperty(), representation_->GetSelectedOutlineProperty(),
+        representation_->GetFaceProperty(), representation_->GetSelectedFaceProperty(),
+        representation_->GetHandleProperty()})
     property->SetColor(r, g, b);
+  representation_->GetSelectedHandleProperty()->SetColor(1, 1, 1);  // that which is dragged
 }
 
 void CropBox::hide() { widget_->Off(); }

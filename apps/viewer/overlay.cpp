@@ -7,15 +7,18 @@
 #include <vtkTextProperty.h>
 
 #include <algorithm>
+#include <sstream>
 
 namespace fuse_flow::viewing {
 namespace {
 
 constexpr int kMargin = 10;            // pixels, from the window's border
 constexpr int kTextSize = 14;          // pixels
+constexpr int kNamePlace = 6;          // pixels, from an image's border
 constexpr int kLegendWidth = 130;      // pixels
 constexpr double kLegendShare = 0.35;  // of the window's height
-constexpr int kTitles = 92;            // pixels above the strip: over the timeline
+constexpr int kSmallestText = 6;       // pixels
+constexpr int kTitles = 72;            // pixels above the strip: over the timeline
 constexpr double kStripShare = 0.2;    // of the window's height, at most
 
 vtkSmartPointer<vtkImageData> toImageData(const io::ColorImage& image) {
@@ -27,6 +30,27 @@ vtkSmartPointer<vtkImageData> toImageData(const io::ColorImage& image) {
     for (int u = 0; u < image.width; ++u)
       for (const std::uint8_t c : {image.at(u, v).r, image.at(u, v).g, image.at(u, v).b}) *to++ = c;
   return data;
+}
+
+constexpr std::size_t kColumns = 40;  // of the text that tells how wide a letter is
+
+/** \brief Lines of so many letters at most, broken at blanks where there are any; what goes on is indented. */
+std::string broken(const std::string& text, std::size_t columns) {
+  constexpr std::size_t kIndent = 4;
+  columns = std::max(columns, 2 * kIndent);
+  std::istringstream lines(text);
+  std::string all;
+  for (std::string line; std::getline(lines, line);) {
+    while (line.size() > columns) {
+      std::size_t end = line.rfind(' ', columns);
+      if (end == std::string::npos || end <= kIndent) end = columns;
+      all += line.substr(0, end) + "\n";
+      line = std::string(kIndent, ' ') + line.substr(line[end] == ' ' ? end + 1 : end);
+    }
+    all += line + "\n";
+  }
+  if (!all.empty()) all.pop_back();
+  return all;
 }
 
 }  // namespace
@@ -71,7 +95,7 @@ Overlay::Overlay(Window& window) : window_(window), legend_(vtkSmartPointer<vtkS
   window.overlay()->AddActor2D(legend_);
   legend_->VisibilityOff();
   help_ = addText();
-  help_->GetTextProperty()->SetBackgroundOpacity(0.9);
+  help_->GetTextProperty()->SetBackgroundOpacity(1);
   help_->GetTextProperty()->SetVerticalJustificationToCentered();
   help_->GetTextProperty()->SetJustificationToLeft();
   help_->GetTextProperty()->SetColor(1, 1, 1);
@@ -88,6 +112,26 @@ vtkSmartPointer<vtkTextActor> Overlay::addText() {
   text->PickableOff();
   window_.overlay()->AddActor2D(text);
   return text;
+}
+
+void Overlay::setStatus(const std::string& text) {
+  status_text_ = text;
+  arrangeStatus();
+}
+
+/** \brief Broken to the width, and as large as the height has room for. */
+void Overlay::arrangeStatus() {
+  const double width = window_.width() - 2 * kMargin - taken_, height = window_.height() - kMargin - aboveTitles();
+  double extent[2];
+  for (int size = kTextSize; size >= kSmallestText; --size) {
+    status_->GetTextProperty()->SetFontSize(size);
+    status_->SetInput(std::string(kColumns, 'm').c_str());
+    status_->GetSize(window_.overlay(), extent);
+    status_->SetInput(broken(status_text_, static_cast<std::size_t>(std::max(1.0, width * kColumns / extent[0]))).c_str());
+    status_->GetSize(window_.overlay(), extent);
+    if (extent[1] <= height) break;
+  }
+  status_->SetPosition(kMargin, window_.height() - kMargin);
 }
 
 void Overlay::setHelp(const std::string& text) {
@@ -136,11 +180,9 @@ void Overlay::setImages(const std::vector<io::ColorImage>& thumbnails, const std
   }
   while (image_names_.size() < names.size()) {
     image_names_.push_back(addText());
-    image_names_.back()->GetTextProperty()->SetFontSize(kTextSize - 2);
     image_names_.back()->SetVisibility(images_visible_);
   }
-  for (std::size_t k = 0; k < names.size(); ++k)
-    image_names_[k]->SetInput((thumbnails[k].empty() ? names[k] + ": no image" : names[k]).c_str());
+  names_ = names;
 }
 
 void Overlay::showImages(bool visible) {
@@ -156,20 +198,43 @@ void Overlay::arrangeImages() {
       stripOf(thumbnails_, window_.width() - 2 * kMargin, static_cast<int>(kStripShare * window_.height()));
   image_mapper_->SetInputData(toImageData(strip.image));
   strip_height_ = strip.image.height;
-  for (std::size_t k = 0; k < image_names_.size(); ++k)
-    image_names_[k]->SetPosition(kMargin + strip.begin[k] + 6, kMargin + 6);
+  for (std::size_t k = 0; k < image_names_.size(); ++k) {
+    const int end = k + 1 < strip.begin.size() ? strip.begin[k + 1] : strip.image.width;
+    image_names_[k]->SetPosition(kMargin + strip.begin[k] + kNamePlace, kMargin + kNamePlace);
+    arrangeImageName(k, end - strip.begin[k] - 2 * kNamePlace);
+  }
+}
+
+/** \brief In one line where that is not wider than the image; the letters as large as it has room for. */
+void Overlay::arrangeImageName(std::size_t camera, double width) {
+  const std::string& name = names_[camera];
+  vtkTextActor* text = image_names_[camera];
+  double extent[2];
+  const auto fits = [&](const std::string& words) {
+    text->SetInput(words.c_str());
+    text->GetSize(window_.overlay(), extent);
+    return extent[0] <= width;
+  };
+  int size = kTextSize - 2;
+  text->GetTextProperty()->SetFontSize(size);
+  if (!thumbnails_[camera].empty() ? fits(name) : fits(name + ": no image")) return;
+  while (!fits(thumbnails_[camera].empty() ? name + ":\nno image" : name) && size > kSmallestText)
+    text->GetTextProperty()->SetFontSize(--size);
 }
 
 int Overlay::aboveImages() const { return kMargin + strip_height_ + (strip_height_ > 0 ? kMargin : 0); }
 
-void Overlay::arrange(const Panes& panes) {
+int Overlay::aboveTitles() const { return aboveImages() + kTitles + 2 * kTextSize; }
+
+void Overlay::arrange(const Panes& panes, double taken) {
   const int width = window_.width(), height = window_.height();
+  taken_ = taken;
   arrangeImages();
   arrangeHelp();
-  status_->SetPosition(kMargin, height - kMargin);
+  arrangeStatus();
   const int above_strip = aboveImages();
   readout_->SetPosition(kMargin, above_strip);
-  message_->SetPosition(width / 2.0, above_strip + kTitles + 2 * kTextSize);
+  message_->SetPosition(width / 2.0, aboveTitles());
   for (std::size_t k = 0; k < kPanes; ++k) {
     const auto [begin, end] = panes.extent(k);
     double extent[2];

@@ -31,7 +31,8 @@ Viewer::Viewer(std::unique_ptr<FrameSource> source, const ViewerOptions& options
       rubber_band_(window_),
       sliders_(window_,
                [this](const SliderParameter& parameter, float value) {
-                 changeParameters([&](FuseFlowParameters& p) { parameter.member(p) = value; });
+                 changeParameters([&](FuseFlowParameters& p) { setParameter(parameter, value, p); });
+                 sliders_.setValues(controls_.parameters());
                }),
       crop_box_(window_, panes_,
                 [this](const Eigen::AlignedBox3f& box) {
@@ -204,16 +205,16 @@ void Viewer::render() {
 void Viewer::arrange() {
   arranged_size_ = {window_.width(), window_.height()};
   updateHeadings();
-  overlay_.arrange(panes_);
-  sliders_.arrange();
-  timeline_.arrange(overlay_.aboveImages() + 45);
+  overlay_.arrange(panes_, sliders_.visible() ? sliders_.takenWidth() : 0);
+  sliders_.arrange(overlay_.aboveTitles());
+  timeline_.arrange(overlay_.aboveImages() + 34);
   redraw();
 }
 
 void Viewer::updateStatus() {
+  if (playback_.playing()) rates_ = {cloud_rate_.perSecond(), picture_rate_.perSecond()};
   if (shown_ && show_text_)
-    overlay_.setStatus(statusText(playback_, {cloud_rate_.perSecond(), picture_rate_.perSecond()}, *shown_,
-                                  awaited() && !playback_.playing()));
+    overlay_.setStatus(statusText(playback_, rates_, *shown_, awaited() && !playback_.playing()));
 }
 
 /** \brief Of what is in the panes, which may not be yet what was asked for. */

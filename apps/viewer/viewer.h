@@ -53,6 +53,7 @@ struct ViewerOptions {
   bool offscreen{false};
   std::string folder{"."};    ///< of what the keys export
   std::string format{"ply"};  ///< of exported clouds: one of cloudFormats()
+  std::string film_format{"ogv"};  ///< of films by key: "ogv", or "png" for numbered pictures
   int orbit_pictures{120};
 };
 
@@ -172,6 +173,7 @@ class Viewer {
   void probeCursor();
   void updateReadout(const std::optional<PickedPoint>& point);
   void arrange();
+  void showOverlay();
   void updateHeadings();
   void updateStatus();
   void complain(const std::string& problem);
@@ -215,6 +217,7 @@ class Viewer {
 
   double coarse_points_{100000};  ///< that a moving view may have
   RunningRate cloud_rate_, picture_rate_;
+  Rates rates_;  ///< of what played last
   Clock::time_point render_start_, last_tick_, last_cloud_;
   double awaited_seconds_{0};
   double rest_seconds_{0};    ///< since the cursor moved

@@ -46,6 +46,7 @@ void Viewer::toggleRefinement() {
 void Viewer::toggleSliders() {
   sliders_.setValues(controls_.parameters());
   sliders_.setVisible(!sliders_.visible());
+  arrange();
 }
 
 void Viewer::toggleCropBox() {
@@ -165,7 +166,7 @@ void Viewer::toggleBackground() {
   day_ = !day_;
   day_ ? panes_.setBackground(0.93, 0.93, 0.93) : panes_.setBackground(0.08, 0.09, 0.11);
   axes_.setColor(day_ ? 0.0 : 1.0);
-  day_ ? crop_box_.setColor(0.75, 0.3, 0) : crop_box_.setColor(1, 0.75, 0.2);
+  day_ ? crop_box_.setColor(0, 0.4, 0.5) : crop_box_.setColor(0.2, 0.9, 1);
 }
 
 void Viewer::toggleFrusta() {
@@ -175,20 +176,26 @@ void Viewer::toggleFrusta() {
 
 void Viewer::toggleImages() {
   show_images_ = !show_images_;
-  overlay_.showImages(show_images_);
-  arrange();
+  showOverlay();
 }
 
 void Viewer::toggleText() {
   show_text_ = !show_text_;
-  overlay_.showStatus(show_text_);
-  timeline_.setVisible(show_text_ && !show_help_);
+  showOverlay();
 }
 
 void Viewer::toggleHelp() {
   show_help_ = !show_help_;
   overlay_.setHelp(show_help_ ? helpText() : "");
-  timeline_.setVisible(show_text_ && !show_help_);  // it would lie over the help
+  showOverlay();
+}
+
+/** \brief While the help is there, nothing else is to be read. */
+void Viewer::showOverlay() {
+  overlay_.showStatus(show_text_ && !show_help_);
+  overlay_.showImages(show_images_ && !show_help_);
+  timeline_.setVisible(show_text_ && !show_help_);
+  arrange();
 }
 
 void Viewer::passKeyToPcl() {
@@ -249,7 +256,7 @@ void Viewer::toggleOrbit() {
     orbit_.reset();
     return say("the film ends here");
   }
-  const std::string path = unusedPath("film", ".ogv");
+  const std::string path = unusedPath("film", options_.film_format == "ogv" ? ".ogv" : "");
   orbit_ = std::make_unique<Orbit>(path, options_.orbit_pictures);
   say("filming into " + path);
 }

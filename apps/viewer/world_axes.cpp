@@ -1,6 +1,9 @@
 #include "viewer/world_axes.h"
 
 #include <vtkCaptionActor2D.h>
+#include <vtkMapper.h>
+#include <vtkNew.h>
+#include <vtkPropCollection.h>
 #include <vtkProperty.h>
 #include <vtkTextActor.h>
 #include <vtkTextProperty.h>
@@ -23,6 +26,11 @@ WorldAxes::WorldAxes(Panes& panes) : axes_(vtkSmartPointer<vtkAxesActor>::New())
     caption->GetCaptionTextProperty()->ShadowOff();
     caption->GetCaptionTextProperty()->ItalicOff();
   }
+  vtkNew<vtkPropCollection> arrows;
+  axes_->GetActors(arrows);
+  arrows->InitTraversal();
+  while (vtkProp* prop = arrows->GetNextProp())  // where the origin lies in the floor, its points would hide them
+    vtkActor::SafeDownCast(prop)->GetMapper()->SetRelativeCoincidentTopologyPolygonOffsetParameters(0, kInFront);
   axes_->PickableOff();
   axes_->VisibilityOff();
   for (std::size_t k = 0; k < kPanes; ++k) {

@@ -3,6 +3,9 @@
 
 #include <vtkBillboardTextActor3D.h>
 #include <vtkPropCollection.h>
+#include <vtkTextProperty.h>
+
+#include <map>
 
 namespace viewer_test {
 namespace {
@@ -83,6 +86,75 @@ TEST_F(ViewerWindow, Keys4To9ColorByWhatTheHelpAndTheListSay) {
   }
 }
 
+TEST_F(ViewerWindow, EachKeyOfTheViewSwitchesWhatTheHelpNamesAndNothingElse) {
+  options_.color_by = ColorBy::Confidence;
+  openWall();
+  const auto visible = [&](vtkRenderer* renderer, const char* type) {
+    double any = 0;
+    vtkPropCollection* props = renderer->GetViewProps();
+    props->InitTraversal();
+    while (vtkProp* prop = props->GetNextProp())
+      if (prop->IsA(type) && prop->GetVisibility()) any = 1;
+    return any;
+  };
+  const std::map<std::string, std::string> named{{"a", "axes"},   {"g", "grid"},   {"i", "images"},
+                                                 {"n", "background"}, {"o", "parallel"}, {"t", "text"},
+                                                 {"u", "legend"}, {"y", "names"}};
+  const auto states = [&] {
+    vtkRenderer* pane = viewer_->panes().renderer(0);
+    return std::map<std::string, double>{
+        {"a", visible(pane, "vtkAxesActor")},
+        {"g", visible(pane, "vtkCubeAxesActor")},
+        {"i", viewer_->overlay().imageName(0)->GetVisibility()},
+        {"n", pane->GetBackground()[0] > 0.5},
+        {"o", viewer_->panes().camera()->GetParallelProjection()},
+        {"t", viewer_->overlay().statusActor()->GetVisibility()},
+        {"u", visible(viewer_->window().overlay(), "vtkScalarBarActor")},
+        {"y", visible(pane, "vtkBillboardTextActor3D")}};
+  };
+  const std::map<std::string, double> before = states();
+  for (const auto& [key, what] : named) {
+    EXPECT_NE(findBinding(key)->help.find(what), std::string::npos) << key;
+    std::map<std::string, double> expected = before;
+    expected[key] = 1 - expected[key];
+    press(key);
+    EXPECT_EQ(states(), expected) << key;
+    press(key);
+    EXPECT_EQ(states(), before) << key;
+  }
+}
+
+TEST_F(ViewerWindow, KeysOfTheCameraMoveItWhereTheHelpSays) {
+  openWall();
+  vtkCamera* camera = viewer_->panes().camera();
+  const auto place = [&] { return Eigen::Vector3d(camera->GetPosition()); };
+  const Eigen::Vector3d start = place();
+  testing::internal::CaptureStderr();
+  testing::internal::CaptureStdout();
+  press("c");
+  EXPECT_NE(testing::internal::GetCapturedStderr() + testing::internal::GetCapturedStdout(), "");
+  EXPECT_EQ(place(), start) << "c prints";
+  moveTo(250, 150);
+  const std::optional<PickedPoint> point = Probe(viewer_->panes()).pick(250, 150);
+  ASSERT_TRUE(point);
+  press("f");
+  EXPECT_NEAR((Eigen::Vector3d(camera->GetFocalPoint()) - point->position.cast<double>()).norm(), 0, 1e-3);
+  press("r");
+  EXPECT_NEAR((place() - start).norm(), 0, 1e-9);
+  EXPECT_NEAR(camera->GetFocalPoint()[0], 0, 1e-9);
+}
+
+TEST_F(ViewerWindow, NoPointHidesTheAxes) {
+  options_.point_size = 6;
+  openWall();
+  viewer_->panes().camera()->SetPosition(0, 0, 5);
+  viewer_->panes().fitClippingRange();
+  press("y");
+  const io::ColorImage before = bare();
+  press("a");
+  EXPECT_GT(difference(bare(), before), 0.005) << "behind the wall";
+}
+
 TEST_F(ViewerWindow, PlusMakesPointsLargerAndMinusSmaller) {
   options_.point_size = 1;
   openWall();
@@ -109,7 +181,13 @@ TEST_F(ViewerWindow, TheHelpIsShownWhole) {
   viewer_->overlay().help()->GetSize(viewer_->window().overlay(), extent);
   EXPECT_LT(extent[0], 800);
   EXPECT_LT(extent[1], 600);
+  EXPECT_EQ(viewer_->overlay().help()->GetTextProperty()->GetBackgroundOpacity(), 1);
+  const auto seen = [&] {
+    return viewer_->overlay().statusActor()->GetVisibility() + viewer_->overlay().imageName(0)->GetVisibility();
+  };
+  EXPECT_EQ(seen(), 0) << "nothing shines through";
   press("h");
+  EXPECT_EQ(seen(), 2);
   EXPECT_STREQ(viewer_->overlay().help()->GetInput(), "");
 }
 
@@ -124,8 +202,46 @@ TEST_F(ViewerWindow, EachCameraHasItsNameInTheWorldAndOverItsImage) {
       EXPECT_NEAR(text->GetPosition()[0], names.back() == "left" ? -0.1 : 0.1, 1e-6);
     }
   EXPECT_EQ(names, (std::vector<std::string>{"left", "right"}));
-  EXPECT_EQ(viewer_->overlay().imageName(0), "left");
-  EXPECT_EQ(viewer_->overlay().imageName(1), "right");
+  EXPECT_STREQ(viewer_->overlay().imageName(0)->GetInput(), "left");
+  EXPECT_STREQ(viewer_->overlay().imageName(1)->GetInput(), "right");
+}
+
+TEST_F(ViewerWindow, NoWallHidesTheNamesOfTheCamerasBehindIt) {
+  options_.point_size = 6;
+  openWall();
+  viewer_->panes().camera()->SetPosition(0, 0, 5);
+  viewer_->panes().fitClippingRange();
+  const io::ColorImage image = bare();
+  for (const Rgb8 color : {cameraColor(0), cameraColor(1)})
+    EXPECT_GT(std::count_if(image.data.begin(), image.data.end(),
+                            [&](const Rgb8& p) {
+                              return std::abs(p.r - color.r) + std::abs(p.g - color.g) + std::abs(p.b - color.b) < 60;
+                            }),
+              30);
+}
+
+TEST_F(ViewerWindow, WhatStandsOverAnImageIsNoWiderThanTheImage) {
+  for (const int width : {800, 500, 320}) {
+    options_.width = width;
+    auto source = std::make_unique<WallSource>(20);
+    source->damageRight(0);
+    viewer_ = std::make_unique<Viewer>(std::move(source), options_);
+    viewer_->settle();
+    Overlay& overlay = viewer_->overlay();
+    io::ColorImage seen;
+    seen.resize(80, 60);
+    const std::vector<io::ColorImage> images{io::ColorImage(), io::ColorImage(), seen, seen, seen};
+    overlay.setImages(images, {"camera_00", "camera_01", "camera_02", "camera_03", "camera_04"});
+    overlay.arrange(viewer_->panes(), 0);
+    for (std::size_t k = 0; k < images.size(); ++k) {
+      double extent[2];
+      overlay.imageName(k)->GetSize(viewer_->window().overlay(), extent);
+      const double end = k + 1 < images.size() ? overlay.imageName(k + 1)->GetPosition()[0] : width - 10;
+      EXPECT_LE(overlay.imageName(k)->GetPosition()[0] + extent[0], end) << k << " of " << width << " pixels";
+      const std::string text = overlay.imageName(k)->GetInput();
+      EXPECT_EQ(text.find("no image") != std::string::npos, images[k].empty()) << text;
+    }
+  }
 }
 
 TEST_F(ViewerWindow, TheStripShowsWhatTheCamerasSeeInTheFrameThatIsShown) {

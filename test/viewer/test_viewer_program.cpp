@@ -95,6 +95,46 @@ TEST_F(ViewerProgram, TakesRealKeysAndEndsWithQ) {
   EXPECT_TRUE(fs::exists(path("frame_000000_FUSE_Flow_000.ply")));
 }
 
+TEST_F(ViewerProgram, RealKeysChangeWhatIsSeen) {
+  RunOptions options;
+  options.meanwhile = [&](pid_t) {
+    int number = 0;
+    const auto screenshot = [&] {
+      char name[32];
+      std::snprintf(name, sizeof(name), "screenshot_%03d", number++);
+      pressUntil("j", path(name + std::string(".cam")));  // written behind the picture
+      io::ColorImage image;
+      io::readColor(path(name + std::string(".png")), image);
+      image.height = 100;  // pixels: above what is said and titles
+      image.data.resize(static_cast<std::size_t>(image.width) * 100);
+      return image;
+    };
+    io::ColorImage before = screenshot();
+    EXPECT_GT(filled(before), 0.05);
+    for (const std::string key : {"1", "v"}) {
+      const std::string press =
+          "xdotool key --window $(xdotool search --onlyvisible --name FUSE-Flow | head -1) " + key + " 2> /dev/null";
+      EXPECT_EQ(std::system(press.c_str()), 0);
+      io::ColorImage after = screenshot();
+      // What a key asks for takes a while to be fused.
+      for (int k = 0; k < 100 && difference(after, before) < 0.005; ++k) after = screenshot();
+      EXPECT_GT(difference(after, before), 0.005) << key;
+      EXPECT_GT(filled(after), 0.05) << key;
+      before = after;
+    }
+    EXPECT_EQ(std::system("xdotool key --window $(xdotool search --onlyvisible --name FUSE-Flow | head -1) q "
+                          "2> /dev/null"),
+              0);
+  };
+  const ToolResult result = runProgram(
+      FUSE_FLOW_VIEWER_TOOL,
+      {"--simulate", "table", "--rig", "ring-3", "--scale", "0.2", "--device", "cpu", "--paused", "--width", "320",
+       "--height", "240", "--press", "t,i,y", "--folder", folder_.string()},
+      options);
+  EXPECT_FALSE(result.timed_out);
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+}
+
 /** \brief As a window manager does when the cross in the corner is clicked. */
 void closeWindow(const std::string& number) {
   Display* display = XOpenDisplay(nullptr);
@@ -195,12 +235,20 @@ TEST_F(ViewerProgram, AWrongInputIsNamedBeforeAWindowOpens) {
   expectError(view({}), 1, {"000000.png", "--start"});
 }
 
+TEST_F(ViewerProgram, TheHelpOfItsCommandLineIsInWords) {
+  const std::string help = runProgram(FUSE_FLOW_VIEWER_TOOL, {"--help"}).out;
+  EXPECT_NE(help.find("{side,split}"), std::string::npos) << help;
+  for (const char* internal : {"->", "ENUM", "{false}"}) EXPECT_EQ(help.find(internal), std::string::npos) << internal;
+}
+
 TEST_F(ViewerProgram, AnOptionThatCannotBeUsedIsNamed) {
   expectError(view({"--start", "4"}), 2, {"--start", "4"});
   expectError(view({"--press", "space,F12"}), 2, {"--press", "F12"});
   expectError(view({"--color-by", "truth"}), 2, {"--color-by truth", "not known"});
   expectError(view({"--press", "3:x"}), 2, {"--press", "3:x"});
   expectError(view({"--screenshot", path("shot.png")}), 2, {"--offscreen"});
+  expectError(view({"--orbit", path("film.ogv")}), 2, {"--offscreen", "--folder", "--film-format"});
+  expectError(view({"--film-format", "gif"}), 2, {"--film-format", "png"});
   expectError(view({"--offscreen"}), 2, {"--screenshot"});
   expectError(view({"--offscreen", "--save-cloud", path("cloud.stl")}), 2, {"cloud.stl", ".ply", ".ifs"});
   expectError(view({"--rig", "ring-2"}), 2, {"--rig", "--simulate"});
@@ -210,6 +258,22 @@ TEST_F(ViewerProgram, AnOptionThatCannotBeUsedIsNamed) {
   expectError(view({"--point-size", "1e9"}), 2, {"--point-size", "1e9", "100"});
   expectError(view({"--offscreen", "--screenshot", path("shot.gif")}), 2, {"--screenshot", "shot.gif", ".png"});
   expectError(runProgram(FUSE_FLOW_VIEWER_TOOL, {"--simulate", "nowhere"}), 2, {"--simulate", "nowhere", "room"});
+}
+
+/** \brief The text is white on what is dark: more of it is more white. */
+TEST_F(ViewerProgram, ACameraWhoseFilesEndEarlyIsNamedInTheText) {
+  const auto white = [&](const std::string& name) {
+    const ToolResult result = view({"--paused", "--width", "640", "--height", "480", "--from", "0", "0", "-50", "--press",
+                                    "End,i,y", "--offscreen", "--screenshot", path(name)});
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    io::ColorImage image;
+    io::readColor(path(name), image);
+    return std::count_if(image.data.begin(), image.data.end(),
+                         [](const Rgb8& p) { return std::min({p.r, p.g, p.b}) > 150; });
+  };
+  const auto all = white("all.png");
+  fs::remove(tool_test::depthFile(folder_ / "recording", 1, 3));
+  EXPECT_GT(white("ended.png"), all + 300);
 }
 
 TEST_F(ViewerProgram, AnExportOverADamagedFrameIsMadeAndTheExitCodeTells) {

@@ -136,6 +136,72 @@ TEST_F(ViewerWindow, EachSliderMovesItsParameterOfTheNextFrame) {
   EXPECT_FLOAT_EQ(viewer_->panes().cloud(0)->setting->options.parameters.consistency.sigma, 0.02f);
 }
 
+TEST(ParameterSliders, TheSmallestCellAndTheCellTakeEachOtherWithThem) {
+  const auto slider = [](const std::string& title) {
+    return *std::find_if(sliderParameters().begin(), sliderParameters().end(),
+                         [&](const SliderParameter& p) { return p.title == title; });
+  };
+  FuseFlowParameters p;
+  setParameter(slider("cell size, mm"), 0.05f, p);
+  setParameter(slider("smallest cell, mm"), 0.06f, p);
+  EXPECT_EQ(p.aggregation.cell_size, 0.06f);
+  setParameter(slider("cell size, mm"), 0.01f, p);
+  EXPECT_EQ(p.aggregation.min_cell_size, 0.01f);
+  setParameter(slider("cell size, mm"), 0.08f, p);
+  EXPECT_EQ(p.aggregation.min_cell_size, 0.01f) << "which is no larger";
+}
+
+TEST(ParameterSliders, EachDefaultIsAtLeastATwentiethOfItsSliderFromTheEnds) {
+  FuseFlowParameters p;
+  for (const SliderParameter& parameter : sliderParameters()) {
+    if (parameter.title == "tau") continue;  // at its end: nothing is dropped
+    const double value = static_cast<double>(parameter.member(p)) / parameter.scale;
+    const double twentieth = (parameter.high - parameter.low) / 20;
+    EXPECT_GE(value, parameter.low + twentieth) << parameter.title;
+    EXPECT_LE(value, parameter.high - twentieth) << parameter.title;
+  }
+}
+
+TEST_F(ViewerWindow, WithTheSlidersOpenNothingLiesOverAnythingElse) {
+  options_.compare = "concatenate";
+  for (const auto& [width, height] : {std::array<int, 2>{1280, 800}, {800, 600}, {500, 380}}) {
+    options_.width = width;
+    options_.height = height;
+    openTable();
+    press("k");
+    vtkRenderer* overlay = viewer_->window().overlay();
+    std::vector<std::pair<std::string, Eigen::AlignedBox2d>> boxes;
+    const auto addText = [&](const std::string& name, vtkTextActor* text) {
+      double box[4];
+      text->GetBoundingBox(overlay, box);
+      const Eigen::Vector2d at(text->GetPosition());
+      boxes.emplace_back(name, Eigen::AlignedBox2d(at + Eigen::Vector2d(box[0], box[2]),
+                                                   at + Eigen::Vector2d(box[1], box[3])));
+    };
+    const auto addSlider = [&](const std::string& name, vtkSliderRepresentation2D* slider, double above) {
+      const Eigen::Vector2d left(slider->GetPoint1Coordinate()->GetComputedDoubleDisplayValue(overlay));
+      const Eigen::Vector2d right(slider->GetPoint2Coordinate()->GetComputedDoubleDisplayValue(overlay));
+      boxes.emplace_back(name, Eigen::AlignedBox2d(left - Eigen::Vector2d(8, 8), right + Eigen::Vector2d(8, above)));
+    };
+    addText("status", viewer_->overlay().statusActor());
+    for (std::size_t k = 0; k < kPanes; ++k) addText("title " + std::to_string(k), viewer_->overlay().title(k));
+    for (std::size_t k = 0; k < sliderParameters().size(); ++k) {
+      addText("caption " + std::to_string(k), viewer_->sliders().caption(k));
+      addSlider("slider " + std::to_string(k), viewer_->sliders().representation(k), 8);
+    }
+    boxes.emplace_back("strip", Eigen::AlignedBox2d(Eigen::Vector2d(0, 0),
+                                                    Eigen::Vector2d(width, viewer_->overlay().aboveImages())));
+    const Eigen::AlignedBox2d window(Eigen::Vector2d(0, 0), Eigen::Vector2d(width, height));
+    for (std::size_t a = 0; a < boxes.size(); ++a) {
+      EXPECT_TRUE(window.contains(boxes[a].second)) << boxes[a].first << " in " << width << " x " << height;
+      for (std::size_t b = 0; b < a; ++b)
+        EXPECT_TRUE(boxes[a].second.intersection(boxes[b].second).isEmpty())
+            << boxes[a].first << " over " << boxes[b].first << " in " << width << " x " << height;
+    }
+    press("k");
+  }
+}
+
 TEST_F(ViewerWindow, TheTimelineSeeks) {
   openWall(21);
   vtkSliderRepresentation2D* slider = viewer_->timeline().representation();
@@ -157,6 +223,10 @@ TEST_F(ViewerWindow, TheTimelineSeeks) {
 
 TEST_F(ViewerWindow, TheCropBoxBeginsInViewInAColorOfItsOwn) {
   openTable();
+  const auto yellow = [](const io::ColorImage& image) {
+    return std::count_if(image.data.begin(), image.data.end(),
+                         [](const Rgb8& p) { return std::min(p.r, p.g) > 150 && p.b < 100; });
+  };
   const io::ColorImage before = bare();
   press("b");
   const Eigen::AlignedBox3f box = viewer_->panes().boxInView();
@@ -172,11 +242,12 @@ TEST_F(ViewerWindow, TheCropBoxBeginsInViewInAColorOfItsOwn) {
   for (const bool day : {false, true}) {
     if (day) press("n");
     const io::ColorImage image = bare();
-    const Rgb8 wanted = day ? Rgb8{191, 77, 0} : Rgb8{255, 191, 51};
+    const Rgb8 wanted = day ? Rgb8{0, 102, 128} : Rgb8{51, 230, 255};
     EXPECT_GT(std::count_if(image.data.begin(), image.data.end(),
                             [&](const Rgb8& p) { return std::abs(p.r - wanted.r) + std::abs(p.b - wanted.b) < 8; }),
               200)
         << (day ? "by day" : "at night");
+    EXPECT_LE(yellow(image), yellow(before)) << "VTK's own colour of faces";
   }
 }
 
@@ -551,7 +622,26 @@ TEST_F(ViewerWindow, AFilmGoesOnceAroundTheCloud) {
   EXPECT_GT(difference(pictures[0], pictures[1]), 0.2) << "from the side the wall is a line";
   EXPECT_NEAR((Eigen::Vector3d(viewer_->panes().camera()->GetPosition()) - start).norm(), 0, 1e-6);
   viewer_->film((folder_ / "film.ogv").string());
-  EXPECT_GT(fs::file_size(folder_ / "film.ogv"), 1000u);
+  {
+    const auto still = makePictureSequence((folder_ / "still.ogv").string());
+    for (int k = 0; k < 4; ++k) still->add(viewer_->window().renderWindow());
+  }
+  EXPECT_GT(fs::file_size(folder_ / "still.ogv"), 1000u);
+  EXPECT_GT(fs::file_size(folder_ / "film.ogv"), 1.3 * static_cast<double>(fs::file_size(folder_ / "still.ogv")))
+      << "what does not move takes no room";
+}
+
+TEST_F(ViewerWindow, TheKeyOfFilmsMakesNumberedPicturesWhereTheyAreAskedFor) {
+  options_.film_format = "png";
+  openWall();
+  press("ctrl+p");
+  EXPECT_EQ(viewer_->message(), "filming into " + (folder_ / "film_000").string());
+  for (int k = 0; k < 4; ++k) {
+    viewer_->settle();
+    viewer_->tick(0);
+  }
+  EXPECT_FALSE(viewer_->filming());
+  EXPECT_TRUE(fs::exists(folder_ / "film_000" / "000003.png"));
 }
 
 TEST_F(ViewerWindow, TruthIsShownWhereItIsKnownElseThatIsSaid) {
@@ -566,6 +656,24 @@ TEST_F(ViewerWindow, TruthIsShownWhereItIsKnownElseThatIsSaid) {
   press("8");
   EXPECT_EQ(viewer_->coloredBy(), ColorBy::TruthDistance);
   EXPECT_GT(difference(bare(), rgb), 0.2);
+}
+
+TEST_F(ViewerWindow, TheTextStaysWithinTheWindowAndAboveWhatLiesBelow) {
+  options_.compare = "voxel_grid";
+  for (const auto& [width, height] : {std::array<int, 2>{800, 600}, {500, 380}, {400, 300}}) {
+    options_.width = width;
+    options_.height = height;
+    openTable();
+    double box[4];
+    vtkTextActor* text = viewer_->overlay().statusActor();
+    text->GetBoundingBox(viewer_->window().overlay(), box);
+    EXPECT_LE(text->GetPosition()[0] + box[1], width);
+    EXPECT_GE(text->GetPosition()[1] + box[2], viewer_->overlay().aboveTitles()) << width << " pixels";
+    std::string words = text->GetInput(), all = viewer_->overlay().status();
+    for (std::string* each : {&words, &all})
+      each->erase(std::remove_if(each->begin(), each->end(), [](char c) { return std::isspace(c); }), each->end());
+    EXPECT_EQ(words, all) << "nothing is lost where lines are broken";
+  }
 }
 
 TEST_F(ViewerWindow, WhilePlayingTheNextFramesAreShown) {
