@@ -2,8 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <map>
 #include <random>
+#include <set>
+#include <utility>
 #include <vector>
 
 namespace {
@@ -26,7 +29,8 @@ struct Enter {
 
 /** \brief A table with keys entered, read back. */
 struct Entered {
-  std::vector<std::uint32_t> slots, counts, first;
+  std::vector<std::uint64_t> table;
+  std::vector<std::uint32_t> slots, counts, first, in_use;
   std::uint32_t used{0}, too_full{0};
 
   Entered(const std::vector<std::uint64_t>& keys, std::size_t capacity) {
@@ -36,41 +40,112 @@ struct Entered {
     device_keys.resize(keys.size());
     device_slots.resize(keys.size());
     counters.resize(2);
-    CellTable table;
-    const CellTableView view = table.start(run, capacity, counters.data(), counters.data() + 1);
+    CellTable cells;
+    const CellTableView view = cells.start(run, capacity, counters.data(), counters.data() + 1);
     run.copy(device_keys.data(), keys.data(), keys.size());
     run.forEach(keys.size(), Enter{view, device_keys.data(), device_slots.data()});
-    slots.resize(keys.size());
-    counts.resize(table.capacity());
-    first.resize(table.capacity());
-    run.copy(slots.data(), static_cast<const std::uint32_t*>(device_slots.data()), keys.size());
-    run.copy(counts.data(), static_cast<const std::uint32_t*>(view.counts), table.capacity());
-    run.copy(first.data(), static_cast<const std::uint32_t*>(view.first), table.capacity());
-    run.copy(&used, static_cast<const std::uint32_t*>(view.used), 1);
-    run.copy(&too_full, static_cast<const std::uint32_t*>(view.too_full), 1);
+    const auto read = [&](const auto* from, std::size_t n, auto& to) {
+      to.resize(n);
+      run.copy(to.data(), from, n);
+    };
+    read(std::as_const(device_slots).data(), keys.size(), slots);
+    read(std::as_const(view.keys), cells.capacity(), table);
+    read(std::as_const(view.counts), cells.capacity(), counts);
+    read(std::as_const(view.first), cells.capacity(), first);
+    read(std::as_const(view.slots), cells.capacity(), in_use);
+    run.copy(&used, std::as_const(view.used), 1);
+    run.copy(&too_full, std::as_const(view.too_full), 1);
     run.wait();
+    in_use.resize(used);
   }
 };
+
+/** \brief Expects each key in the one slot that it was told, with its points, unless it was turned away; and nothing else. */
+void expectEveryKeyInItsSlot(const std::vector<std::uint64_t>& keys, const Entered& entered) {
+  struct Cell {
+    std::uint32_t slot, count, first;
+  };
+  std::map<std::uint64_t, Cell> cells;
+  std::size_t turned_away = 0;
+  for (std::uint32_t k = 0; k < keys.size(); ++k) {
+    const std::uint32_t slot = entered.slots[k];
+    if (slot == CellTableView::kNone) {
+      ++turned_away;
+      continue;
+    }
+    ASSERT_LT(slot, entered.table.size());
+    ASSERT_EQ(entered.table[slot], keys[k]) << "of point " << k;
+    Cell& cell = cells.emplace(keys[k], Cell{slot, 0, k}).first->second;
+    ASSERT_EQ(slot, cell.slot) << "of point " << k;
+    ++cell.count;
+  }
+  EXPECT_EQ(turned_away, entered.too_full);
+  EXPECT_EQ(entered.used, cells.size());
+  std::vector<std::uint32_t> slots;
+  for (const auto& [key, cell] : cells) {
+    ASSERT_EQ(entered.counts[cell.slot], cell.count);
+    ASSERT_EQ(entered.first[cell.slot], cell.first);
+    slots.push_back(cell.slot);
+  }
+  std::vector<std::uint32_t> in_use = entered.in_use;
+  std::sort(slots.begin(), slots.end());
+  std::sort(in_use.begin(), in_use.end());
+  EXPECT_EQ(in_use, slots);
+  EXPECT_EQ(entered.table.size() - slots.size(),
+            static_cast<std::size_t>(std::count(entered.table.begin(), entered.table.end(), CellTableView::kEmpty)));
+}
 
 TEST(GpuCellTable, EveryKeyHasOneSlotItsNumberOfPointsAndItsFirst) {
   std::mt19937_64 random(3);
   std::vector<std::uint64_t> keys(50000);
   for (std::uint64_t& key : keys)
     key = cellKey({static_cast<int>(random() % 20) - 10, static_cast<int>(random() % 20), 5});
-  std::map<std::uint64_t, std::uint32_t> count, first;
-  for (std::uint32_t k = 0; k < keys.size(); ++k) {
-    ++count[keys[k]];
-    first.emplace(keys[k], k);
-  }
   const Entered entered(keys, 1 << 14);
-  EXPECT_EQ(entered.used, count.size());
+  EXPECT_EQ(entered.used, 400u);
   EXPECT_EQ(entered.too_full, 0u);
-  std::map<std::uint64_t, std::uint32_t> slot;
-  for (std::size_t k = 0; k < keys.size(); ++k) {
-    const std::uint32_t s = slot.emplace(keys[k], entered.slots[k]).first->second;
-    ASSERT_EQ(entered.slots[k], s);
-    ASSERT_EQ(entered.counts[s], count[keys[k]]);
-    ASSERT_EQ(entered.first[s], first[keys[k]]);
+  expectEveryKeyInItsSlot(keys, entered);
+}
+
+/** \brief n distinct keys of cells drawn at random, every third of them twice, in any order. */
+std::vector<std::uint64_t> distinctKeys(std::size_t n) {
+  std::mt19937_64 random(4);
+  std::set<std::uint64_t> distinct;
+  const auto coordinate = [&] { return static_cast<int>(random() % 200) - 100; };
+  while (distinct.size() < n) {
+    const int x = coordinate(), y = coordinate();
+    distinct.insert(cellKey({x, y, coordinate()}));
+  }
+  std::vector<std::uint64_t> keys(distinct.begin(), distinct.end());
+  for (std::size_t k = 0; k < n; k += 3) keys.push_back(keys[k]);
+  std::shuffle(keys.begin(), keys.end(), random);
+  return keys;
+}
+
+TEST(GpuCellTable, FourFifthsOfTheSlotsMayBeInUse) {
+  constexpr std::size_t capacity = 1 << 16;
+  const std::size_t n = capacity * 4 / 5;
+  const std::vector<std::uint64_t> keys = distinctKeys(n);
+  const Entered entered(keys, capacity);
+  EXPECT_EQ(entered.too_full, 0u);
+  EXPECT_EQ(entered.used, n);
+  expectEveryKeyInItsSlot(keys, entered);
+}
+
+// Beyond that a search may take too long: then it says so, and four times the slots are enough.
+TEST(GpuCellTable, FullerItKeepsAllThatItDoesNotTurnAway) {
+  constexpr std::size_t capacity = 1 << 16;
+  for (const std::size_t percent : {90u, 95u, 100u}) {
+    SCOPED_TRACE(percent);
+    const std::size_t n = capacity * percent / 100;
+    const std::vector<std::uint64_t> keys = distinctKeys(n);
+    const Entered full(keys, capacity);
+    EXPECT_GT(full.used, n * 9 / 10);
+    EXPECT_TRUE(full.used == n || full.too_full > 0);
+    expectEveryKeyInItsSlot(keys, full);
+    const Entered grown(keys, 4 * capacity);
+    EXPECT_EQ(grown.too_full, 0u);
+    EXPECT_EQ(grown.used, n);
+    expectEveryKeyInItsSlot(keys, grown);
   }
 }
 
@@ -81,6 +156,7 @@ TEST(GpuCellTable, KeysThatAllHashToOnePlaceAreKeptApart) {
   const Entered entered(keys, 1 << 14);
   EXPECT_EQ(entered.used, 200u);
   EXPECT_EQ(entered.too_full, 0u);
+  expectEveryKeyInItsSlot(keys, entered);
 }
 
 TEST(GpuCellTable, MoreCollisionsThanASearchLooksAtAreReported) {
@@ -90,6 +166,7 @@ TEST(GpuCellTable, MoreCollisionsThanASearchLooksAtAreReported) {
   const Entered entered(keys, 1 << 14);
   EXPECT_EQ(entered.used, std::uint32_t{CellTableView::kMaxProbes});
   EXPECT_EQ(entered.too_full, 400u - CellTableView::kMaxProbes);
+  expectEveryKeyInItsSlot(keys, entered);
 }
 
 TEST(GpuCellTable, MoreKeysThanSlotsAreReportedAndNothingIsOverwritten) {
@@ -98,6 +175,8 @@ TEST(GpuCellTable, MoreKeysThanSlotsAreReportedAndNothingIsOverwritten) {
   const Entered entered(keys, 1 << 14);
   EXPECT_GT(entered.too_full, 0u);
   EXPECT_LE(entered.used, 1u << 14);
+  EXPECT_GT(entered.used, 15000u);
+  expectEveryKeyInItsSlot(keys, entered);
 }
 
 }  // namespace

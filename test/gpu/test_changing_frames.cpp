@@ -70,7 +70,7 @@ TEST(GpuChangingFrames, RepeatedFramesOnAStreamAreFusedAsTheyAre) {
     frame.rig.views[0] = missing;
     expectSame(frame.rig, parameters, host, device, &tally);
   }
-  EXPECT_TRUE(tally.good()) << tally.alone << " of " << tally.points;
+  EXPECT_TRUE(tally.good()) << tally;
 #if FUSE_FLOW_CUDA
   EXPECT_GT(device.getGraphReplays(), 25u);
 #endif
@@ -172,14 +172,15 @@ TEST(GpuChangingFrames, ScenesOfTenCentimetresAndOfAKilometre) {
       FuseFlowParameters parameters = random_rig::parameters(random, scale);
       parameters.preprocessing.min_range = static_cast<float>(0.3 * scale);
       parameters.preprocessing.max_range = static_cast<float>(3 * scale);
-      if (scale > 100) parameters.confidence.threshold = 0.0f;
+      if (scale > 10) {  // where a depth camera's noise is metres: nothing would be left
+        parameters.confidence.threshold = parameters.aggregation.min_weight = 0;
+        parameters.half_weight_noise = parameters.max_noise = 0;
+      }
       expectSame(frame.rig, parameters, host, device, &tally);
       ASSERT_FALSE(HasFailure());
     }
-    // Rounding is of the scene's size: at a kilometre a float has steps of 60 µm.
-    if (scale < 100) {
-      EXPECT_TRUE(tally.good()) << tally.alone << " of " << tally.points;
-    }
+    EXPECT_GT(tally.points, 5000u) << scale;
+    EXPECT_TRUE(tally.good()) << tally;
   }
 }
 

@@ -1,5 +1,6 @@
 #include "device_comparison.h"
 #include "random_rig.h"
+#include "test_length.h"
 
 #include <pcl/exceptions.h>
 
@@ -11,18 +12,34 @@ using namespace device_comparison;
 using random_rig::Random;
 using random_rig::RandomFrame;
 
-TEST(GpuFramesInFlight, ComeBackInTurnWithTheBytesOfOneAtATime) {
-  Random random(41);
-  std::vector<RandomFrame> frames(12);
-  for (RandomFrame& frame : frames) frame.draw(random, 5, 60);
-  Device one, several;
-  std::vector<std::vector<Bytes>> expected;
-  Cloud cloud;
-  for (const RandomFrame& frame : frames) {
-    one.fuse(frame.rig, cloud);
-    expected.push_back(bytesOf(cloud));
+/** \brief Frames, and the bytes of their clouds, each fused alone. */
+struct Expected {
+  std::vector<RandomFrame> frames;
+  std::vector<std::vector<Bytes>> bytes;
+
+  /** \brief cameras, and pixels of the longer side of an image, are what there may be at most. */
+  Expected(unsigned int seed, std::size_t count, int cameras, int side, std::size_t least_points) : frames(count) {
+    Random random(seed);
+    Device one;
+    Cloud cloud;
+    for (RandomFrame& frame : frames) {
+      int tries = 0;
+      do {
+        frame.draw(random, cameras, side);
+        one.fuse(frame.rig, cloud);
+      } while (cloud.size() < least_points && ++tries < 50);
+      EXPECT_GE(cloud.size(), least_points);
+      bytes.push_back(bytesOf(cloud));
+    }
   }
-  for (const std::size_t lanes : {1u, 2u, 3u, 5u}) {
+};
+
+void comeBackInTurnWithTheBytesOfOneAtATime(const Expected& alone, const std::vector<std::size_t>& lanes_tried) {
+  const std::vector<RandomFrame>& frames = alone.frames;
+  const std::vector<std::vector<Bytes>>& expected = alone.bytes;
+  Device several;
+  Cloud cloud;
+  for (const std::size_t lanes : lanes_tried) {
     several.setFramesInFlight(lanes);
     several.setCopyAhead(lanes != 2);
     std::size_t next = 0;
@@ -42,18 +59,19 @@ TEST(GpuFramesInFlight, ComeBackInTurnWithTheBytesOfOneAtATime) {
   }
 }
 
+TEST(GpuFramesInFlight, ComeBackInTurnWithTheBytesOfOneAtATime) {
+  comeBackInTurnWithTheBytesOfOneAtATime(Expected(41, 12, 5, 60, 50), {1, 2, 3, 5});
+}
+
+TEST(GpuFramesInFlight, LargeOnesComeBackInTurnWithTheBytesOfOneAtATime) {
+  comeBackInTurnWithTheBytesOfOneAtATime(Expected(48, 6, 8, 240, 3000), {3, 6});
+}
+
 /** Three objects in threads of their own, two frames of each in flight. */
 void severalObjectsAtOnceGiveTheBytesOfOne(bool warm, std::size_t rounds) {
-  Random random(47);
-  std::vector<RandomFrame> frames(4);
-  std::vector<std::vector<Bytes>> expected;
-  Device one;
-  Cloud cloud;
-  for (RandomFrame& frame : frames) {
-    frame.draw(random, 5, 60);
-    one.fuse(frame.rig, cloud);
-    expected.push_back(bytesOf(cloud));
-  }
+  const Expected alone(47, 4, 5, 60, 50);
+  const std::vector<RandomFrame>& frames = alone.frames;
+  const std::vector<std::vector<Bytes>>& expected = alone.bytes;
   std::vector<int> wrong(3, 0);
   std::vector<Device> devices(wrong.size());
   const auto run = [&](std::size_t t, std::size_t times) {
@@ -80,7 +98,34 @@ TEST(GpuFramesInFlight, SeveralObjectsAtOnceGiveTheBytesOfOne) { severalObjectsA
 // Apart from the one before because compute-sanitizer's racecheck hangs in it: it needs the driver's lock to empty its records,
 // and a thread that frees memory holds that lock until all kernels, which wait for room in the records, have ended.
 TEST(GpuFramesInFlight, SeveralObjectsGrowingAtOnceGiveTheBytesOfOne) {
-  severalObjectsAtOnceGiveTheBytesOfOne(false, 40);
+  severalObjectsAtOnceGiveTheBytesOfOne(false, static_cast<std::size_t>(timesOver(40, 4)));
+}
+
+// fuse() in the caller's threads, on the caller's streams, where launches are replayed as graphs.
+TEST(GpuFramesInFlight, SeveralObjectsOnStreamsOfTheirOwnGiveTheBytesOfOne) {
+  const Expected alone(49, 4, 5, 120, 500);
+  constexpr std::size_t objects = 4;
+  std::vector<int> wrong(objects, 0);
+  std::vector<std::size_t> replays(objects, 0);
+  std::vector<std::thread> threads;
+  for (std::size_t t = 0; t < objects; ++t)
+    threads.emplace_back([&, t] {
+      const fuse_flow::gpu::OwnStream stream;
+      Device device;
+      device.setStream(stream.get());
+      Cloud cloud;
+      for (int k = 0; k < timesOver(20, 4); ++k) {
+        const std::size_t frame = (t + static_cast<std::size_t>(k) / 5) % alone.frames.size();  // several times over
+        device.fuse(alone.frames[frame].rig, cloud);
+        wrong[t] += bytesOf(cloud) == alone.bytes[frame] ? 0 : 1;
+      }
+      replays[t] = device.getGraphReplays();
+    });
+  for (std::thread& thread : threads) thread.join();
+  EXPECT_EQ(wrong, std::vector<int>(objects, 0));
+#if FUSE_FLOW_CUDA
+  for (const std::size_t count : replays) EXPECT_GT(count, 0u);
+#endif
 }
 
 TEST(GpuFramesInFlight, MayBeTakenWithoutACopy) {
@@ -90,14 +135,14 @@ TEST(GpuFramesInFlight, MayBeTakenWithoutACopy) {
   Device device;
   Cloud cloud;
   device.fuse(frame.rig, cloud);
+  ASSERT_GT(cloud.size(), 50u);
   device.submit(frame.rig);
   bool visited = false;
   device.nextPinned([&](const fuse_flow::gpu::PointSpan<PointFused>& points, std::uint64_t stamp) {
     visited = true;
     EXPECT_EQ(points.size, cloud.size());
     EXPECT_EQ(stamp, frame.rig.stamp);
-    EXPECT_TRUE(std::equal(points.begin(), points.end(), cloud.begin(),
-                           [](const PointFused& a, const PointFused& b) { return a.x == b.x && a.y == b.y; }));
+    EXPECT_TRUE(bytesOf(points) == bytesOf(cloud));
   });
   EXPECT_TRUE(visited);
 }
