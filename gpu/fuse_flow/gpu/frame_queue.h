@@ -52,7 +52,7 @@ class FrameQueue {
 
  private:
   struct Worker {
-    OwnStream stream;  // outlives what runs on it
+    OwnStream stream{StreamPriority::First};  // before the search for poses; outlives what runs on it
     StreamOrder order;
     FrameLane<PointT> lane;
     RigFrame frame;

@@ -51,14 +51,23 @@ struct HostStream {};
 using Stream = HostStream*;
 #endif
 
+/** \brief Whose work a device begins first, where streams compete. */
+enum class StreamPriority { Usual, First };
+
 /** \brief A stream that does not wait for the default one. */
 class OwnStream {
  public:
 #if FUSE_FLOW_CUDA
-  OwnStream() { check(cudaStreamCreateWithFlags(&stream_, cudaStreamNonBlocking), "cudaStreamCreate"); }
+  explicit OwnStream(StreamPriority priority = StreamPriority::Usual) {
+    int last = 0, first = 0;
+    check(cudaDeviceGetStreamPriorityRange(&last, &first), "cudaDeviceGetStreamPriorityRange");
+    check(
+        cudaStreamCreateWithPriority(&stream_, cudaStreamNonBlocking, priority == StreamPriority::First ? first : last),
+        "cudaStreamCreate");
+  }
   ~OwnStream() { (void)cudaStreamDestroy(stream_); }
 #else
-  OwnStream() = default;
+  explicit OwnStream(StreamPriority = StreamPriority::Usual) {}
 #endif
   OwnStream(const OwnStream&) = delete;
   Stream get() const { return stream_; }

@@ -1,7 +1,9 @@
 #pragma once
 
 #include <fuse_flow/extrinsic_tracking.h>
+#include <fuse_flow/impl/host/parallel.hpp>
 
+#include <algorithm>
 #include <chrono>
 #include <cstring>
 
@@ -130,12 +132,14 @@ void ExtrinsicTracking<PointT, Device>::Copy::assign(const RigFrame& from, bool 
   depth16.resize(from.views.size());
   depth32.resize(from.views.size());
   color.resize(from.views.size());
-  for (std::size_t i = 0; i < from.views.size(); ++i) {
+  // By several threads: whoever pushes a frame has the fusion of it before him.
+  const int threads = std::min(host::resolveThreads(0), static_cast<int>(from.views.size()));
+  host::parallelFor(threads, from.views.size(), [&](std::size_t i, int) {
     frame.views[i].depth_scale = from.views[i].depth_scale;
     frame.views[i].depth16 = detail::copyImage(from.views[i].depth16, depth16[i]);
     frame.views[i].depth32 = detail::copyImage(from.views[i].depth32, depth32[i]);
     if (with_color) frame.views[i].color = detail::copyImage(from.views[i].color, color[i]);
-  }
+  });
 }
 
 template <typename PointT, typename Device>
