@@ -7,6 +7,7 @@
 #include <vtkTextProperty.h>
 
 #include <algorithm>
+#include <sstream>
 
 namespace fuse_flow::viewing {
 namespace {
@@ -15,7 +16,8 @@ constexpr int kMargin = 10;            // pixels, from the window's border
 constexpr int kTextSize = 14;          // pixels
 constexpr int kLegendWidth = 130;      // pixels
 constexpr double kLegendShare = 0.35;  // of the window's height
-constexpr int kTitles = 92;            // pixels above the strip: over the timeline
+constexpr int kSmallestText = 6;       // pixels
+constexpr int kTitles = 72;            // pixels above the strip: over the timeline
 constexpr double kStripShare = 0.2;    // of the window's height, at most
 
 vtkSmartPointer<vtkImageData> toImageData(const io::ColorImage& image) {
@@ -27,6 +29,27 @@ vtkSmartPointer<vtkImageData> toImageData(const io::ColorImage& image) {
     for (int u = 0; u < image.width; ++u)
       for (const std::uint8_t c : {image.at(u, v).r, image.at(u, v).g, image.at(u, v).b}) *to++ = c;
   return data;
+}
+
+constexpr std::size_t kColumns = 40;  // of the text that tells how wide a letter is
+
+/** \brief Lines of so many letters at most, broken at blanks where there are any; what goes on is indented. */
+std::string broken(const std::string& text, std::size_t columns) {
+  constexpr std::size_t kIndent = 4;
+  columns = std::max(columns, 2 * kIndent);
+  std::istringstream lines(text);
+  std::string all;
+  for (std::string line; std::getline(lines, line);) {
+    while (line.size() > columns) {
+      std::size_t end = line.rfind(' ', columns);
+      if (end == std::string::npos || end <= kIndent) end = columns;
+      all += line.substr(0, end) + "\n";
+      line = std::string(kIndent, ' ') + line.substr(line[end] == ' ' ? end + 1 : end);
+    }
+    all += line + "\n";
+  }
+  if (!all.empty()) all.pop_back();
+  return all;
 }
 
 }  // namespace
@@ -88,6 +111,27 @@ vtkSmartPointer<vtkTextActor> Overlay::addText() {
   text->PickableOff();
   window_.overlay()->AddActor2D(text);
   return text;
+}
+
+void Overlay::setStatus(const std::string& text) {
+  status_text_ = text;
+  arrangeStatus();
+}
+
+/** \brief Broken to the width, and as large as the height has room for. */
+void Overlay::arrangeStatus() {
+  const double width = window_.width() - 2 * kMargin - taken_, height = window_.height() - kMargin - aboveTitles();
+  double extent[2];
+  for (int size = kTextSize; size >= kSmallestText; --size) {
+    status_->GetTextProperty()->SetFontSize(size);
+    status_->SetInput(std::string(kColumns, 'm').c_str());
+    status_->GetSize(window_.overlay(), extent);
+    status_->SetInput(
+        broken(status_text_, static_cast<std::size_t>(std::max(1.0, width * kColumns / extent[0]))).c_str());
+    status_->GetSize(window_.overlay(), extent);
+    if (extent[1] <= height) break;
+  }
+  status_->SetPosition(kMargin, window_.height() - kMargin);
 }
 
 void Overlay::setHelp(const std::string& text) {
@@ -162,14 +206,17 @@ void Overlay::arrangeImages() {
 
 int Overlay::aboveImages() const { return kMargin + strip_height_ + (strip_height_ > 0 ? kMargin : 0); }
 
-void Overlay::arrange(const Panes& panes) {
+int Overlay::aboveTitles() const { return aboveImages() + kTitles + 2 * kTextSize; }
+
+void Overlay::arrange(const Panes& panes, double taken) {
   const int width = window_.width(), height = window_.height();
+  taken_ = taken;
   arrangeImages();
   arrangeHelp();
-  status_->SetPosition(kMargin, height - kMargin);
+  arrangeStatus();
   const int above_strip = aboveImages();
   readout_->SetPosition(kMargin, above_strip);
-  message_->SetPosition(width / 2.0, above_strip + kTitles + 2 * kTextSize);
+  message_->SetPosition(width / 2.0, aboveTitles());
   for (std::size_t k = 0; k < kPanes; ++k) {
     const auto [begin, end] = panes.extent(k);
     double extent[2];

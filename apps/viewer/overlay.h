@@ -22,14 +22,16 @@ class Overlay {
  public:
   explicit Overlay(Window& window);
 
-  /** \brief Top left. */
-  void setStatus(const std::string& text) { status_->SetInput(text.c_str()); }
+  /** \brief Top left; its lines are broken where the window ends. */
+  void setStatus(const std::string& text);
   /** \brief Below the middle: an error, or what was just done. */
   void setMessage(const std::string& text) { message_->SetInput(text.c_str()); }
   /** \brief Above the strip: the point under the cursor. */
   void setReadout(const std::string& text) { readout_->SetInput(text.c_str()); }
   std::string readout() const { return readout_->GetInput(); }
-  std::string status() const { return status_->GetInput(); }
+  /** \brief Unbroken. */
+  const std::string& status() const { return status_text_; }
+  vtkTextActor* statusActor() { return status_; }
   /** \brief Heads a pane; empty: nothing does. */
   void setTitle(std::size_t pane, const std::string& text) { titles_[pane]->SetInput(text.c_str()); }
   vtkTextActor* title(std::size_t pane) { return titles_[pane]; }
@@ -46,11 +48,14 @@ class Overlay {
 
   /** \brief Where the images end, pixels from the window's lower border. */
   int aboveImages() const;
-  /** \brief Puts everything where it belongs in the window as it now is. */
-  void arrange(const Panes& panes);
+  /** \brief Where what lies below the middle ends: timeline, titles, what was said. */
+  int aboveTitles() const;
+  /** \brief Puts everything where it belongs in the window as it now is. \param taken at the right, beside the status; pixels */
+  void arrange(const Panes& panes, double taken);
 
  private:
   vtkSmartPointer<vtkTextActor> addText();
+  void arrangeStatus();
   void arrangeImages();
   void arrangeHelp();
 
@@ -62,6 +67,8 @@ class Overlay {
   vtkSmartPointer<vtkImageMapper> image_mapper_;
   std::vector<vtkSmartPointer<vtkTextActor>> image_names_;
   std::vector<io::ColorImage> thumbnails_;
+  std::string status_text_;
+  double taken_{0};  ///< of the window's width
   bool images_visible_{true};
   bool legend_visible_{true};
   bool legend_empty_{true};

@@ -7,6 +7,7 @@
 #include <vtkSliderRepresentation2D.h>
 #include <vtkSliderWidget.h>
 #include <vtkSmartPointer.h>
+#include <vtkTextActor.h>
 
 #include <functional>
 #include <string>
@@ -26,7 +27,10 @@ struct SliderParameter {
 /** \brief τ, σ, the cell sizes, and the smallest weight. */
 const std::vector<SliderParameter>& sliderParameters();
 
-/** \brief Sliders in the window, one a parameter. */
+/** \brief Sets one. Cells are never smaller than the smallest: one of the two takes the other with it. */
+void setParameter(const SliderParameter& parameter, float value, FuseFlowParameters& parameters);
+
+/** \brief Sliders in the window, one a parameter; over each its title and value. */
 class ParameterSliders {
  public:
   using OnChange = std::function<void(const SliderParameter& parameter, float value)>;
@@ -39,11 +43,14 @@ class ParameterSliders {
 
   void setVisible(bool visible);
   bool visible() const { return visible_; }
-  /** \brief Moves the sliders to what the parameters are, without telling of it. */
+  /** \brief Moves the sliders to what the parameters are, without telling of it; what is out of a slider's range is told nevertheless. */
   void setValues(const FuseFlowParameters& parameters);
-  /** \brief Right of the window, below one another. */
-  void arrange();
+  /** \brief Right of the window, below one another, and no lower than y, pixels from the window's lower border. */
+  void arrange(double y);
+  /** \brief What they take of the window's width, pixels. */
+  double takenWidth() const;
   vtkSliderRepresentation2D* representation(std::size_t k) { return representations_[k]; }
+  vtkTextActor* caption(std::size_t k) { return captions_[k]; }
 
  private:
   void moved(vtkObject* widget, unsigned long event, void* data);
@@ -52,6 +59,7 @@ class ParameterSliders {
   OnChange on_change_;
   std::vector<vtkSmartPointer<vtkSliderRepresentation2D>> representations_;
   std::vector<vtkSmartPointer<vtkSliderWidget>> widgets_;
+  std::vector<vtkSmartPointer<vtkTextActor>> captions_;
   bool visible_{false};
 };
 

@@ -15,9 +15,9 @@ constexpr double kTimelineLength = 220;  // pixels
 Timeline::Timeline(Window& window, OnSeek on_seek)
     : window_(window),
       on_seek_(std::move(on_seek)),
-      slider_(makeSlider("frame", 1, 2)),
+      slider_(makeSlider(1, 2)),
       widget_(vtkSmartPointer<vtkSliderWidget>::New()) {
-  slider_->SetLabelFormat("%.0f");
+  slider_->SetLabelFormat("frame %.0f");
   widget_->SetInteractor(window.interactor());
   widget_->SetRepresentation(slider_);
   widget_->SetAnimationModeToJump();

@@ -31,7 +31,8 @@ Viewer::Viewer(std::unique_ptr<FrameSource> source, const ViewerOptions& options
       rubber_band_(window_),
       sliders_(window_,
                [this](const SliderParameter& parameter, float value) {
-                 changeParameters([&](FuseFlowParameters& p) { parameter.member(p) = value; });
+                 changeParameters([&](FuseFlowParameters& p) { setParameter(parameter, value, p); });
+                 sliders_.setValues(controls_.parameters());
                }),
       crop_box_(window_, panes_,
                 [this](const Eigen::AlignedBox3f& box) {
@@ -204,9 +205,9 @@ void Viewer::render() {
 void Viewer::arrange() {
   arranged_size_ = {window_.width(), window_.height()};
   updateHeadings();
-  overlay_.arrange(panes_);
-  sliders_.arrange();
-  timeline_.arrange(overlay_.aboveImages() + 45);
+  overlay_.arrange(panes_, sliders_.visible() ? sliders_.takenWidth() : 0);
+  sliders_.arrange(overlay_.aboveTitles());
+  timeline_.arrange(overlay_.aboveImages() + 34);
   redraw();
 }
 

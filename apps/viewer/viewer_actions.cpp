@@ -46,6 +46,7 @@ void Viewer::toggleRefinement() {
 void Viewer::toggleSliders() {
   sliders_.setValues(controls_.parameters());
   sliders_.setVisible(!sliders_.visible());
+  arrange();
 }
 
 void Viewer::toggleCropBox() {

@@ -136,6 +136,73 @@ TEST_F(ViewerWindow, EachSliderMovesItsParameterOfTheNextFrame) {
   EXPECT_FLOAT_EQ(viewer_->panes().cloud(0)->setting->options.parameters.consistency.sigma, 0.02f);
 }
 
+TEST(ParameterSliders, TheSmallestCellAndTheCellTakeEachOtherWithThem) {
+  const auto slider = [](const std::string& title) {
+    return *std::find_if(sliderParameters().begin(), sliderParameters().end(),
+                         [&](const SliderParameter& p) { return p.title == title; });
+  };
+  FuseFlowParameters p;
+  setParameter(slider("cell size, mm"), 0.05f, p);
+  setParameter(slider("smallest cell, mm"), 0.06f, p);
+  EXPECT_EQ(p.aggregation.cell_size, 0.06f);
+  setParameter(slider("cell size, mm"), 0.01f, p);
+  EXPECT_EQ(p.aggregation.min_cell_size, 0.01f);
+  setParameter(slider("cell size, mm"), 0.08f, p);
+  EXPECT_EQ(p.aggregation.min_cell_size, 0.01f) << "which is no larger";
+}
+
+TEST(ParameterSliders, EachDefaultIsAtLeastATwentiethOfItsSliderFromTheEnds) {
+  FuseFlowParameters p;
+  for (const SliderParameter& parameter : sliderParameters()) {
+    if (parameter.title == "tau") continue;  // at its end: nothing is dropped
+    const double value = static_cast<double>(parameter.member(p)) / parameter.scale;
+    const double twentieth = (parameter.high - parameter.low) / 20;
+    EXPECT_GE(value, parameter.low + twentieth) << parameter.title;
+    EXPECT_LE(value, parameter.high - twentieth) << parameter.title;
+  }
+}
+
+TEST_F(ViewerWindow, WithTheSlidersOpenNothingLiesOverAnythingElse) {
+  options_.compare = "concatenate";
+  for (const auto& [width, height] : {std::array<int, 2>{1280, 800}, {800, 600}, {500, 380}}) {
+    options_.width = width;
+    options_.height = height;
+    openTable();
+    press("k");
+    vtkRenderer* overlay = viewer_->window().overlay();
+    std::vector<std::pair<std::string, Eigen::AlignedBox2d>> boxes;
+    const auto addText = [&](const std::string& name, vtkTextActor* text) {
+      double box[4];
+      text->GetBoundingBox(overlay, box);
+      const Eigen::Vector2d at(text->GetPosition());
+      boxes.emplace_back(
+          name, Eigen::AlignedBox2d(at + Eigen::Vector2d(box[0], box[2]), at + Eigen::Vector2d(box[1], box[3])));
+    };
+    const auto addSlider = [&](const std::string& name, vtkSliderRepresentation2D* slider) {
+      const Eigen::Vector2d left(slider->GetPoint1Coordinate()->GetComputedDoubleDisplayValue(overlay));
+      const Eigen::Vector2d right(slider->GetPoint2Coordinate()->GetComputedDoubleDisplayValue(overlay));
+      boxes.emplace_back(
+          name, Eigen::AlignedBox2d(left - Eigen::Vector2d(8, kSliderHalf), right + Eigen::Vector2d(8, kSliderHalf)));
+    };
+    addText("status", viewer_->overlay().statusActor());
+    for (std::size_t k = 0; k < kPanes; ++k) addText("title " + std::to_string(k), viewer_->overlay().title(k));
+    for (std::size_t k = 0; k < sliderParameters().size(); ++k) {
+      addText("caption " + std::to_string(k), viewer_->sliders().caption(k));
+      addSlider("slider " + std::to_string(k), viewer_->sliders().representation(k));
+    }
+    boxes.emplace_back(
+        "strip", Eigen::AlignedBox2d(Eigen::Vector2d(0, 0), Eigen::Vector2d(width, viewer_->overlay().aboveImages())));
+    const Eigen::AlignedBox2d window(Eigen::Vector2d(0, 0), Eigen::Vector2d(width, height));
+    for (std::size_t a = 0; a < boxes.size(); ++a) {
+      EXPECT_TRUE(window.contains(boxes[a].second)) << boxes[a].first << " in " << width << " x " << height;
+      for (std::size_t b = 0; b < a; ++b)
+        EXPECT_TRUE(boxes[a].second.intersection(boxes[b].second).isEmpty())
+            << boxes[a].first << " over " << boxes[b].first << " in " << width << " x " << height;
+    }
+    press("k");
+  }
+}
+
 TEST_F(ViewerWindow, TheTimelineSeeks) {
   openWall(21);
   vtkSliderRepresentation2D* slider = viewer_->timeline().representation();
