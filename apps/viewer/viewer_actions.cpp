@@ -166,7 +166,7 @@ void Viewer::toggleBackground() {
   day_ = !day_;
   day_ ? panes_.setBackground(0.93, 0.93, 0.93) : panes_.setBackground(0.08, 0.09, 0.11);
   axes_.setColor(day_ ? 0.0 : 1.0);
-  day_ ? crop_box_.setColor(0.75, 0.3, 0) : crop_box_.setColor(1, 0.75, 0.2);
+  day_ ? crop_box_.setColor(0, 0.4, 0.5) : crop_box_.setColor(0.2, 0.9, 1);
 }
 
 void Viewer::toggleFrusta() {

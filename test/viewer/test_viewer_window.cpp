@@ -224,6 +224,11 @@ TEST_F(ViewerWindow, TheTimelineSeeks) {
 
 TEST_F(ViewerWindow, TheCropBoxBeginsInViewInAColorOfItsOwn) {
   openTable();
+  const auto count = [](const io::ColorImage& image, const std::array<int, 3>& c) {
+    return std::count_if(image.data.begin(), image.data.end(), [&](const Rgb8& p) {
+      return std::abs(p.r - c[0]) + std::abs(p.g - c[1]) + std::abs(p.b - c[2]) < 8;
+    });
+  };
   const io::ColorImage before = bare();
   press("b");
   const Eigen::AlignedBox3f box = viewer_->panes().boxInView();
@@ -239,11 +244,10 @@ TEST_F(ViewerWindow, TheCropBoxBeginsInViewInAColorOfItsOwn) {
   for (const bool day : {false, true}) {
     if (day) press("n");
     const io::ColorImage image = bare();
-    const Rgb8 wanted = day ? Rgb8{191, 77, 0} : Rgb8{255, 191, 51};
-    EXPECT_GT(std::count_if(image.data.begin(), image.data.end(),
-                            [&](const Rgb8& p) { return std::abs(p.r - wanted.r) + std::abs(p.b - wanted.b) < 8; }),
-              200)
-        << (day ? "by day" : "at night");
+    const Rgb8 wanted = day ? Rgb8{0, 102, 128} : Rgb8{51, 230, 255};
+    EXPECT_GT(count(image, {wanted.r, wanted.g, wanted.b}), 200) << (day ? "by day" : "at night");
+    EXPECT_EQ(count(image, {2 * wanted.r, std::min(255, 2 * wanted.g), std::min(255, 2 * wanted.b)}), 0)
+        << "lit from the side it would be twice as bright";
   }
 }
 
