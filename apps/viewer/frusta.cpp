@@ -3,6 +3,7 @@
 #include <vtkCellArray.h>
 #include <vtkCellData.h>
 #include <vtkNew.h>
+#include <vtkObjectFactory.h>
 #include <vtkPoints.h>
 #include <vtkProperty.h>
 #include <vtkTextProperty.h>
@@ -20,6 +21,18 @@ bool same(const std::vector<Camera>& a, const std::vector<Camera>& b) {
   return std::equal(a.begin(), a.end(), b.begin(), b.end(),
                     [](const Camera& x, const Camera& y) { return x.name == y.name && sameCalibration(x, y); });
 }
+
+/** \brief A text in the world that no point hides. */
+class Name : public vtkBillboardTextActor3D {
+ public:
+  static Name* New();
+  vtkTypeMacro(Name, vtkBillboardTextActor3D)
+
+      protected : Name() {
+    QuadMapper->SetRelativeCoincidentTopologyPolygonOffsetParameters(0, kInFront);
+  }
+};
+vtkStandardNewMacro(Name);
 
 }  // namespace
 
@@ -70,13 +83,16 @@ Frusta::Frusta(Panes& panes)
 
 void Frusta::addName(const Camera& camera, std::size_t number) {
   const Rgb8 color = cameraColor(number);
-  const auto name = vtkSmartPointer<vtkBillboardTextActor3D>::New();
+  const auto name = vtkSmartPointer<Name>::New();
   const Eigen::Vector3d centre = camera.T_world_camera.translation();
   name->SetInput(camera.name.c_str());
   name->SetPosition(centre.x(), centre.y(), centre.z());
   name->SetDisplayOffset(kNameSize / 2, kNameSize / 2);
   name->GetTextProperty()->SetColor(color.r / 255.0, color.g / 255.0, color.b / 255.0);
   name->GetTextProperty()->SetFontSize(kNameSize);
+  name->GetTextProperty()->SetBackgroundColor(0, 0, 0);
+  name->GetTextProperty()->SetBackgroundOpacity(0.7);
+  name->GetTextProperty()->BoldOn();
   name->ForceOpaqueOn();  // translucent props make VTK draw the whole scene in more passes
   name->PickableOff();
   name->SetVisibility(visible_);

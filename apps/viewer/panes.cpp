@@ -42,6 +42,7 @@ vtkSmartPointer<vtkActor2D> makeLine() {
 
 Panes::Panes(Window& window, std::function<void()> on_slice)
     : window_(window), on_slice_(std::move(on_slice)), line_(makeLine()) {
+  vtkMapper::SetResolveCoincidentTopologyToPolygonOffset();  // of all mappers: kInFront needs it
   for (std::size_t k = 0; k < kPanes; ++k) {
     int viewport = 0;
     window.visualizer().createViewPort(0, 0, 1, 1, viewport);  // with the camera of those before it

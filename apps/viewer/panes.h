@@ -22,6 +22,10 @@ enum class Layout { SideBySide, Split };
 /** \brief What lines and faces are drawn as; clouds are points whatever is said. */
 enum class Form { Points, Lines, Solid };
 
+/** \brief Of a mapper's coincident topology, VTK's units of depth: more than there are between the near and the far plane. What is
+ *  drawn with it lies over everything. */
+constexpr double kInFront = -70000;
+
 /** \brief The two views of the world: one camera, each with a cloud of its own. Side by side both show the whole; in a split
  *  they are two parts of one picture, and a line between them can be dragged. */
 class Panes {

@@ -14,8 +14,7 @@
 namespace fuse_flow::viewing {
 namespace {
 
-constexpr double kTolerance = 4;     // pixels
-constexpr double kInFront = -70000;  // VTK's units of depth: more than there are between the near and the far plane
+constexpr double kTolerance = 4;  // pixels
 
 }  // namespace
 
@@ -23,7 +22,6 @@ Probe::Probe(Panes& panes)
     : panes_(panes), drawn_(vtkSmartPointer<vtkPolyData>::New()), actor_(vtkSmartPointer<vtkActor>::New()) {
   vtkNew<vtkPolyDataMapper> mapper;
   mapper->SetInputData(drawn_);
-  mapper->SetResolveCoincidentTopologyToPolygonOffset();
   // Over everything: they lie on the surface that they measure, whose points would hide them.
   mapper->SetRelativeCoincidentTopologyPointOffsetParameter(kInFront);
   mapper->SetRelativeCoincidentTopologyLineOffsetParameters(0, kInFront);

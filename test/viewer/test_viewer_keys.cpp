@@ -128,6 +128,20 @@ TEST_F(ViewerWindow, EachCameraHasItsNameInTheWorldAndOverItsImage) {
   EXPECT_EQ(viewer_->overlay().imageName(1), "right");
 }
 
+TEST_F(ViewerWindow, NoWallHidesTheNamesOfTheCamerasBehindIt) {
+  options_.point_size = 6;
+  openWall();
+  viewer_->panes().camera()->SetPosition(0, 0, 5);
+  viewer_->panes().fitClippingRange();
+  const io::ColorImage image = bare();
+  for (const Rgb8 color : {cameraColor(0), cameraColor(1)})
+    EXPECT_GT(std::count_if(image.data.begin(), image.data.end(),
+                            [&](const Rgb8& p) {
+                              return std::abs(p.r - color.r) + std::abs(p.g - color.g) + std::abs(p.b - color.b) < 60;
+                            }),
+              30);
+}
+
 TEST_F(ViewerWindow, TheStripShowsWhatTheCamerasSeeInTheFrameThatIsShown) {
   simulation::SimulationOptions simulation;
   simulation.scene = "person";
