@@ -17,6 +17,7 @@
 #include <cctype>
 #include <chrono>
 #include <filesystem>
+#include <map>
 #include <new>
 #include <optional>
 
@@ -132,11 +133,13 @@ int run(const Options& options) {
   io::catchInterrupts();
   Progress progress(frames.size());
   std::size_t done = 0;
+  std::map<std::size_t, std::string> ended;  // by camera
   for (const std::size_t frame : frames) {
     if (io::interrupt_requested) break;
     const std::string path = outputPath(options, frame, frames.size());
     try {
       recording->read(frame, loaded);
+      for (const io::DamagedView& view : loaded.ended) ended[view.view] = view.message;
       if (options.refine_extrinsics) extrinsics.place(loaded.rig);
       for (const CameraMotion& motion : extrinsics.moved())
         std::cerr << io::describe(motion, loaded.rig.cameras) << std::endl;
@@ -169,6 +172,7 @@ int run(const Options& options) {
     io::writeFile(options.report, text);
   }
   std::cout << report.summary();
+  for (const auto& [camera, message] : ended) std::cout << "  " << message << "\n";
   if (io::interrupt_requested) {
     std::cerr << "fuse_flow_fuse: interrupted after " << done << " of " << frames.size()
               << " frames; those are complete" << std::endl;

@@ -35,7 +35,8 @@ class RigRecording : public Recording {
     for (const RigCamera& entry : rig.cameras) {
       cameras_.push_back(entry.camera);
       depth_scales_.push_back(options.depth_scale.value_or(entry.depth_scale));
-      frame_count_ = std::max(frame_count_, countFrames(folder_ / entry.camera.name / "depth"));
+      counts_.push_back(countFrames(folder_ / entry.camera.name / "depth"));
+      frame_count_ = std::max(frame_count_, counts_.back());
     }
   }
 
@@ -52,6 +53,7 @@ class RigRecording : public Recording {
     if (frames_per_second_)
       out.rig.stamp = static_cast<std::uint64_t>(std::llround(1e6 * static_cast<double>(frame) / *frames_per_second_));
     out.damaged.clear();
+    out.ended.clear();
     const std::string stem = frameStem(frame);
     for (std::size_t i = 0; i < cameras_.size(); ++i) {
       const fs::path camera = folder_ / cameras_[i].name;
@@ -60,16 +62,25 @@ class RigRecording : public Recording {
       if (read_color_) files.color = findImage((camera / "color").string(), stem);
       files.confidence = (camera / "confidence" / (stem + ".png")).string();
       loadView(files, depth_scales_[i], i, skip_damaged_, out);
+      if (frame >= counts_[i]) out.ended.push_back({i, ending(i)});
     }
   }
 
  private:
+  /** \brief A frame that is missing between others was dropped; those behind the last one were never taken. */
+  std::string ending(std::size_t camera) const {
+    const std::string name = "camera '" + cameras_[camera].name + "' ";
+    if (counts_[camera] == 0) return name + "has no depth images";
+    return name + "ends after " + std::to_string(counts_[camera]) + " of " + std::to_string(frame_count_) + " frames";
+  }
+
   fs::path folder_;
   std::optional<double> frames_per_second_;
   bool read_color_;
   bool skip_damaged_;
   std::vector<Camera> cameras_;
   std::vector<float> depth_scales_;
+  std::vector<std::size_t> counts_;  ///< of frames, each camera's
   std::size_t frame_count_{0};
 };
 

@@ -21,10 +21,10 @@ struct LoadedView {
   FloatImage confidence;
 };
 
-/** \brief A view that is missing because a file of it cannot be read. */
+/** \brief A view that is missing because a file of it cannot be read, or because its camera's files end before. */
 struct DamagedView {
   std::size_t view{0};
-  std::string message;  ///< one line that names the file
+  std::string message;  ///< one line that names the file, or the camera
 };
 
 /** \brief One instant with the memory behind it: rig.views point into images. Read every frame into the same one: the
@@ -39,6 +39,7 @@ struct LoadedFrame {
   RigFrame rig;
   std::vector<LoadedView> images;
   std::vector<DamagedView> damaged;  ///< empty unless RecordingOptions::skip_damaged
+  std::vector<DamagedView> ended;    ///< of a rig: "camera 'left' ends after 3 of 4 frames"
 };
 
 /** \brief A source of rig frames: a folder of images with a calibration. */

@@ -162,6 +162,7 @@ std::shared_ptr<const FusedFrame> FrameFuser::fuse(const FusionRequest& request,
   answer->color_by = request.color_by;
   for (const io::DamagedView& view : loaded_.damaged)
     answer->damaged.push_back("camera '" + loaded_.rig.cameras[view.view].name + "' is missing: " + view.message);
+  for (const io::DamagedView& view : loaded_.ended) answer->ended.push_back(view.message);
   try {
     placeCameras(request);
     answer->cameras = loaded_.rig.cameras;

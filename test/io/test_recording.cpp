@@ -92,6 +92,26 @@ TEST_F(Recording, FramesOfARigGoToTheHighestNumber) {
   EXPECT_TRUE(frame.rig.views[1].missing());
 }
 
+TEST_F(Recording, ACameraWhoseFilesEndEarlyIsNamedFromThereOn) {
+  writeRig();
+  write("corner/depth/000003.png", cornerView().depthPng());
+  const auto recording = open();
+  io::LoadedFrame frame;
+  for (const std::size_t number : {2u, 3u}) {
+    recording->read(number, frame);
+    ASSERT_EQ(frame.ended.size(), 1u);
+    EXPECT_EQ(frame.ended[0].view, 0u);
+    EXPECT_EQ(frame.ended[0].message, "camera 'level' ends after 2 of 4 frames");
+  }
+  recording->read(1, frame);
+  EXPECT_TRUE(frame.ended.empty());
+  fs::remove_all(folder_ / "level");
+  const auto without = open();
+  without->read(0, frame);
+  ASSERT_EQ(frame.ended.size(), 1u);
+  EXPECT_EQ(frame.ended[0].message, "camera 'level' has no depth images");
+}
+
 TEST_F(Recording, ViewsOfARigAreCamerasByTheirPlace) {
   writeRig();
   io::RecordingOptions options;

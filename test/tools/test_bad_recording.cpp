@@ -261,6 +261,18 @@ TEST_F(BadRecording, ACameraWithoutImagesIsNamedInTheSummary) {
   EXPECT_NE(result.out.find("camera camera_1 missed 2 of 2 frames\n"), std::string::npos) << result.out;
 }
 
+TEST_F(BadRecording, ACameraWhoseFilesEndEarlyIsNamedInTheSummary) {
+  WallRecording wall{};
+  wall.frames = 3;
+  wall.write(recording_);
+  fs::remove(depthFile(recording_, 1, 2));
+  const ToolResult result = fuse(FUSE_RECORDING);
+  ASSERT_TRUE(succeeded(result));
+  EXPECT_NE(result.out.find("camera camera_1 missed 1 of 3 frames\n  camera 'camera_1' ends after 2 of 3 frames\n"),
+            std::string::npos)
+      << result.out;
+}
+
 TEST_F(BadRecording, DepthOfAllZeroIsAnEmptyCloud) {
   WallRecording wall{};
   wall.frames = 1;

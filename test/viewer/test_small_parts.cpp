@@ -112,6 +112,8 @@ TEST(StatusText, SaysWhatIsShown) {
   EXPECT_NE(standing.find("being fused"), std::string::npos) << standing;
   frame.damaged = {"camera 'left' is missing: 000007.png: is cut short"};
   EXPECT_NE(statusText(playback, {}, frame, false).find("\n" + frame.damaged[0]), std::string::npos);
+  frame.ended = {"camera 'right' ends after 7 of 12 frames"};
+  EXPECT_NE(statusText(playback, {}, frame, false).find("\n" + frame.ended[0]), std::string::npos);
   EXPECT_EQ(statusText(Playback(std::nullopt, 30), {}, frame, false).rfind("frame 8 (000007), ", 0), 0u);
 }
 

@@ -212,6 +212,25 @@ TEST_F(ViewerProgram, AnOptionThatCannotBeUsedIsNamed) {
   expectError(runProgram(FUSE_FLOW_VIEWER_TOOL, {"--simulate", "nowhere"}), 2, {"--simulate", "nowhere", "room"});
 }
 
+/** \brief The text is white on what is dark: more of it is more white. */
+TEST_F(ViewerProgram, ACameraWhoseFilesEndEarlyIsNamedInTheText) {
+  const auto white = [&](const std::string& name) {
+    const ToolResult result =
+        runProgram(FUSE_FLOW_VIEWER_TOOL,
+                   {path("recording"), "--device", "cpu", "--width", "640", "--height", "480", "--paused", "--from",
+                    "0", "0", "-50", "--press", "End,i,y", "--offscreen", "--screenshot", path(name)});
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    io::ColorImage image;
+    io::readColor(path(name), image);
+    return std::count_if(image.data.begin(), image.data.end(), [](const Rgb8& p) {
+      return std::min({p.r, p.g, p.b}) > 150;
+    });
+  };
+  const auto all = white("all.png");
+  fs::remove(tool_test::depthFile(folder_ / "recording", 1, 3));
+  EXPECT_GT(white("ended.png"), all + 300);
+}
+
 TEST_F(ViewerProgram, AnExportOverADamagedFrameIsMadeAndTheExitCodeTells) {
   const fs::path damaged = tool_test::depthFile(folder_ / "recording", 1, 2);
   fs::resize_file(damaged, 60);
