@@ -14,6 +14,7 @@ namespace {
 
 constexpr int kMargin = 10;            // pixels, from the window's border
 constexpr int kTextSize = 14;          // pixels
+constexpr int kNamePlace = 6;          // pixels, from an image's border
 constexpr int kLegendWidth = 130;      // pixels
 constexpr double kLegendShare = 0.35;  // of the window's height
 constexpr int kSmallestText = 6;       // pixels
@@ -180,11 +181,9 @@ void Overlay::setImages(const std::vector<io::ColorImage>& thumbnails, const std
   }
   while (image_names_.size() < names.size()) {
     image_names_.push_back(addText());
-    image_names_.back()->GetTextProperty()->SetFontSize(kTextSize - 2);
     image_names_.back()->SetVisibility(images_visible_);
   }
-  for (std::size_t k = 0; k < names.size(); ++k)
-    image_names_[k]->SetInput((thumbnails[k].empty() ? names[k] + ": no image" : names[k]).c_str());
+  names_ = names;
 }
 
 void Overlay::showImages(bool visible) {
@@ -200,8 +199,28 @@ void Overlay::arrangeImages() {
       stripOf(thumbnails_, window_.width() - 2 * kMargin, static_cast<int>(kStripShare * window_.height()));
   image_mapper_->SetInputData(toImageData(strip.image));
   strip_height_ = strip.image.height;
-  for (std::size_t k = 0; k < image_names_.size(); ++k)
-    image_names_[k]->SetPosition(kMargin + strip.begin[k] + 6, kMargin + 6);
+  for (std::size_t k = 0; k < image_names_.size(); ++k) {
+    const int end = k + 1 < strip.begin.size() ? strip.begin[k + 1] : strip.image.width;
+    image_names_[k]->SetPosition(kMargin + strip.begin[k] + kNamePlace, kMargin + kNamePlace);
+    arrangeImageName(k, end - strip.begin[k] - 2 * kNamePlace);
+  }
+}
+
+/** \brief In one line where that is not wider than the image; the letters as large as it has room for. */
+void Overlay::arrangeImageName(std::size_t camera, double width) {
+  const std::string& name = names_[camera];
+  vtkTextActor* text = image_names_[camera];
+  double extent[2];
+  const auto fits = [&](const std::string& words) {
+    text->SetInput(words.c_str());
+    text->GetSize(window_.overlay(), extent);
+    return extent[0] <= width;
+  };
+  int size = kTextSize - 2;
+  text->GetTextProperty()->SetFontSize(size);
+  if (!thumbnails_[camera].empty() ? fits(name) : fits(name + ": no image")) return;
+  while (!fits(thumbnails_[camera].empty() ? name + ":\nno image" : name) && size > kSmallestText)
+    text->GetTextProperty()->SetFontSize(--size);
 }
 
 int Overlay::aboveImages() const { return kMargin + strip_height_ + (strip_height_ > 0 ? kMargin : 0); }

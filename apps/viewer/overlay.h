@@ -40,7 +40,7 @@ class Overlay {
   vtkTextActor* help() { return help_; }
   void setLegend(const Legend& legend);
   void setImages(const std::vector<io::ColorImage>& thumbnails, const std::vector<std::string>& names);
-  std::string imageName(std::size_t camera) const { return image_names_[camera]->GetInput(); }
+  vtkTextActor* imageName(std::size_t camera) { return image_names_[camera]; }
 
   void showStatus(bool visible) { status_->SetVisibility(visible); }
   void showLegend(bool visible) { legend_visible_ = visible; }
@@ -57,6 +57,7 @@ class Overlay {
   vtkSmartPointer<vtkTextActor> addText();
   void arrangeStatus();
   void arrangeImages();
+  void arrangeImageName(std::size_t camera, double width);
   void arrangeHelp();
 
   Window& window_;
@@ -67,6 +68,7 @@ class Overlay {
   vtkSmartPointer<vtkImageMapper> image_mapper_;
   std::vector<vtkSmartPointer<vtkTextActor>> image_names_;
   std::vector<io::ColorImage> thumbnails_;
+  std::vector<std::string> names_;
   std::string status_text_;
   double taken_{0};  ///< of the window's width
   bool images_visible_{true};

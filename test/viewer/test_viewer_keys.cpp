@@ -124,8 +124,8 @@ TEST_F(ViewerWindow, EachCameraHasItsNameInTheWorldAndOverItsImage) {
       EXPECT_NEAR(text->GetPosition()[0], names.back() == "left" ? -0.1 : 0.1, 1e-6);
     }
   EXPECT_EQ(names, (std::vector<std::string>{"left", "right"}));
-  EXPECT_EQ(viewer_->overlay().imageName(0), "left");
-  EXPECT_EQ(viewer_->overlay().imageName(1), "right");
+  EXPECT_STREQ(viewer_->overlay().imageName(0)->GetInput(), "left");
+  EXPECT_STREQ(viewer_->overlay().imageName(1)->GetInput(), "right");
 }
 
 TEST_F(ViewerWindow, NoWallHidesTheNamesOfTheCamerasBehindIt) {
@@ -140,6 +140,30 @@ TEST_F(ViewerWindow, NoWallHidesTheNamesOfTheCamerasBehindIt) {
                               return std::abs(p.r - color.r) + std::abs(p.g - color.g) + std::abs(p.b - color.b) < 60;
                             }),
               30);
+}
+
+TEST_F(ViewerWindow, WhatStandsOverAnImageIsNoWiderThanTheImage) {
+  for (const int width : {800, 500, 320}) {
+    options_.width = width;
+    auto source = std::make_unique<WallSource>(20);
+    source->damageRight(0);
+    viewer_ = std::make_unique<Viewer>(std::move(source), options_);
+    viewer_->settle();
+    Overlay& overlay = viewer_->overlay();
+    io::ColorImage seen;
+    seen.resize(80, 60);
+    const std::vector<io::ColorImage> images{io::ColorImage(), io::ColorImage(), seen, seen, seen};
+    overlay.setImages(images, {"camera_00", "camera_01", "camera_02", "camera_03", "camera_04"});
+    overlay.arrange(viewer_->panes(), 0);
+    for (std::size_t k = 0; k < images.size(); ++k) {
+      double extent[2];
+      overlay.imageName(k)->GetSize(viewer_->window().overlay(), extent);
+      const double end = k + 1 < images.size() ? overlay.imageName(k + 1)->GetPosition()[0] : width - 10;
+      EXPECT_LE(overlay.imageName(k)->GetPosition()[0] + extent[0], end) << k << " of " << width << " pixels";
+      const std::string text = overlay.imageName(k)->GetInput();
+      EXPECT_EQ(text.find("no image") != std::string::npos, images[k].empty()) << text;
+    }
+  }
 }
 
 TEST_F(ViewerWindow, TheStripShowsWhatTheCamerasSeeInTheFrameThatIsShown) {
