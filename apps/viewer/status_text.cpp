@@ -54,8 +54,10 @@ std::string cloudText(const FusedCloud& cloud) {
     text << ", E_MC " << millimetres(cloud.quality->error) << " (2+ views "
          << millimetres(cloud.quality->multi_view_error) << "), covers " << 100 * cloud.quality->coverage() << " %";
   const FrameStatistics& s = cloud.statistics;
-  text << "\n  " << s.total_ms << " ms";
-  if (s.preprocess_ms + s.generate_ms + s.merge_ms + s.fuse_ms + s.output_ms > 0)
+  text << "\n  total " << s.total_ms << " ms";
+  if (cloud.setting->method != "fuse_flow")
+    text << " = back-projection " << s.generate_ms << ", thinning " << s.fuse_ms << ", output " << s.output_ms;
+  else if (s.preprocess_ms + s.generate_ms + s.merge_ms + s.fuse_ms + s.output_ms > 0)
     text << " = prepare " << s.preprocess_ms << ", generate " << s.generate_ms << ", merge " << s.merge_ms << ", fuse "
          << s.fuse_ms << ", output " << s.output_ms;
   return text.str();
@@ -67,8 +69,9 @@ std::string statusText(const Playback& playback, const Rates& rates, const Fused
   text << (playback.playing() ? ", playing" : ", paused") << " at " << std::setprecision(playback.speed() < 1 ? 3 : 1)
        << playback.speed() << "x" << (playback.loop() ? ", looping" : "") << std::setprecision(1)
        << (awaited ? "; the next picture is being fused ..." : "") << "\n";
-  if (playback.playing() && rates.pictures > 0)
-    text << rates.clouds << " clouds/s, " << rates.pictures << " pictures/s, ";
+  if (rates.pictures > 0)
+    text << (playback.playing() ? "" : "played at ") << rates.clouds << " clouds/s, " << rates.pictures
+         << " pictures/s, ";
   text << "reading " << shown.read_ms << " ms\n";
   const auto state = [&](Component component) {
     return uses(shown.clouds[0]->setting->options.parameters, component) ? "on" : "OFF";

@@ -7,7 +7,7 @@
 
 namespace fuse_flow::viewing {
 
-/** \brief How fast it goes, measured over the last second or so. */
+/** \brief How fast it goes, or went before it paused, measured over the last second or so. */
 struct Rates {
   double clouds{0};    ///< new clouds a second
   double pictures{0};  ///< pictures a second that the window could draw

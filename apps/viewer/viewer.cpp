@@ -212,9 +212,9 @@ void Viewer::arrange() {
 }
 
 void Viewer::updateStatus() {
+  if (playback_.playing()) rates_ = {cloud_rate_.perSecond(), picture_rate_.perSecond()};
   if (shown_ && show_text_)
-    overlay_.setStatus(statusText(playback_, {cloud_rate_.perSecond(), picture_rate_.perSecond()}, *shown_,
-                                  awaited() && !playback_.playing()));
+    overlay_.setStatus(statusText(playback_, rates_, *shown_, awaited() && !playback_.playing()));
 }
 
 /** \brief Of what is in the panes, which may not be yet what was asked for. */

@@ -215,6 +215,7 @@ class Viewer {
 
   double coarse_points_{100000};  ///< that a moving view may have
   RunningRate cloud_rate_, picture_rate_;
+  Rates rates_;  ///< of what played last
   Clock::time_point render_start_, last_tick_, last_cloud_;
   double awaited_seconds_{0};
   double rest_seconds_{0};    ///< since the cursor moved

@@ -99,7 +99,7 @@ TEST(StatusText, SaysWhatIsShown) {
   for (const char* words :
        {"frame 8 of 12 (000007), playing at 0.500x, looping", "2.5 clouds/s, 40.0 pictures/s, reading 12.3 ms",
         "1 MF on  2 DC OFF  3 SA on", "FUSE-Flow: 85 points, E_MC 4.1 mm (2+ views -), covers 75.0 %",
-        "40.0 ms = prepare 1.0, generate 2.0, merge 3.0, fuse 30.0, output 4.0"})
+        "total 40.0 ms = prepare 1.0, generate 2.0, merge 3.0, fuse 30.0, output 4.0"})
     EXPECT_NE(text.find(words), std::string::npos) << "'" << words << "' is not in\n" << text;
   EXPECT_NE(text.find("0 poses given"), std::string::npos) << text;
   EXPECT_EQ(text.find("off truth"), std::string::npos) << "nobody said what is true";
@@ -108,13 +108,27 @@ TEST(StatusText, SaysWhatIsShown) {
   EXPECT_EQ(text.find("being fused"), std::string::npos);
   playback.pause();
   const std::string standing = statusText(playback, {2.5, 40}, frame, true);
-  EXPECT_EQ(standing.find("clouds/s"), std::string::npos) << "what stands has no rate";
+  EXPECT_NE(standing.find("played at 2.5 clouds/s, 40.0 pictures/s"), std::string::npos) << standing;
+  EXPECT_EQ(statusText(playback, {}, frame, true).find("clouds/s"), std::string::npos) << "it never played";
   EXPECT_NE(standing.find("being fused"), std::string::npos) << standing;
   frame.damaged = {"camera 'left' is missing: 000007.png: is cut short"};
   EXPECT_NE(statusText(playback, {}, frame, false).find("\n" + frame.damaged[0]), std::string::npos);
   frame.ended = {"camera 'right' ends after 7 of 12 frames"};
   EXPECT_NE(statusText(playback, {}, frame, false).find("\n" + frame.ended[0]), std::string::npos);
   EXPECT_EQ(statusText(Playback(std::nullopt, 30), {}, frame, false).rfind("frame 8 (000007), ", 0), 0u);
+}
+
+TEST(StatusText, TheTimesOfWhatIsComparedWithHaveTheirNames) {
+  FusionControls controls("voxel_grid", io::MethodOptions());
+  FusedCloud cloud;
+  cloud.setting = controls.fused();
+  cloud.cloud = std::make_shared<Cloud>();
+  cloud.statistics.generate_ms = 5;
+  cloud.statistics.fuse_ms = 3;
+  cloud.statistics.output_ms = 1;
+  cloud.statistics.total_ms = 9;
+  EXPECT_NE(cloudText(cloud).find("total 9.0 ms = back-projection 5.0, thinning 3.0, output 1.0"), std::string::npos)
+      << cloudText(cloud);
 }
 
 TEST(StatusText, AHeadingSaysWhatWouldBeTakenForAFault) {

@@ -639,6 +639,24 @@ TEST_F(ViewerWindow, TruthIsShownWhereItIsKnownElseThatIsSaid) {
   EXPECT_GT(difference(bare(), rgb), 0.2);
 }
 
+TEST_F(ViewerWindow, TheTextStaysWithinTheWindowAndAboveWhatLiesBelow) {
+  options_.compare = "voxel_grid";
+  for (const auto& [width, height] : {std::array<int, 2>{800, 600}, {500, 380}, {400, 300}}) {
+    options_.width = width;
+    options_.height = height;
+    openTable();
+    double box[4];
+    vtkTextActor* text = viewer_->overlay().statusActor();
+    text->GetBoundingBox(viewer_->window().overlay(), box);
+    EXPECT_LE(text->GetPosition()[0] + box[1], width);
+    EXPECT_GE(text->GetPosition()[1] + box[2], viewer_->overlay().aboveTitles()) << width << " pixels";
+    std::string words = text->GetInput(), all = viewer_->overlay().status();
+    for (std::string* each : {&words, &all})
+      each->erase(std::remove_if(each->begin(), each->end(), [](char c) { return std::isspace(c); }), each->end());
+    EXPECT_EQ(words, all) << "nothing is lost where lines are broken";
+  }
+}
+
 TEST_F(ViewerWindow, WhilePlayingTheNextFramesAreShown) {
   options_.play = true;
   openWall();
