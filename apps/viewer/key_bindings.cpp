@@ -46,7 +46,11 @@ std::vector<KeyBinding> makeBindings() {
       {"Fusion", "k", {"k"}, "sliders: tau, sigma, cells, weight", [](Viewer& v) { v.toggleSliders(); }},
       {"Fusion", "b", {"b"}, "crop box with handles", [](Viewer& v) { v.toggleCropBox(); }},
       {"Fusion", "Backspace", {"BackSpace"}, "parameters as at the start", [](Viewer& v) { v.resetParameters(); }},
-      {"Compare", "v", {"v"}, "with the next: concatenated, ...", [](Viewer& v) { v.compareWithNext(); }},
+      {"Compare",
+       "v",
+       {"v"},
+       "concatenated, PCL's grids, published,\noutlier removal, the kept one, none",
+       [](Viewer& v) { v.compareWithNext(); }},
       {"Compare", "Enter", {"Return", "KP_Enter"}, "with the setting as it is now", [](Viewer& v) { v.keepSetting(); }},
       {"Compare", "d", {"d"}, "side by side, or one dragged line", [](Viewer& v) { v.toggleLayout(); }},
       colorKey("4", ColorBy::Rgb, "rgb"),
@@ -80,7 +84,11 @@ std::vector<KeyBinding> makeBindings() {
       {"Measure", "m", {"m"}, "mark the point under the cursor", [](Viewer& v) { v.markCursor(); }},
       {"Measure", "x", {"x"}, "drag a rectangle: what is in it", [](Viewer& v) { v.toggleSelecting(); }},
       {"Measure", "Esc", {"Escape"}, "forget the marks", [](Viewer& v) { v.clearMarks(); }},
-      {"Export", "Ctrl w", {"ctrl+w"}, "write the clouds", [](Viewer& v) { v.exportClouds(); }},
+      {"Export",
+       "Ctrl w",
+       {"ctrl+w"},
+       "write the clouds into --folder,\nas --format says",
+       [](Viewer& v) { v.exportClouds(); }},
       {"Export", "j", {"j"}, "screenshot, and its camera", [](Viewer& v) { v.exportScreenshot(); }},
       {"Export", "Ctrl p", {"ctrl+p"}, "film: once around (again: stop)", [](Viewer& v) { v.toggleOrbit(); }},
       {"Program", "h", {"h"}, "this help", [](Viewer& v) { v.toggleHelp(); }},
@@ -89,9 +97,13 @@ std::vector<KeyBinding> makeBindings() {
 }
 
 void addLine(std::vector<std::string>& lines, const std::string& label, const std::string& help) {
-  std::ostringstream line;
-  line << "  " << std::left << std::setw(16) << label << help;
-  lines.push_back(line.str());
+  std::string shown = label;
+  for (const std::string& part : linesOf(help)) {
+    std::ostringstream line;
+    line << "  " << std::left << std::setw(16) << shown << part;
+    lines.push_back(line.str());
+    shown.clear();
+  }
 }
 
 std::vector<std::string> helpLines() {
@@ -112,6 +124,13 @@ std::vector<std::string> helpLines() {
 }
 
 }  // namespace
+
+std::vector<std::string> linesOf(const std::string& text) {
+  std::vector<std::string> lines;
+  std::istringstream rest(text);
+  for (std::string line; std::getline(rest, line);) lines.push_back(line);
+  return lines;
+}
 
 const std::vector<KeyBinding>& keyBindings() {
   static const std::vector<KeyBinding> bindings = makeBindings();

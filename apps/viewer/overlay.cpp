@@ -95,7 +95,7 @@ Overlay::Overlay(Window& window) : window_(window), legend_(vtkSmartPointer<vtkS
   window.overlay()->AddActor2D(legend_);
   legend_->VisibilityOff();
   help_ = addText();
-  help_->GetTextProperty()->SetBackgroundOpacity(0.9);
+  help_->GetTextProperty()->SetBackgroundOpacity(1);
   help_->GetTextProperty()->SetVerticalJustificationToCentered();
   help_->GetTextProperty()->SetJustificationToLeft();
   help_->GetTextProperty()->SetColor(1, 1, 1);

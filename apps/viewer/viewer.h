@@ -172,6 +172,7 @@ class Viewer {
   void probeCursor();
   void updateReadout(const std::optional<PickedPoint>& point);
   void arrange();
+  void showOverlay();
   void updateHeadings();
   void updateStatus();
   void complain(const std::string& problem);

@@ -176,20 +176,26 @@ void Viewer::toggleFrusta() {
 
 void Viewer::toggleImages() {
   show_images_ = !show_images_;
-  overlay_.showImages(show_images_);
-  arrange();
+  showOverlay();
 }
 
 void Viewer::toggleText() {
   show_text_ = !show_text_;
-  overlay_.showStatus(show_text_);
-  timeline_.setVisible(show_text_ && !show_help_);
+  showOverlay();
 }
 
 void Viewer::toggleHelp() {
   show_help_ = !show_help_;
   overlay_.setHelp(show_help_ ? helpText() : "");
-  timeline_.setVisible(show_text_ && !show_help_);  // it would lie over the help
+  showOverlay();
+}
+
+/** \brief While the help is there, nothing else is to be read. */
+void Viewer::showOverlay() {
+  overlay_.showStatus(show_text_ && !show_help_);
+  overlay_.showImages(show_images_ && !show_help_);
+  timeline_.setVisible(show_text_ && !show_help_);
+  arrange();
 }
 
 void Viewer::passKeyToPcl() {

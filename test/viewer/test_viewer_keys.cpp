@@ -3,6 +3,7 @@
 
 #include <vtkBillboardTextActor3D.h>
 #include <vtkPropCollection.h>
+#include <vtkTextProperty.h>
 
 namespace viewer_test {
 namespace {
@@ -109,7 +110,13 @@ TEST_F(ViewerWindow, TheHelpIsShownWhole) {
   viewer_->overlay().help()->GetSize(viewer_->window().overlay(), extent);
   EXPECT_LT(extent[0], 800);
   EXPECT_LT(extent[1], 600);
+  EXPECT_EQ(viewer_->overlay().help()->GetTextProperty()->GetBackgroundOpacity(), 1);
+  const auto seen = [&] {
+    return viewer_->overlay().statusActor()->GetVisibility() + viewer_->overlay().imageName(0)->GetVisibility();
+  };
+  EXPECT_EQ(seen(), 0) << "nothing shines through";
   press("h");
+  EXPECT_EQ(seen(), 2);
   EXPECT_STREQ(viewer_->overlay().help()->GetInput(), "");
 }
 
