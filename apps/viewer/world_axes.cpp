@@ -1,6 +1,9 @@
 #include "viewer/world_axes.h"
 
 #include <vtkCaptionActor2D.h>
+#include <vtkMapper.h>
+#include <vtkNew.h>
+#include <vtkPropCollection.h>
 #include <vtkProperty.h>
 #include <vtkTextActor.h>
 #include <vtkTextProperty.h>
@@ -22,6 +25,14 @@ WorldAxes::WorldAxes(Panes& panes) : axes_(vtkSmartPointer<vtkAxesActor>::New())
     caption->GetCaptionTextProperty()->SetFontSize(14);
     caption->GetCaptionTextProperty()->ShadowOff();
     caption->GetCaptionTextProperty()->ItalicOff();
+  }
+  vtkNew<vtkPropCollection> arrows;
+  axes_->GetActors(arrows);
+  arrows->InitTraversal();
+  while (vtkProp* prop = arrows->GetNextProp()) {  // where the origin lies in the floor, its points would hide them
+    vtkMapper* mapper = vtkActor::SafeDownCast(prop)->GetMapper();
+    mapper->SetRelativeCoincidentTopologyPolygonOffsetParameters(0, kInFront);  // tips
+    mapper->SetRelativeCoincidentTopologyLineOffsetParameters(0, kInFront);     // shafts
   }
   axes_->PickableOff();
   axes_->VisibilityOff();

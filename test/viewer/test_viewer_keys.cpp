@@ -5,6 +5,8 @@
 #include <vtkPropCollection.h>
 #include <vtkTextProperty.h>
 
+#include <map>
+
 namespace viewer_test {
 namespace {
 
@@ -82,6 +84,78 @@ TEST_F(ViewerWindow, Keys4To9ColorByWhatTheHelpAndTheListSay) {
     const std::string listed = colorByNames()[static_cast<std::size_t>(mode)] + " (" + key + ")";
     EXPECT_NE(viewer_->message().find(listed), std::string::npos) << viewer_->message();
   }
+}
+
+TEST_F(ViewerWindow, EachKeyOfTheViewSwitchesWhatTheHelpNamesAndNothingElse) {
+  options_.color_by = ColorBy::Confidence;
+  openWall();
+  const auto visible = [&](vtkRenderer* renderer, const char* type) {
+    double any = 0;
+    vtkPropCollection* props = renderer->GetViewProps();
+    props->InitTraversal();
+    while (vtkProp* prop = props->GetNextProp())
+      if (prop->IsA(type) && prop->GetVisibility()) any = 1;
+    return any;
+  };
+  const std::map<std::string, std::string> named{{"a", "axes"},     {"g", "grid"}, {"i", "images"}, {"n", "background"},
+                                                 {"o", "parallel"}, {"t", "text"}, {"u", "legend"}, {"y", "names"}};
+  const auto states = [&] {
+    vtkRenderer* pane = viewer_->panes().renderer(0);
+    return std::map<std::string, double>{{"a", visible(pane, "vtkAxesActor")},
+                                         {"g", visible(pane, "vtkCubeAxesActor")},
+                                         {"i", viewer_->overlay().imageName(0)->GetVisibility()},
+                                         {"n", pane->GetBackground()[0] > 0.5},
+                                         {"o", viewer_->panes().camera()->GetParallelProjection()},
+                                         {"t", viewer_->overlay().statusActor()->GetVisibility()},
+                                         {"u", visible(viewer_->window().overlay(), "vtkScalarBarActor")},
+                                         {"y", visible(pane, "vtkBillboardTextActor3D")}};
+  };
+  const std::map<std::string, double> before = states();
+  for (const auto& [key, what] : named) {
+    EXPECT_NE(findBinding(key)->help.find(what), std::string::npos) << key;
+    std::map<std::string, double> expected = before;
+    expected[key] = 1 - expected[key];
+    press(key);
+    EXPECT_EQ(states(), expected) << key;
+    press(key);
+    EXPECT_EQ(states(), before) << key;
+  }
+}
+
+TEST_F(ViewerWindow, KeysOfTheCameraMoveItWhereTheHelpSays) {
+  openWall();
+  vtkCamera* camera = viewer_->panes().camera();
+  const auto place = [&] { return Eigen::Vector3d(camera->GetPosition()); };
+  const Eigen::Vector3d start = place();
+  testing::internal::CaptureStderr();
+  testing::internal::CaptureStdout();
+  press("c");
+  EXPECT_NE(testing::internal::GetCapturedStderr() + testing::internal::GetCapturedStdout(), "");
+  EXPECT_EQ(place(), start) << "c prints";
+  moveTo(250, 150);
+  const std::optional<PickedPoint> point = Probe(viewer_->panes()).pick(250, 150);
+  ASSERT_TRUE(point);
+  press("f");
+  EXPECT_NEAR((Eigen::Vector3d(camera->GetFocalPoint()) - point->position.cast<double>()).norm(), 0, 1e-3);
+  press("r");
+  EXPECT_NEAR((place() - start).norm(), 0, 1e-9);
+  EXPECT_NEAR(camera->GetFocalPoint()[0], 0, 1e-9);
+}
+
+TEST_F(ViewerWindow, NoPointHidesTheAxes) {
+  options_.point_size = 6;
+  openWall();
+  viewer_->panes().camera()->SetPosition(0, 0, 5);
+  viewer_->panes().fitClippingRange();
+  const auto green = [&] {  // of the wall nothing is
+    const io::ColorImage image = bare();
+    return std::count_if(image.data.begin(), image.data.end(),
+                         [](const Rgb8& p) { return p.g > 80 && p.r < 40 && p.b < 40; });
+  };
+  press("y");
+  EXPECT_EQ(green(), 0);
+  press("a");
+  EXPECT_GT(green(), 20) << "the y axis, behind the wall";
 }
 
 TEST_F(ViewerWindow, PlusMakesPointsLargerAndMinusSmaller) {
