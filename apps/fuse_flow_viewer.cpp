@@ -101,7 +101,7 @@ int run(const Options& options) {
   const bool exports = !options.screenshot.empty() || !options.cloud.empty() || !options.orbit.empty();
   if (exports != options.viewer.offscreen)
     throw io::OptionError(exports ? "--screenshot, --save-cloud and --orbit need --offscreen; in the window the keys "
-                                    "j, Ctrl w and Ctrl p do the same"
+                                    "j, Ctrl w and Ctrl p write into --folder, as --format and --film-format say"
                                   : "--offscreen needs --screenshot, --save-cloud or --orbit");
   if (!options.screenshot.empty() && !viewing::isPictureFile(options.screenshot))
     throw io::OptionError("--screenshot " + options.screenshot + ": must end in .png or .jpg");
@@ -174,6 +174,9 @@ void addExportOptions(CLI::App& app, Options& options) {
   app.add_option("--folder", v.folder, "where the keys Ctrl w, j and Ctrl p write")->capture_default_str();
   app.add_option("--format", v.format, "of the clouds that the key Ctrl w writes")
       ->check(CLI::IsMember(viewing::cloudFormats()))
+      ->capture_default_str();
+  app.add_option("--film-format", v.film_format, "of the films that the key Ctrl p makes: a video, or a folder of PNGs")
+      ->check(CLI::IsMember({"ogv", "png"}))
       ->capture_default_str();
   app.add_flag("--offscreen", v.offscreen, "no window: write what follows, and end");
   app.add_option("--screenshot", options.screenshot, ".png or .jpg file");

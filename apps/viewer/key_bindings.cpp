@@ -90,7 +90,11 @@ std::vector<KeyBinding> makeBindings() {
        "write the clouds into --folder,\nas --format says",
        [](Viewer& v) { v.exportClouds(); }},
       {"Export", "j", {"j"}, "screenshot, and its camera", [](Viewer& v) { v.exportScreenshot(); }},
-      {"Export", "Ctrl p", {"ctrl+p"}, "film: once around (again: stop)", [](Viewer& v) { v.toggleOrbit(); }},
+      {"Export",
+       "Ctrl p",
+       {"ctrl+p"},
+       "film: once around (again: stop),\nor pictures: --film-format",
+       [](Viewer& v) { v.toggleOrbit(); }},
       {"Program", "h", {"h"}, "this help", [](Viewer& v) { v.toggleHelp(); }},
       {"Program", "q, e", {"q", "e"}, "quit", [](Viewer& v) { v.quit(); }},
   };

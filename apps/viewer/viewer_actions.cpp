@@ -256,7 +256,7 @@ void Viewer::toggleOrbit() {
     orbit_.reset();
     return say("the film ends here");
   }
-  const std::string path = unusedPath("film", ".ogv");
+  const std::string path = unusedPath("film", options_.film_format == "ogv" ? ".ogv" : "");
   orbit_ = std::make_unique<Orbit>(path, options_.orbit_pictures);
   say("filming into " + path);
 }

@@ -201,6 +201,8 @@ TEST_F(ViewerProgram, AnOptionThatCannotBeUsedIsNamed) {
   expectError(view({"--color-by", "truth"}), 2, {"--color-by truth", "not known"});
   expectError(view({"--press", "3:x"}), 2, {"--press", "3:x"});
   expectError(view({"--screenshot", path("shot.png")}), 2, {"--offscreen"});
+  expectError(view({"--orbit", path("film.ogv")}), 2, {"--offscreen", "--folder", "--film-format"});
+  expectError(view({"--film-format", "gif"}), 2, {"--film-format", "png"});
   expectError(view({"--offscreen"}), 2, {"--screenshot"});
   expectError(view({"--offscreen", "--save-cloud", path("cloud.stl")}), 2, {"cloud.stl", ".ply", ".ifs"});
   expectError(view({"--rig", "ring-2"}), 2, {"--rig", "--simulate"});

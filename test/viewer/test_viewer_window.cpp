@@ -625,6 +625,19 @@ TEST_F(ViewerWindow, AFilmGoesOnceAroundTheCloud) {
   EXPECT_GT(fs::file_size(folder_ / "film.ogv"), 1000u);
 }
 
+TEST_F(ViewerWindow, TheKeyOfFilmsMakesNumberedPicturesWhereTheyAreAskedFor) {
+  options_.film_format = "png";
+  openWall();
+  press("ctrl+p");
+  EXPECT_EQ(viewer_->message(), "filming into " + (folder_ / "film_000").string());
+  for (int k = 0; k < 4; ++k) {
+    viewer_->settle();
+    viewer_->tick(0);
+  }
+  EXPECT_FALSE(viewer_->filming());
+  EXPECT_TRUE(fs::exists(folder_ / "film_000" / "000003.png"));
+}
+
 TEST_F(ViewerWindow, TruthIsShownWhereItIsKnownElseThatIsSaid) {
   openWall();
   press("8");
