@@ -95,6 +95,46 @@ TEST_F(ViewerProgram, TakesRealKeysAndEndsWithQ) {
   EXPECT_TRUE(fs::exists(path("frame_000000_FUSE_Flow_000.ply")));
 }
 
+TEST_F(ViewerProgram, RealKeysChangeWhatIsSeen) {
+  RunOptions options;
+  options.meanwhile = [&](pid_t) {
+    int number = 0;
+    const auto screenshot = [&] {
+      char name[32];
+      std::snprintf(name, sizeof(name), "screenshot_%03d", number++);
+      pressUntil("j", path(name + std::string(".cam")));  // written behind the picture
+      io::ColorImage image;
+      io::readColor(path(name + std::string(".png")), image);
+      image.height = 100;  // pixels: above what is said and titles
+      image.data.resize(static_cast<std::size_t>(image.width) * 100);
+      return image;
+    };
+    io::ColorImage before = screenshot();
+    EXPECT_GT(filled(before), 0.05);
+    for (const std::string key : {"1", "v"}) {
+      const std::string press =
+          "xdotool key --window $(xdotool search --onlyvisible --name FUSE-Flow | head -1) " + key + " 2> /dev/null";
+      EXPECT_EQ(std::system(press.c_str()), 0);
+      io::ColorImage after = screenshot();
+      // What a key asks for takes a while to be fused.
+      for (int k = 0; k < 100 && difference(after, before) < 0.005; ++k) after = screenshot();
+      EXPECT_GT(difference(after, before), 0.005) << key;
+      EXPECT_GT(filled(after), 0.05) << key;
+      before = after;
+    }
+    EXPECT_EQ(std::system("xdotool key --window $(xdotool search --onlyvisible --name FUSE-Flow | head -1) q "
+                          "2> /dev/null"),
+              0);
+  };
+  const ToolResult result =
+      runProgram(FUSE_FLOW_VIEWER_TOOL,
+                 {"--simulate", "table", "--rig", "ring-3", "--scale", "0.2", "--device", "cpu", "--paused", "--width",
+                  "320", "--height", "240", "--press", "t,i,y", "--folder", folder_.string()},
+                 options);
+  EXPECT_FALSE(result.timed_out);
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+}
+
 /** \brief As a window manager does when the cross in the corner is clicked. */
 void closeWindow(const std::string& number) {
   Display* display = XOpenDisplay(nullptr);
