@@ -23,8 +23,13 @@ using namespace std::chrono_literals;
 
 std::unique_ptr<pcl::Grabber> openGrabber(const std::string& source) {
 #ifdef HAVE_OPENNI2
-  if (source[0] == '#') return std::make_unique<pcl::io::OpenNI2Grabber>(source);
+  if (source[0] == '#') try {
+      return std::make_unique<pcl::io::OpenNI2Grabber>(source);
+    } catch (const std::exception&) {  // PCL tells where in its sources
+      throw std::runtime_error(source + ": there is no such OpenNI2 device");
+    }
 #endif
+  if (!fs::is_directory(source)) throw std::runtime_error(source + ": is no folder of .pcd files");
   std::vector<std::string> files;
   for (const fs::directory_entry& entry : fs::directory_iterator(source))
     if (entry.path().extension() == ".pcd") files.push_back(entry.path().string());

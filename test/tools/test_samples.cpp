@@ -165,6 +165,17 @@ TEST_F(Samples, ALiveCameraThatEndsIsMissingAndAFolderWithoutFilesIsNamed) {
   EXPECT_NE(empty.err.find("camera_1: has no .pcd files"), std::string::npos) << empty.err;
 }
 
+TEST_F(Samples, ALiveSourceThatIsNotThereIsNamedInOneLine) {
+  for (const std::string& source : {std::string("#7"), out("nowhere")}) {
+    const ToolResult result = runProgram(FUSE_FLOW_SAMPLE_LIVE, {source});
+    EXPECT_EQ(result.exit_code, 1);
+    const std::string line = "sample_live: " + source + ": ";
+    ASSERT_NE(result.err.find(line), std::string::npos) << result.err;
+    const std::string why = result.err.substr(result.err.find(line) + line.size());
+    EXPECT_TRUE(why == "there is no such OpenNI2 device\n" || why == "is no folder of .pcd files\n") << result.err;
+  }
+}
+
 TEST_F(Samples, WithoutArgumentsTheyTellTheirUsage) {
   for (const char* sample : {FUSE_FLOW_SAMPLE_PCL_PIPELINE, FUSE_FLOW_SAMPLE_VISUALIZE, FUSE_FLOW_SAMPLE_LIVE}) {
     const ToolResult result = runProgram(sample, {});
