@@ -122,6 +122,14 @@ int run(const Options& options) {
   return code;
 }
 
+/** \brief The names of a choice; CLI11's own help tells their numbers too. */
+template <typename Choice>
+CLI::Validator inWords(const std::map<std::string, Choice>& choices) {
+  std::string names;
+  for (const auto& [name, choice] : choices) names += (names.empty() ? "{" : ",") + name;
+  return CLI::CheckedTransformer(choices).description(names + "}");
+}
+
 void addViewOptions(CLI::App& app, Options& options) {
   viewing::ViewerOptions& v = options.viewer;
   static const std::map<std::string, viewing::Layout> layouts{{"side", viewing::Layout::SideBySide},
@@ -135,8 +143,10 @@ void addViewOptions(CLI::App& app, Options& options) {
   app.add_option("--speed", v.speed, "at which it is played; 1: as it was taken")
       ->check(command_line::positiveNumber())
       ->capture_default_str();
-  app.add_flag("!--paused", v.play, "start with the first frame standing");
-  app.add_flag("!--once", v.loop, "do not loop");
+  app.add_flag_callback(
+      "--paused", [&v] { v.play = false; }, "start with the first frame standing");
+  app.add_flag_callback(
+      "--once", [&v] { v.loop = false; }, "do not loop");
   app.add_option("--start", v.first_frame, "number of the first frame, from 0, as in the names of its files")
       ->check(command_line::wholeNumber(0, 1000000))
       ->capture_default_str();
@@ -147,11 +157,12 @@ void addViewOptions(CLI::App& app, Options& options) {
       ->check(CLI::IsMember(viewing::FusionControls::comparisonNames()))
       ->capture_default_str();
   app.add_option("--layout", v.layout, "side: side by side; split: one picture with a line to drag")
-      ->transform(CLI::CheckedTransformer(layouts));
+      ->transform(inWords(layouts))
+      ->type_name("TEXT");
   app.add_option("--split", v.split, "where that line is, share of the width")
       ->check(CLI::Range(0.02, 0.98))
       ->capture_default_str();
-  app.add_option("--color-by", v.color_by, "colour of the points")->transform(CLI::CheckedTransformer(colors));
+  app.add_option("--color-by", v.color_by, "colour of the points")->transform(inWords(colors))->type_name("TEXT");
   app.add_option("--point-size", v.point_size, "pixels")
       ->check(command_line::positiveNumberUpTo(100))
       ->capture_default_str();

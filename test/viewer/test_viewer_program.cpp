@@ -235,6 +235,12 @@ TEST_F(ViewerProgram, AWrongInputIsNamedBeforeAWindowOpens) {
   expectError(view({}), 1, {"000000.png", "--start"});
 }
 
+TEST_F(ViewerProgram, TheHelpOfItsCommandLineIsInWords) {
+  const std::string help = runProgram(FUSE_FLOW_VIEWER_TOOL, {"--help"}).out;
+  for (const char* words : {"{side,split}", "{camera,confidence,", "--paused  "})
+    EXPECT_NE(help.find(words), std::string::npos) << help;
+}
+
 TEST_F(ViewerProgram, AnOptionThatCannotBeUsedIsNamed) {
   expectError(view({"--start", "4"}), 2, {"--start", "4"});
   expectError(view({"--press", "space,F12"}), 2, {"--press", "F12"});
