@@ -143,8 +143,10 @@ void addViewOptions(CLI::App& app, Options& options) {
   app.add_option("--speed", v.speed, "at which it is played; 1: as it was taken")
       ->check(command_line::positiveNumber())
       ->capture_default_str();
-  app.add_flag_callback("--paused", [&v] { v.play = false; }, "start with the first frame standing");
-  app.add_flag_callback("--once", [&v] { v.loop = false; }, "do not loop");
+  app.add_flag_callback(
+      "--paused", [&v] { v.play = false; }, "start with the first frame standing");
+  app.add_flag_callback(
+      "--once", [&v] { v.loop = false; }, "do not loop");
   app.add_option("--start", v.first_frame, "number of the first frame, from 0, as in the names of its files")
       ->check(command_line::wholeNumber(0, 1000000))
       ->capture_default_str();
@@ -160,9 +162,7 @@ void addViewOptions(CLI::App& app, Options& options) {
   app.add_option("--split", v.split, "where that line is, share of the width")
       ->check(CLI::Range(0.02, 0.98))
       ->capture_default_str();
-  app.add_option("--color-by", v.color_by, "colour of the points")
-      ->transform(inWords(colors))
-      ->type_name("TEXT");
+  app.add_option("--color-by", v.color_by, "colour of the points")->transform(inWords(colors))->type_name("TEXT");
   app.add_option("--point-size", v.point_size, "pixels")
       ->check(command_line::positiveNumberUpTo(100))
       ->capture_default_str();

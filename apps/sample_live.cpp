@@ -95,8 +95,9 @@ int main(int argc, char** argv) try {
   }
   for (std::size_t i = 0; i < sources.size(); ++i) {
     const SynchronizerStatistics::Camera counts = synchronizer.getStatistics().cameras[i];
-    std::cout << sources[i] << ": " << counts.received << " clouds, " << counts.used << " fused; lost: "
-              << counts.unmatched << " unmatched, " << counts.late << " late, " << counts.overrun << " overrun\n";
+    std::cout << sources[i] << ": " << counts.received << " clouds, " << counts.used
+              << " fused; lost: " << counts.unmatched << " unmatched, " << counts.late << " late, " << counts.overrun
+              << " overrun\n";
   }
   return 0;
 } catch (const std::exception& error) {

@@ -10,6 +10,7 @@ CropBox::CropBox(Window& window, Panes& panes, OnChange on_change)
   representation_->SetPlaceFactor(1);
   representation_->HandlesOn();
   representation_->GetOutlineProperty()->SetLineWidth(2);
+  representation_->GetOutlineProperty()->SetDiffuse(0);  // it would make some edges brighter, in another colour
   widget_->SetInteractor(window.interactor());
   widget_->SetRepresentation(representation_);
   widget_->RotationEnabledOff();  // the crop box of the parameters is parallel to the axes
@@ -28,10 +29,9 @@ void CropBox::show(const Eigen::AlignedBox3f& box) {
 }
 
 void CropBox::setColor(double r, double g, double b) {
-  for (vtkProperty* property :
-       {representation_->GetOutlineProperty(), representation_->GetSelectedOutlineProperty(),
-        representation_->GetFaceProperty(), representation_->GetSelectedFaceProperty(),
-        representation_->GetHandleProperty()})
+  for (vtkProperty* property : {representation_->GetOutlineProperty(), representation_->GetSelectedOutlineProperty(),
+                                representation_->GetFaceProperty(), representation_->GetSelectedFaceProperty(),
+                                representation_->GetHandleProperty()})
     property->SetColor(r, g, b);
   representation_->GetSelectedHandleProperty()->SetColor(1, 1, 1);  // that which is dragged
 }

@@ -26,10 +26,11 @@ bool same(const std::vector<Camera>& a, const std::vector<Camera>& b) {
 class Name : public vtkBillboardTextActor3D {
  public:
   static Name* New();
-  vtkTypeMacro(Name, vtkBillboardTextActor3D);
+  vtkTypeMacro(Name, vtkBillboardTextActor3D)
 
- protected:
-  Name() { QuadMapper->SetRelativeCoincidentTopologyPolygonOffsetParameters(0, kInFront); }
+      protected : Name() {
+    QuadMapper->SetRelativeCoincidentTopologyPolygonOffsetParameters(0, kInFront);
+  }
 };
 vtkStandardNewMacro(Name);
 
@@ -90,7 +91,8 @@ void Frusta::addName(const Camera& camera, std::size_t number) {
   name->GetTextProperty()->SetColor(color.r / 255.0, color.g / 255.0, color.b / 255.0);
   name->GetTextProperty()->SetFontSize(kNameSize);
   name->GetTextProperty()->SetBackgroundColor(0, 0, 0);
-  name->GetTextProperty()->SetBackgroundOpacity(0.55);
+  name->GetTextProperty()->SetBackgroundOpacity(0.7);
+  name->GetTextProperty()->BoldOn();
   name->ForceOpaqueOn();  // translucent props make VTK draw the whole scene in more passes
   name->PickableOff();
   name->SetVisibility(visible_);

@@ -14,7 +14,7 @@ struct KeyBinding {
   std::string group;              ///< under which the help lists it
   std::string label;              ///< as the help writes it
   std::vector<std::string> keys;  ///< as Window::pressKey() takes them
-  std::string help;  ///< in lines, where one is not enough
+  std::string help;               ///< in lines, where one is not enough
   std::function<void(Viewer&)> action;
 };
 

@@ -127,7 +127,8 @@ void Overlay::arrangeStatus() {
     status_->GetTextProperty()->SetFontSize(size);
     status_->SetInput(std::string(kColumns, 'm').c_str());
     status_->GetSize(window_.overlay(), extent);
-    status_->SetInput(broken(status_text_, static_cast<std::size_t>(std::max(1.0, width * kColumns / extent[0]))).c_str());
+    status_->SetInput(
+        broken(status_text_, static_cast<std::size_t>(std::max(1.0, width * kColumns / extent[0]))).c_str());
     status_->GetSize(window_.overlay(), extent);
     if (extent[1] <= height) break;
   }

@@ -41,7 +41,8 @@ ParameterSliders::ParameterSliders(Window& window, OnChange on_change)
     captions_.push_back(vtkSmartPointer<vtkTextActor>::New());
     vtkTextProperty* text = captions_.back()->GetTextProperty();
     text->ShallowCopy(representations_.back()->GetLabelProperty());
-    text->SetFontSize(kCaption - 1);
+    text->SetFontSize(kCaption - 2);
+    text->SetJustificationToLeft();
     text->SetVerticalJustificationToBottom();
     captions_.back()->PickableOff();
     captions_.back()->VisibilityOff();
@@ -95,7 +96,7 @@ void ParameterSliders::arrange(double y) {
   for (std::size_t k = 0; k < representations_.size(); ++k) {
     const double caption = top - distance * static_cast<double>(k) - kCaption;
     captions_[k]->SetPosition(left, caption);
-    placeSlider(representations_[k], window_, left, right, caption - kSliderHalf);
+    placeSlider(representations_[k], window_, left, right, caption - kSliderHalf - 3);
   }
 }
 

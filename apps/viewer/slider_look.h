@@ -11,7 +11,7 @@ namespace fuse_flow::viewing {
 constexpr double kSliderMargin = 30;
 
 /** \brief On each side of a slider's middle, pixels. */
-constexpr double kSliderHalf = 9;
+constexpr double kSliderHalf = 7;
 
 /** \brief A slider as all of ours look, without a title: VTK would write it below, where the next slider's value is. */
 vtkSmartPointer<vtkSliderRepresentation2D> makeSlider(double low, double high);

@@ -51,8 +51,8 @@ struct ViewerOptions {
   int width{1280};  ///< pixels
   int height{800};
   bool offscreen{false};
-  std::string folder{"."};    ///< of what the keys export
-  std::string format{"ply"};  ///< of exported clouds: one of cloudFormats()
+  std::string folder{"."};         ///< of what the keys export
+  std::string format{"ply"};       ///< of exported clouds: one of cloudFormats()
   std::string film_format{"ogv"};  ///< of films by key: "ogv", or "png" for numbered pictures
   int orbit_pictures{120};
 };

@@ -29,8 +29,11 @@ WorldAxes::WorldAxes(Panes& panes) : axes_(vtkSmartPointer<vtkAxesActor>::New())
   vtkNew<vtkPropCollection> arrows;
   axes_->GetActors(arrows);
   arrows->InitTraversal();
-  while (vtkProp* prop = arrows->GetNextProp())  // where the origin lies in the floor, its points would hide them
-    vtkActor::SafeDownCast(prop)->GetMapper()->SetRelativeCoincidentTopologyPolygonOffsetParameters(0, kInFront);
+  while (vtkProp* prop = arrows->GetNextProp()) {  // where the origin lies in the floor, its points would hide them
+    vtkMapper* mapper = vtkActor::SafeDownCast(prop)->GetMapper();
+    mapper->SetRelativeCoincidentTopologyPolygonOffsetParameters(0, kInFront);  // tips
+    mapper->SetRelativeCoincidentTopologyLineOffsetParameters(0, kInFront);     // shafts
+  }
   axes_->PickableOff();
   axes_->VisibilityOff();
   for (std::size_t k = 0; k < kPanes; ++k) {

@@ -166,7 +166,7 @@ TEST_F(Samples, ALiveCameraThatEndsIsMissingAndAFolderWithoutFilesIsNamed) {
 }
 
 TEST_F(Samples, ALiveSourceThatIsNotThereIsNamedInOneLine) {
-  for (const std::string source : {std::string("#7"), out("nowhere")}) {
+  for (const std::string& source : {std::string("#7"), out("nowhere")}) {
     const ToolResult result = runProgram(FUSE_FLOW_SAMPLE_LIVE, {source});
     EXPECT_EQ(result.exit_code, 1);
     const std::string line = "sample_live: " + source + ": ";

@@ -126,11 +126,11 @@ TEST_F(ViewerProgram, RealKeysChangeWhatIsSeen) {
                           "2> /dev/null"),
               0);
   };
-  const ToolResult result = runProgram(
-      FUSE_FLOW_VIEWER_TOOL,
-      {"--simulate", "table", "--rig", "ring-3", "--scale", "0.2", "--device", "cpu", "--paused", "--width", "320",
-       "--height", "240", "--press", "t,i,y", "--folder", folder_.string()},
-      options);
+  const ToolResult result =
+      runProgram(FUSE_FLOW_VIEWER_TOOL,
+                 {"--simulate", "table", "--rig", "ring-3", "--scale", "0.2", "--device", "cpu", "--paused", "--width",
+                  "320", "--height", "240", "--press", "t,i,y", "--folder", folder_.string()},
+                 options);
   EXPECT_FALSE(result.timed_out);
   EXPECT_EQ(result.exit_code, 0) << result.err;
 }
@@ -237,8 +237,8 @@ TEST_F(ViewerProgram, AWrongInputIsNamedBeforeAWindowOpens) {
 
 TEST_F(ViewerProgram, TheHelpOfItsCommandLineIsInWords) {
   const std::string help = runProgram(FUSE_FLOW_VIEWER_TOOL, {"--help"}).out;
-  EXPECT_NE(help.find("{side,split}"), std::string::npos) << help;
-  for (const char* internal : {"->", "ENUM", "{false}"}) EXPECT_EQ(help.find(internal), std::string::npos) << internal;
+  for (const char* words : {"{side,split}", "{camera,confidence,", "--paused  "})
+    EXPECT_NE(help.find(words), std::string::npos) << help;
 }
 
 TEST_F(ViewerProgram, AnOptionThatCannotBeUsedIsNamed) {
@@ -263,13 +263,16 @@ TEST_F(ViewerProgram, AnOptionThatCannotBeUsedIsNamed) {
 /** \brief The text is white on what is dark: more of it is more white. */
 TEST_F(ViewerProgram, ACameraWhoseFilesEndEarlyIsNamedInTheText) {
   const auto white = [&](const std::string& name) {
-    const ToolResult result = view({"--paused", "--width", "640", "--height", "480", "--from", "0", "0", "-50", "--press",
-                                    "End,i,y", "--offscreen", "--screenshot", path(name)});
+    const ToolResult result =
+        runProgram(FUSE_FLOW_VIEWER_TOOL,
+                   {path("recording"), "--device", "cpu", "--width", "640", "--height", "480", "--paused", "--from",
+                    "0", "0", "-50", "--press", "End,i,y", "--offscreen", "--screenshot", path(name)});
     EXPECT_EQ(result.exit_code, 0) << result.err;
     io::ColorImage image;
     io::readColor(path(name), image);
-    return std::count_if(image.data.begin(), image.data.end(),
-                         [](const Rgb8& p) { return std::min({p.r, p.g, p.b}) > 150; });
+    return std::count_if(image.data.begin(), image.data.end(), [](const Rgb8& p) {
+      return std::min({p.r, p.g, p.b}) > 150;
+    });
   };
   const auto all = white("all.png");
   fs::remove(tool_test::depthFile(folder_ / "recording", 1, 3));
