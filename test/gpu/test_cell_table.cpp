@@ -52,11 +52,11 @@ struct Entered {
     read(std::as_const(view.keys), cells.capacity(), table);
     read(std::as_const(view.counts), cells.capacity(), counts);
     read(std::as_const(view.first), cells.capacity(), first);
-    read(std::as_const(view.slots), cells.capacity(), in_use);
     run.copy(&used, std::as_const(view.used), 1);
     run.copy(&too_full, std::as_const(view.too_full), 1);
     run.wait();
-    in_use.resize(used);
+    read(std::as_const(view.slots), used, in_use);
+    run.wait();
   }
 };
 

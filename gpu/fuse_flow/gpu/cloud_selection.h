@@ -2,6 +2,7 @@
 
 #include <fuse_flow/gpu/device_cloud.h>
 
+#include <pcl/pcl_base.h>
 #include <pcl/types.h>
 
 #include <cmath>

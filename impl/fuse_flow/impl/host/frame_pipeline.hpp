@@ -108,10 +108,13 @@ class FramePipeline {
 
   void layOut() {
     const std::size_t n = frame_->cameras.size();
-    std::vector<float> noise_scales = std::move(statistics.noise_scales);  // its memory
+    std::vector<float> noise_scales = std::move(statistics.noise_scales);  // their memory
+    std::vector<std::size_t> missing_cameras = std::move(statistics.missing_cameras);
     statistics = {};
     noise_scales.assign(n, 1.0f);
     statistics.noise_scales = std::move(noise_scales);
+    missing_cameras.clear();
+    statistics.missing_cameras = std::move(missing_cameras);
     depths_.resize(n);
     for (std::vector<DepthMap>& maps : maps_) maps.resize(n);
     offsets_.assign(n + 1, 0);
