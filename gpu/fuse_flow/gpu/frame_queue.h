@@ -21,7 +21,10 @@ template <typename PointT>
 class FrameQueue {
  public:
   explicit FrameQueue(std::size_t lanes) {
-    for (std::size_t k = 0; k < lanes; ++k) workers_.push_back(std::make_unique<Worker>());
+    for (std::size_t k = 0; k < lanes; ++k) {
+      workers_.push_back(std::make_unique<Worker>());
+      workers_.back()->copy_threads = std::max(1, host::resolveThreads(0) / static_cast<int>(lanes));
+    }
   }
 
   std::size_t lanes() const { return workers_.size(); }
@@ -58,6 +61,7 @@ class FrameQueue {
     RigFrame frame;
     PointSpan<PointT> points;
     Delivery delivery{Delivery::Pinned};
+    int copy_threads{1};  ///< into the cloud: all lanes together have as many as there are cores
     pcl::PointCloud<PointT> cloud;
 
     Worker() {
@@ -126,7 +130,7 @@ class FrameQueue {
         return;
       }
       points = lane.fusePinned(frame);
-      if (delivery == Delivery::Cloud) toCloud(points, frame.stamp, 1, streamCopy, cloud);
+      if (delivery == Delivery::Cloud) toCloud(points, frame.stamp, copy_threads, streamCopy, cloud);
     }
 
     std::mutex mutex_;
