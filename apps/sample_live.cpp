@@ -19,7 +19,6 @@
 
 namespace fs = std::filesystem;
 using namespace fuse_flow;
-using namespace std::chrono_literals;
 
 std::unique_ptr<pcl::Grabber> openGrabber(const std::string& source) {
 #ifdef HAVE_OPENNI2
@@ -29,11 +28,11 @@ std::unique_ptr<pcl::Grabber> openGrabber(const std::string& source) {
       throw std::runtime_error(source + ": there is no such OpenNI2 device");
     }
 #endif
-  if (!fs::is_directory(source)) throw std::runtime_error(source + ": is no folder of .pcd files");
   std::vector<std::string> files;
-  for (const fs::directory_entry& entry : fs::directory_iterator(source))
+  std::error_code none;  // what is no folder has no files either
+  for (const fs::directory_entry& entry : fs::directory_iterator(source, none))
     if (entry.path().extension() == ".pcd") files.push_back(entry.path().string());
-  if (files.empty()) throw std::runtime_error(source + ": has no .pcd files");
+  if (files.empty()) throw std::runtime_error(source + ": is no folder of .pcd files");
   std::sort(files.begin(), files.end());
   return std::make_unique<pcl::PCDGrabber<pcl::PointXYZRGB>>(files, 5.0f);  // frames per second
 }
@@ -51,13 +50,10 @@ int main(int argc, char** argv) try {
   if (sources.empty()) throw std::runtime_error("usage: sample_live [rig.json] SOURCE SOURCE …");
   frame.cameras.resize(sources.size());
   frame.views.resize(sources.size());
-
   SynchronizerParameters parameters;
-  parameters.max_wait = 500ms;  // above the period of the files, 200 ms
-  if (fs::is_directory(sources[0]))
-    parameters.clocks = ClockModel::Shared;  // one clock stamped the files; devices have each its own
+  parameters.max_wait = std::chrono::milliseconds(500);                      // above the period of the files, 200 ms
+  if (fs::is_directory(sources[0])) parameters.clocks = ClockModel::Shared;  // devices have each its own
   ViewSynchronizer<io::OrganizedCloud::ConstPtr> synchronizer(sources.size(), parameters);
-
   std::vector<std::unique_ptr<pcl::Grabber>> grabbers;
   for (std::size_t i = 0; i < sources.size(); ++i) {
     grabbers.push_back(openGrabber(sources[i]));
@@ -67,14 +63,13 @@ int main(int argc, char** argv) try {
                        });
   }
   for (const auto& grabber : grabbers) grabber->start();
-
   const auto running = [](const auto& grabber) { return grabber->isRunning(); };
   const auto unknown = [](const Camera& camera) { return camera.intrinsics.width == 0; };
   FuseFlow<PointFused> fusion;
   pcl::PointCloud<PointFused> cloud;
   std::vector<io::LoadedView> images(sources.size());  // what the views of the frame point into
   for (;;) {
-    const auto set = synchronizer.wait(1s);
+    const auto set = synchronizer.wait(std::chrono::seconds(1));
     if (!set && std::none_of(grabbers.begin(), grabbers.end(), running)) break;  // the files have been played
     if (!set) continue;
     for (std::size_t i = 0; i < sources.size(); ++i) {
@@ -94,12 +89,10 @@ int main(int argc, char** argv) try {
               << set->spread.count() << " us apart, " << cloud.size() << " points" << std::endl;
   }
   for (std::size_t i = 0; i < sources.size(); ++i) {
-    const SynchronizerStatistics::Camera counts = synchronizer.getStatistics().cameras[i];
-    std::cout << sources[i] << ": " << counts.received << " clouds, " << counts.used
-              << " fused; lost: " << counts.unmatched << " unmatched, " << counts.late << " late, " << counts.overrun
-              << " overrun\n";
+    const SynchronizerStatistics::Camera c = synchronizer.getStatistics().cameras[i];
+    std::cout << sources[i] << ": " << c.received << " clouds, " << c.used << " fused; lost: " << c.unmatched
+              << " unmatched, " << c.late << " late, " << c.overrun << " overrun\n";
   }
-  return 0;
 } catch (const std::exception& error) {
   std::cerr << "sample_live: " << error.what() << std::endl;
   return 1;

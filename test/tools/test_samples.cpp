@@ -162,7 +162,7 @@ TEST_F(Samples, ALiveCameraThatEndsIsMissingAndAFolderWithoutFilesIsNamed) {
   fs::remove(out_ / "camera_1/000000000000.pcd");
   const ToolResult empty = runProgram(FUSE_FLOW_SAMPLE_LIVE, {out("out/camera_0"), out("out/camera_1")});
   EXPECT_EQ(empty.exit_code, 1);
-  EXPECT_NE(empty.err.find("camera_1: has no .pcd files"), std::string::npos) << empty.err;
+  EXPECT_NE(empty.err.find("camera_1: is no folder of .pcd files"), std::string::npos) << empty.err;
 }
 
 TEST_F(Samples, ALiveSourceThatIsNotThereIsNamedInOneLine) {
