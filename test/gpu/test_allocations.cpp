@@ -136,7 +136,8 @@ void expectNoneOnceWarm(const fuse_flow::FuseFlowParameters& parameters) {
 }
 
 void expectNoneInFlightOnceWarm(const fuse_flow::FuseFlowParameters& parameters) {
-  const RandomFrame frame = frames().front();
+  const std::vector<RandomFrame> some = frames();
+  const RandomFrame& frame = some.front();
   Device device;
   device.setParameters(parameters);
   device.setFramesInFlight(2);
