@@ -1,6 +1,9 @@
 // What the leak sanitizer must not report: nothing of ours. Compiled in, so that no environment needs to be set.
 
+extern "C" const char* __lsan_default_options();
 extern "C" const char* __lsan_default_suppressions();
+
+extern "C" const char* __lsan_default_options() { return "print_suppressions=0"; }
 
 extern "C" const char* __lsan_default_suppressions() {
   // VTK's JPEG reader jumps over its own clean-up when the data is damaged: it loses the image and the pointers to its
