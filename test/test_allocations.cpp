@@ -1,86 +1,14 @@
+#include "count_allocations.h"
 #include "io/demo_scene.h"
 #include "scenes.h"
 
-#include <atomic>
-#include <cerrno>
-#include <cstdlib>
-
-#if defined(__GLIBC__)
-#include <malloc.h>
-#endif
-
-#if defined(__has_feature)
-#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer) || __has_feature(memory_sanitizer)
-#define FUSE_FLOW_TEST_SANITIZED 1
-#endif
-#endif
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-#define FUSE_FLOW_TEST_SANITIZED 1
-#endif
-
-#if defined(__GLIBC__) && !defined(FUSE_FLOW_TEST_SANITIZED)
-#define FUSE_FLOW_TEST_COUNTS_ALLOCATIONS 1
-#endif
+#include <vector>
 
 namespace {
 
-std::atomic<bool> counting{false};
-std::atomic<long> allocations{0};
-
-#if defined(FUSE_FLOW_TEST_COUNTS_ALLOCATIONS)
-void count() noexcept {
-  if (counting.load(std::memory_order_relaxed)) allocations.fetch_add(1, std::memory_order_relaxed);
-}
-#endif
-
-}  // namespace
-
-#if defined(FUSE_FLOW_TEST_COUNTS_ALLOCATIONS)
-// malloc itself rather than operator new: new ends here, and so do Eigen's aligned allocations, which PCL's clouds use, and
-// the OpenMP run time's. The memory comes from glibc as before, so that its free() takes it back.
-extern "C" {
-void* __libc_malloc(std::size_t) noexcept;
-void* __libc_calloc(std::size_t, std::size_t) noexcept;
-void* __libc_realloc(void*, std::size_t) noexcept;
-void* __libc_memalign(std::size_t, std::size_t) noexcept;
-
-void* malloc(std::size_t size) noexcept {
-  count();
-  return __libc_malloc(size);
-}
-void* calloc(std::size_t n, std::size_t size) noexcept {
-  count();
-  return __libc_calloc(n, size);
-}
-void* realloc(void* memory, std::size_t size) noexcept {
-  count();
-  return __libc_realloc(memory, size);
-}
-void* aligned_alloc(std::size_t alignment, std::size_t size) noexcept {
-  count();
-  return __libc_memalign(alignment, size);
-}
-int posix_memalign(void** memory, std::size_t alignment, std::size_t size) noexcept {
-  count();
-  *memory = __libc_memalign(alignment, size);
-  return *memory || size == 0 ? 0 : ENOMEM;
-}
-}
-#endif
-
-namespace {
-
+using count_allocations::allocationsOf;
 using fuse_flow::FuseFlow;
 using fuse_flow::PointFused;
-
-template <typename Action>
-long allocationsOf(const Action& action) {
-  allocations = 0;
-  counting = true;
-  action();
-  counting = false;
-  return allocations;
-}
 
 class Allocations : public testing::Test {
  protected:

@@ -1,65 +1,13 @@
+#include "../count_allocations.h"
 #include "device_comparison.h"
 #include "random_rig.h"
 
 #include <fuse_flow/gpu/memory.h>
 
-#include <atomic>
-#include <cerrno>
-#include <cstdlib>
 #include <thread>
 
 #if defined(_OPENMP)
 #include <omp.h>
-#endif
-
-// CUDA's driver allocates as it likes: with it only what is asked of it is counted.
-#if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__) && !FUSE_FLOW_CUDA
-#define FUSE_FLOW_TEST_COUNTS_HOST_ALLOCATIONS 1
-#endif
-
-namespace {
-
-std::atomic<bool> counting_host{false};
-std::atomic<long> host_allocations{0};
-
-#if defined(FUSE_FLOW_TEST_COUNTS_HOST_ALLOCATIONS)
-void countHost() noexcept {
-  if (counting_host.load(std::memory_order_relaxed)) host_allocations.fetch_add(1, std::memory_order_relaxed);
-}
-#endif
-
-}  // namespace
-
-#if defined(FUSE_FLOW_TEST_COUNTS_HOST_ALLOCATIONS)
-// As in the CPU's tests: malloc itself rather than operator new, from glibc as before.
-extern "C" {
-void* __libc_malloc(std::size_t) noexcept;
-void* __libc_calloc(std::size_t, std::size_t) noexcept;
-void* __libc_realloc(void*, std::size_t) noexcept;
-void* __libc_memalign(std::size_t, std::size_t) noexcept;
-
-void* malloc(std::size_t size) noexcept {
-  countHost();
-  return __libc_malloc(size);
-}
-void* calloc(std::size_t n, std::size_t size) noexcept {
-  countHost();
-  return __libc_calloc(n, size);
-}
-void* realloc(void* memory, std::size_t size) noexcept {
-  countHost();
-  return __libc_realloc(memory, size);
-}
-void* aligned_alloc(std::size_t alignment, std::size_t size) noexcept {
-  countHost();
-  return __libc_memalign(alignment, size);
-}
-int posix_memalign(void** memory, std::size_t alignment, std::size_t size) noexcept {
-  countHost();
-  *memory = __libc_memalign(alignment, size);
-  return *memory || size == 0 ? 0 : ENOMEM;
-}
-}
 #endif
 
 namespace {
@@ -77,11 +25,8 @@ struct Requests {
 template <typename Action>
 Requests requestsOf(const Action& action) {
   const std::size_t before = fuse_flow::gpu::memoryRequests();
-  host_allocations = 0;
-  counting_host = true;
-  action();
-  counting_host = false;
-  return {fuse_flow::gpu::memoryRequests() - before, host_allocations};
+  const long host = count_allocations::allocationsOf(action);
+  return {fuse_flow::gpu::memoryRequests() - before, host};
 }
 
 /** \brief Frames of which the first misses a camera. */
@@ -103,7 +48,7 @@ TEST(GpuAllocations, AreCounted) {
     device.fuse(some[0].rig, cloud);
   });
   EXPECT_GT(first.device, 10u);
-#if defined(FUSE_FLOW_TEST_COUNTS_HOST_ALLOCATIONS)
+#if defined(FUSE_FLOW_TEST_COUNTS_ALLOCATIONS)
   EXPECT_GT(first.host, 10);
 #endif
 }
