@@ -43,12 +43,16 @@ struct ViewModel {
       const Pixel pixel = project(intrinsics, p_C);
       q = {pixel.u * z, pixel.v * z, z};
     }
-    const float inverse_z = 1.0f / z;
+    return place(q, intrinsics, x, y);
+  }
+
+  /** \brief The last step of locate(), without branches, so that loops over it become vector code. \param q (u z, v z, z) */
+  FUSE_FLOW_HD static bool place(const Vec3& q, const Intrinsics& K, float& x, float& y) {
+    const float inverse_z = 1.0f / q.z;
     x = q.x * inverse_z + 0.5f;
     y = q.y * inverse_z + 0.5f;
     // Compared as floats, so that a far-off projection never overflows an integer.
-    return (x >= 0) & (x < static_cast<float>(intrinsics.width)) & (y >= 0) &
-           (y < static_cast<float>(intrinsics.height));
+    return (q.z > 0) & (x >= 0) & (x < static_cast<float>(K.width)) & (y >= 0) & (y < static_cast<float>(K.height));
   }
 
   /** \brief Far outside the field of view the polynomial of a lens folds back into the image. \param p_C in the camera's frame;

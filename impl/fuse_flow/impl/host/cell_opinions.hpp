@@ -120,15 +120,13 @@ class CellOpinions {
   static constexpr std::int32_t kNowhere = -1;
   static constexpr std::size_t kSights = Confirmation::kViews + 1;  ///< and one that is not kept
 
-  static void locateIdeal(std::size_t n, ProjectionMatrix P, const Intrinsics& K, const float* __restrict X,
+  static void locateIdeal(std::size_t n, ProjectionMatrix P, Intrinsics K, const float* __restrict X,
                           const float* __restrict Y, const float* __restrict Z, float* __restrict x,
                           float* __restrict y, float* __restrict z, std::int32_t* __restrict pixel) {
-    const auto width = static_cast<float>(K.width), height = static_cast<float>(K.height);
     for (std::size_t k = 0; k < n; ++k) {
       const Vec3 q = P * Vec3{X[k], Y[k], Z[k]};
-      const float inverse_z = 1.0f / q.z;
-      const float column = q.x * inverse_z + 0.5f, row = q.y * inverse_z + 0.5f;
-      const bool inside = (q.z > 0) & (column >= 0) & (column < width) & (row >= 0) & (row < height);
+      float column, row;
+      const bool inside = ViewModel::place(q, K, column, row);
       x[k] = inside ? column : 0.0f;
       y[k] = inside ? row : 0.0f;
       z[k] = q.z;
