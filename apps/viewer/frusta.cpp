@@ -26,11 +26,9 @@ bool same(const std::vector<Camera>& a, const std::vector<Camera>& b) {
 class Name : public vtkBillboardTextActor3D {
  public:
   static Name* New();
-  vtkTypeMacro(Name, vtkBillboardTextActor3D)
 
-      protected : Name() {
-    QuadMapper->SetRelativeCoincidentTopologyPolygonOffsetParameters(0, kInFront);
-  }
+ protected:
+  Name() { QuadMapper->SetRelativeCoincidentTopologyPolygonOffsetParameters(0, kInFront); }
 };
 vtkStandardNewMacro(Name);
 
