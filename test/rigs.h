@@ -10,14 +10,6 @@
 
 namespace scenes {
 
-/** \brief Searches take ten times as long under sanitizers, which look at the code and not at what it finds: there one of each kind
- *  is enough. */
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr bool kSanitized = true;
-#else
-constexpr bool kSanitized = false;
-#endif
-
 constexpr double kDegree = 0.017453292519943295;
 
 /** \brief A floor, two walls and a ball: surfaces in all directions, within 3 m of the origin. */

@@ -131,11 +131,8 @@ TEST(CoarseAlignment, PosesThatTheCamerasHaveMakeNoDifference) {
 }
 
 TEST(CoarseAlignmentThreads, AnyNumberOfThemFindsTheSame) {
-#ifdef __SANITIZE_THREAD__  // two minutes with three, and the same threads with two
-  const Scene scene = unposed(around({10, 55}), furnishedRoom());
-#else
-  const Scene scene = unposed(around({10, 55, 115}), furnishedRoom());
-#endif
+  const Scene scene = unposed(
+      around(scenes::kSanitized ? std::vector<double>{10, 55} : std::vector<double>{10, 55, 115}), furnishedRoom());
   const CoarseAlignmentResult one = align(scene, 1);
   for (const unsigned int threads : {2u, 5u}) {
     const CoarseAlignmentResult many = align(scene, threads);

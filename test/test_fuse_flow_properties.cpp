@@ -46,7 +46,8 @@ TEST(FuseFlowProperties, TheBytesDoNotDependOnTheNumberOfThreads) {
       parameters.use_spatial_hash = hash;
       const auto expected = scenes::bytes(scenes::fuse(scene.rig, parameters, 1));
       ASSERT_GT(expected.size(), 5000u);
-      for (const unsigned int threads : {2u, 3u, 7u, 0u})
+      const std::vector<unsigned int> numbers = scenes::kSanitized ? std::vector{3u} : std::vector{2u, 3u, 7u, 0u};
+      for (const unsigned int threads : numbers)
         ASSERT_TRUE(scenes::bytes(scenes::fuse(scene.rig, parameters, threads)) == expected) << threads << " threads";
     }
 }

@@ -2,6 +2,7 @@
 
 #include "device_comparison.h"
 #include "random_rig.h"
+#include "test_length.h"
 
 namespace {
 
@@ -56,7 +57,7 @@ TEST(GpuChangingFrames, RepeatedFramesOnAStreamAreFusedAsTheyAre) {
   Device device;
   device.setStream(stream.get());
   Tally tally;
-  for (int k = 0; k < 25; ++k) {
+  for (int k = 0; k < timesOver(25, 3); ++k) {
     frame.draw(random, 4, 60);
     FuseFlowParameters parameters = random_rig::parameters(random);
     for (int repeat = 0; repeat < 6; ++repeat) {
@@ -72,7 +73,7 @@ TEST(GpuChangingFrames, RepeatedFramesOnAStreamAreFusedAsTheyAre) {
   }
   EXPECT_TRUE(tally.good()) << tally;
 #if FUSE_FLOW_CUDA
-  EXPECT_GT(device.getGraphReplays(), 25u);
+  EXPECT_GT(device.getGraphReplays(), static_cast<std::size_t>(timesOver(25, 3)));
 #endif
 }
 
@@ -166,7 +167,7 @@ TEST(GpuChangingFrames, ScenesOfTenCentimetresAndOfAKilometre) {
     Host host;
     Device device;
     Tally tally;
-    for (int k = 0; k < 40; ++k) {
+    for (int k = 0; k < timesOver(40, 4); ++k) {
       SCOPED_TRACE(scale);
       frame.draw(random, 4, 40, scale);
       FuseFlowParameters parameters = random_rig::parameters(random, scale);
@@ -179,7 +180,7 @@ TEST(GpuChangingFrames, ScenesOfTenCentimetresAndOfAKilometre) {
       expectSame(frame.rig, parameters, host, device, &tally);
       ASSERT_FALSE(HasFailure());
     }
-    EXPECT_GT(tally.points, 5000u) << scale;
+    EXPECT_GT(tally.points, enough(5000)) << scale;
     EXPECT_TRUE(tally.good()) << tally;
   }
 }

@@ -2,6 +2,7 @@
 
 #include "device_comparison.h"
 #include "random_rig.h"
+#include "test_length.h"
 
 #include <fuse_flow/gpu/adaptive_hash_fusion.h>
 #include <fuse_flow/gpu/confidence_estimation.h>
@@ -133,7 +134,7 @@ TYPED_TEST(DeviceClouds, ConfidenceEstimationIsTheHosts) {
   Random random(71);
   RandomFrame frame;
   std::size_t kept = 0;
-  for (int k = 0; k < 48; ++k) {
+  for (int k = 0; k < timesOver(48, 16); ++k) {
     frame.draw(random, 1);
     const auto cloud = cloudsOf<TypeParam>(frame.rig, random)[0];
     if (cloud->empty()) continue;
@@ -159,13 +160,13 @@ TYPED_TEST(DeviceClouds, ConfidenceEstimationIsTheHosts) {
     EXPECT_EQ(*device.getRemovedIndices(), *host.getRemovedIndices());
     kept += result.size();
   }
-  EXPECT_GT(kept, 1000u);
+  EXPECT_GT(kept, enough(1000));
 }
 
 TYPED_TEST(DeviceClouds, DepthBackprojectionIsTheHosts) {
   Random random(72);
   RandomFrame frame;
-  for (int k = 0; k < 48; ++k) {
+  for (int k = 0; k < timesOver(48, 16); ++k) {
     frame.draw(random, 1);
     if (frame.rig.views[0].missing()) continue;
     const Intrinsics& K = frame.rig.cameras[0].intrinsics;
@@ -211,7 +212,7 @@ TYPED_TEST(DeviceClouds, MultiViewConsistencyIsTheHosts) {
   Random random(73);
   RandomFrame frame;
   std::size_t points = 0;
-  for (int k = 0; k < 48; ++k) {
+  for (int k = 0; k < timesOver(48, 16); ++k) {
     frame.draw(random);
     const auto clouds = cloudsOf<TypeParam>(frame.rig, random);
     const auto source = static_cast<std::size_t>(random.below(static_cast<int>(clouds.size())));
@@ -247,7 +248,7 @@ TYPED_TEST(DeviceClouds, MultiViewConsistencyIsTheHosts) {
     }
     points += expected.size();
   }
-  EXPECT_GT(points, 1000u);
+  EXPECT_GT(points, enough(1000));
 }
 
 TYPED_TEST(DeviceClouds, AdaptiveHashFusionIsTheHosts) {
@@ -259,7 +260,7 @@ TYPED_TEST(DeviceClouds, AdaptiveHashFusionIsTheHosts) {
     return device_comparison::samePosition(a, b) && squaredNorm(point::getColor(a) - point::getColor(b)) <= 3 &&
            squaredNorm(point::getNormal(a) - point::getNormal(b)) < 1e-6f;
   };
-  for (int k = 0; k < 60; ++k) {
+  for (int k = 0; k < timesOver(60, 12); ++k) {
     frame.draw(random);
     const auto clouds = cloudsOf<TypeParam>(frame.rig, random);
     auto all = std::make_shared<pcl::PointCloud<TypeParam>>();
@@ -297,9 +298,9 @@ TYPED_TEST(DeviceClouds, AdaptiveHashFusionIsTheHosts) {
     removed += host.getRemovedIndices()->size() + device.getRemovedIndices()->size();
     removed_alone += device_comparison::indicesAlone(*host.getRemovedIndices(), *device.getRemovedIndices());
   }
-  EXPECT_GT(points, 4000u);
+  EXPECT_GT(points, enough(4000));
   EXPECT_LE(alone * 10000, points) << alone << " of " << points;
-  EXPECT_GT(removed, 20000u);
+  EXPECT_GT(removed, enough(20000));
   EXPECT_LE(removed_alone * 10000, removed) << removed_alone << " of " << removed;
 }
 

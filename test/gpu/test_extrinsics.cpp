@@ -1,5 +1,6 @@
 #include "../refusal.h"
 #include "pose_comparison.h"
+#include "test_length.h"
 
 #include <fuse_flow/gpu/extrinsic_tracking.h>
 
@@ -205,7 +206,7 @@ TEST(GpuExtrinsics, HoldNoMoreMemoryOnceWarm) {
   std::size_t free_before = 0, free_after = 0, total = 0;
   fuse_flow::gpu::check(cudaMemGetInfo(&free_before, &total), "cudaMemGetInfo");
 #endif
-  for (int k = 0; k < 10; ++k) {
+  for (int k = 0; k < timesOver(10, 2); ++k) {
     a.measure(random);
     b.measure(random);
     estimate(a, 2);
@@ -214,7 +215,9 @@ TEST(GpuExtrinsics, HoldNoMoreMemoryOnceWarm) {
   EXPECT_EQ(device.getDeviceBytes(), bytes);
 #if FUSE_FLOW_CUDA
   fuse_flow::gpu::check(cudaMemGetInfo(&free_after, &total), "cudaMemGetInfo");
-  EXPECT_EQ(free_after, free_before);
+  if (!shortTests()) {  // compute-sanitizer takes some too
+    EXPECT_EQ(free_after, free_before);
+  }
 #endif
 }
 

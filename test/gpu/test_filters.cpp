@@ -2,6 +2,7 @@
 
 #include "device_comparison.h"
 #include "random_rig.h"
+#include "test_length.h"
 
 #include <fuse_flow/gpu/adaptive_hash_fusion.h>
 #include <fuse_flow/gpu/confidence_estimation.h>
@@ -52,7 +53,7 @@ void expectSameBytes(const Cloud& host, const Cloud& device) {
 TEST(GpuFilters, ConfidenceEstimationGivesTheHostsConfidenceAndIndices) {
   Random random(61);
   RandomFrame frame;
-  for (int k = 0; k < 40; ++k) {
+  for (int k = 0; k < timesOver(40, 12); ++k) {
     frame.draw(random, 1);
     const Clouds clouds(frame.rig, random);
     if (clouds.all->empty()) continue;
@@ -78,7 +79,7 @@ TEST(GpuFilters, ConfidenceEstimationGivesTheHostsConfidenceAndIndices) {
 TEST(GpuFilters, DepthBackprojectionGivesTheHostsPoints) {
   Random random(62);
   RandomFrame frame;
-  for (int k = 0; k < 60; ++k) {
+  for (int k = 0; k < timesOver(60, 12); ++k) {
     frame.draw(random, 1);
     if (frame.rig.views[0].missing()) continue;
     PreprocessingParameters parameters;
@@ -101,7 +102,7 @@ TEST(GpuFilters, DepthBackprojectionGivesTheHostsPoints) {
 TEST(GpuFilters, MultiViewConsistencyGivesTheHostsConsistency) {
   Random random(63);
   RandomFrame frame;
-  for (int k = 0; k < 40; ++k) {
+  for (int k = 0; k < timesOver(40, 12); ++k) {
     frame.draw(random);
     const Clouds clouds(frame.rig, random);
     const int source = k % 2 ? -1 : random.below(static_cast<int>(frame.rig.cameras.size()));
@@ -136,7 +137,7 @@ TEST(GpuFilters, AdaptiveHashFusionGivesTheHostsPoints) {
   RandomFrame frame;
   device_comparison::Tally tally;
   std::size_t removed = 0, removed_alone = 0;
-  for (int k = 0; k < 80; ++k) {
+  for (int k = 0; k < timesOver(80, 12); ++k) {
     frame.draw(random);
     const Clouds clouds(frame.rig, random);
     if (clouds.all->empty()) continue;
@@ -155,9 +156,9 @@ TEST(GpuFilters, AdaptiveHashFusionGivesTheHostsPoints) {
     removed += host.getRemovedIndices()->size() + device.getRemovedIndices()->size();
     removed_alone += device_comparison::indicesAlone(*host.getRemovedIndices(), *device.getRemovedIndices());
   }
-  EXPECT_GT(removed, 20000u);
+  EXPECT_GT(removed, enough(20000));
   EXPECT_LE(removed_alone * 10000, removed) << removed_alone << " of " << removed;
-  EXPECT_GT(tally.points, 5000u);
+  EXPECT_GT(tally.points, enough(5000));
   EXPECT_TRUE(tally.good()) << tally;
 }
 
@@ -193,7 +194,7 @@ TEST(GpuFilters, TheBilateralFilterIsPcls) {
   Random random(66);
   RandomFrame frame;
   std::size_t changed = 0;
-  for (int k = 0; k < 60; ++k) {
+  for (int k = 0; k < timesOver(60, 12); ++k) {
     frame.draw(random, 1, k % 10 == 9 ? 2 : 70);
     if (frame.rig.views[0].missing()) continue;
     PreprocessingParameters parameters;
@@ -217,7 +218,7 @@ TEST(GpuFilters, TheBilateralFilterIsPcls) {
     expectSameBytes(expected, cloud);
     for (std::size_t p = 0; p < plain.size(); ++p) changed += plain[p].z != expected[p].z ? 1 : 0;
   }
-  EXPECT_GT(changed, 10000u);
+  EXPECT_GT(changed, enough(10000));
 }
 
 }  // namespace

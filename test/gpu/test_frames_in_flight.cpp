@@ -114,7 +114,7 @@ TEST(GpuFramesInFlight, SeveralObjectsOnStreamsOfTheirOwnGiveTheBytesOfOne) {
       Device device;
       device.setStream(stream.get());
       Cloud cloud;
-      for (int k = 0; k < timesOver(20, 4); ++k) {
+      for (int k = 0; k < timesOver(20, 8); ++k) {
         const std::size_t frame = (t + static_cast<std::size_t>(k) / 5) % alone.frames.size();  // several times over
         device.fuse(alone.frames[frame].rig, cloud);
         wrong[t] += bytesOf(cloud) == alone.bytes[frame] ? 0 : 1;

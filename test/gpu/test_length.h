@@ -2,11 +2,22 @@
 
 /** \file
  *  \brief How much of the same a test does. compute-sanitizer makes a launch hundreds of times slower: with the environment
- *  variable FUSE_FLOW_TEST_SHORT set, whatever to, the long tests do less and the whole binary can run under it. */
+ *  variable FUSE_FLOW_TEST_SHORT set, whatever to, the long tests do less and the whole binary can run under it. So they do under
+ *  the compiler's sanitizers, which see the same code. */
 
+#include <cstddef>
 #include <cstdlib>
 
-inline bool shortTests() { return std::getenv("FUSE_FLOW_TEST_SHORT") != nullptr; }
+inline bool shortTests() {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+  return true;
+#else
+  return std::getenv("FUSE_FLOW_TEST_SHORT") != nullptr;
+#endif
+}
 
 /** \brief How many times over a test does what it does. */
 inline int timesOver(int usually, int where_short) { return shortTests() ? where_short : usually; }
+
+/** \brief How many points there must be for a comparison of them to say something. */
+inline std::size_t enough(std::size_t usually) { return shortTests() ? usually / 50 : usually; }

@@ -1,4 +1,5 @@
 #include "furnished_rig.h"
+#include "test_length.h"
 
 #include <fuse_flow/gpu/alignment_system.h>
 #include <fuse_flow/impl/host/alignment_system.hpp>
@@ -138,7 +139,7 @@ TEST(GpuPoseSums, OfRandomRigsAreTheHosts) {
   Random random(61);
   Systems systems;  // the same objects for all: frames of changing number, size and kind
   std::size_t correspondences = 0, colored = 0;
-  for (int trial = 0; trial < 24; ++trial) {
+  for (int trial = 0; trial < timesOver(24, 4); ++trial) {
     SCOPED_TRACE(trial);
     FurnishedRig frame(random, randomOptions(random));
     const fuse_flow::ExtrinsicParameters p = randomParameters(random);
@@ -157,8 +158,8 @@ TEST(GpuPoseSums, OfRandomRigsAreTheHosts) {
     }
     if (HasFatalFailure()) return;
   }
-  EXPECT_GT(correspondences, 5000u) << "there was something to compare";
-  EXPECT_GT(colored, 1000u);
+  EXPECT_GT(correspondences, enough(5000)) << "there was something to compare";
+  EXPECT_GT(colored, enough(1000));
 }
 
 TEST(GpuPoseSums, OfFullSizeImagesAreTheHosts) {

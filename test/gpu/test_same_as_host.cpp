@@ -22,13 +22,13 @@ TEST_P(RandomFrames, AreFusedAsOnTheHost) {
   Host host;
   Device device;
   Tally tally;
-  for (int k = 0; k < timesOver(400, 20); ++k) {
+  for (int k = 0; k < timesOver(400, 40); ++k) {
     SCOPED_TRACE(k);
     frame.draw(random, 6, k % 20 == 0 ? 120 : 40);  // now and then large enough to tell the noise
     expectSame(frame.rig, random_rig::parameters(random), host, device, &tally);
     ASSERT_FALSE(HasFailure());
   }
-  EXPECT_GT(tally.points, shortTests() ? 2000u : 100000u);
+  EXPECT_GT(tally.points, enough(100000));
   EXPECT_TRUE(tally.good()) << tally;
 }
 
@@ -48,7 +48,7 @@ TEST(GpuSameAsHost, NormalsAreThoseOfTheHost) {
            near(a.r, b.r) && near(a.g, b.g) && near(a.b, b.b);
   };
   std::size_t points = 0, alone = 0;
-  for (int k = 0; k < 60; ++k) {
+  for (int k = 0; k < timesOver(60, 6); ++k) {
     frame.draw(random);
     pcl::PointCloud<PointT> expected, cloud;
     host.fuse(frame.rig, expected);
@@ -57,7 +57,7 @@ TEST(GpuSameAsHost, NormalsAreThoseOfTheHost) {
     alone += pointsAlone(expected, cloud, same);
     points += expected.size() + cloud.size();
   }
-  EXPECT_GT(points, 10000u);
+  EXPECT_GT(points, enough(10000));
   EXPECT_LE(alone * 1000, points);
 }
 
@@ -76,13 +76,13 @@ TEST(GpuSameAsHost, PointsWithoutColourHaveThePositionsOfTheHost) {
 #if defined(FUSE_FLOW_TEST_HAS_RECORDINGS)
 TEST(GpuSameAsHost, TheDemoRecordingIsFusedAsOnTheHost) {
   fuse_flow::io::DemoOptions options;
-  options.frames = 2;
+  options.frames = timesOver(2, 1);
   options.width = 320;
   options.height = 240;
   const fuse_flow::io::DemoRecording recording = fuse_flow::io::makeDemoRecording(options);
   Host host;
   Device device;
-  for (std::size_t k = 0; k < 2; ++k) {
+  for (std::size_t k = 0; k < recording.depth.size(); ++k) {
     fuse_flow::RigFrame frame;
     frame.cameras = recording.cameras;
     frame.views.resize(frame.cameras.size());
