@@ -73,7 +73,7 @@ TEST(GpuChangingFrames, RepeatedFramesOnAStreamAreFusedAsTheyAre) {
   }
   EXPECT_TRUE(tally.good()) << tally;
 #if FUSE_FLOW_CUDA
-  EXPECT_GT(device.getGraphReplays(), static_cast<std::size_t>(timesOver(25, 3)));
+  EXPECT_GT(device.getGraphReplays(), shortTests() ? 0u : 25u);
 #endif
 }
 
@@ -81,7 +81,7 @@ TEST(GpuChangingFrames, EveryRunGivesTheSameBytes) {
   Random random(32);
   RandomFrame frame;
   Device device;
-  for (int k = 0; k < 10; ++k) {
+  for (int k = 0; k < timesOver(10, 2); ++k) {
     frame.draw(random, 6, 80);
     device.setParameters(random_rig::parameters(random));
     Cloud cloud;

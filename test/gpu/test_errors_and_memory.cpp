@@ -182,8 +182,8 @@ class GpuMemory : public testing::Test {
   /** \brief fuse(frame): the next one. */
   template <typename Fuse>
   void expectSteady(const Fuse& fuse) {
-    const int count = timesOver(FUSE_FLOW_CUDA ? 10000 : 500, 50);
-    for (int k = 0; k < 50; ++k) fuse(frameOf(k));
+    const int count = timesOver(FUSE_FLOW_CUDA ? 10000 : 500, 20);
+    for (int k = 0; k < timesOver(50, 10); ++k) fuse(frameOf(k));
     const std::size_t bytes = device_.getDeviceBytes(), free_bytes = freeDeviceBytes();
     for (int k = 0; k < count / 5; ++k) fuse(frameOf(k));
     const std::size_t before = hostBytes();
@@ -219,7 +219,7 @@ TEST_F(GpuMemory, DoesNotGrowOnceWarmOnAStreamOfItsOwn) {
     for (int repeat = 0; repeat < 3; ++repeat) device_.fuse(frame, cloud_);
   });
 #if FUSE_FLOW_CUDA
-  EXPECT_GT(device_.getGraphReplays(), 50u);
+  EXPECT_GT(device_.getGraphReplays(), shortTests() ? 0u : 50u);
 #endif
 }
 
