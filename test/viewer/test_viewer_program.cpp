@@ -4,8 +4,12 @@
 #include "viewer_fixture.h"
 
 #include <X11/Xlib.h>
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include <csignal>
+#include <functional>
 #include <thread>
 
 namespace viewer_test {
@@ -14,6 +18,20 @@ namespace {
 using tool_test::RunOptions;
 using tool_test::runProgram;
 using tool_test::ToolResult;
+
+/** \brief As a window manager does when the cross in the corner is clicked. */
+void closeWindow(const std::string& number) {
+  Display* display = XOpenDisplay(nullptr);
+  ASSERT_NE(display, nullptr);
+  XEvent event{};
+  event.xclient.type = ClientMessage;
+  event.xclient.window = std::stoul(number);
+  event.xclient.message_type = XInternAtom(display, "WM_PROTOCOLS", False);
+  event.xclient.format = 32;
+  event.xclient.data.l[0] = static_cast<long>(XInternAtom(display, "WM_DELETE_WINDOW", False));
+  XSendEvent(display, event.xclient.window, False, NoEventMask, &event);
+  XCloseDisplay(display);
+}
 
 /** \brief The program as it is installed, with a window where it has one, and real keys. */
 class ViewerProgram : public testing::Test {
@@ -52,6 +70,25 @@ class ViewerProgram : public testing::Test {
       EXPECT_EQ(std::system(press.c_str()), 0);
       std::this_thread::sleep_for(std::chrono::milliseconds(100));
     }
+  }
+
+  /** \brief Closes the window after what is to be waited for. */
+  void expectToEndWithItsWindow(const std::function<void()>& wait) const {
+    RunOptions options;
+    std::chrono::steady_clock::time_point closed;
+    options.meanwhile = [&](pid_t) {
+      pressUntil("j", path("screenshot_000.png"));
+      const std::string find = "xdotool search --sync --onlyvisible --name FUSE-Flow > " + path("window");
+      EXPECT_EQ(std::system(find.c_str()), 0);
+      wait();
+      closeWindow(tool_test::readText(path("window")));
+      closed = std::chrono::steady_clock::now();
+    };
+    const ToolResult result = view({"--folder", folder_.string()}, options);
+    EXPECT_LT(std::chrono::steady_clock::now() - closed, std::chrono::seconds(10))
+        << "within a second, were it alone here";
+    EXPECT_FALSE(result.timed_out);
+    EXPECT_EQ(result.exit_code, 0) << result.err;
   }
 
   fs::path folder_;
@@ -135,35 +172,26 @@ TEST_F(ViewerProgram, RealKeysChangeWhatIsSeen) {
   EXPECT_EQ(result.exit_code, 0) << result.err;
 }
 
-/** \brief As a window manager does when the cross in the corner is clicked. */
-void closeWindow(const std::string& number) {
-  Display* display = XOpenDisplay(nullptr);
-  ASSERT_NE(display, nullptr);
-  XEvent event{};
-  event.xclient.type = ClientMessage;
-  event.xclient.window = std::stoul(number);
-  event.xclient.message_type = XInternAtom(display, "WM_PROTOCOLS", False);
-  event.xclient.format = 32;
-  event.xclient.data.l[0] = static_cast<long>(XInternAtom(display, "WM_DELETE_WINDOW", False));
-  XSendEvent(display, event.xclient.window, False, NoEventMask, &event);
-  XCloseDisplay(display);
+TEST_F(ViewerProgram, EndsWithItsWindowWhileItPlays) {
+  expectToEndWithItsWindow([] {});
 }
 
-TEST_F(ViewerProgram, EndsWithItsWindowWhileItPlays) {
-  RunOptions options;
-  std::chrono::steady_clock::time_point closed;
-  options.meanwhile = [&](pid_t) {
-    pressUntil("j", path("screenshot_000.png"));
-    const std::string find = "xdotool search --sync --onlyvisible --name FUSE-Flow > " + path("window");
-    EXPECT_EQ(std::system(find.c_str()), 0);
-    closeWindow(tool_test::readText(path("window")));
-    closed = std::chrono::steady_clock::now();
-  };
-  const ToolResult result = view({"--folder", folder_.string()}, options);
-  EXPECT_LT(std::chrono::steady_clock::now() - closed, std::chrono::seconds(10))
-      << "within a second, were it alone here";
-  EXPECT_FALSE(result.timed_out);
-  EXPECT_EQ(result.exit_code, 0) << result.err;
+// As on a disk that is asleep, or over a network that is gone.
+TEST_F(ViewerProgram, EndsWithItsWindowWhileItWaitsForAFile) {
+  fs::path image;
+  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(folder_ / "recording"))
+    if (entry.path().filename() == "000002.png" && entry.path().parent_path().filename() == "depth")
+      image = entry.path();
+  ASSERT_FALSE(image.empty());
+  fs::remove(image);
+  ASSERT_EQ(mkfifo(image.c_str(), 0600), 0);
+  int nothing = -1;  // ever comes out of it
+  expectToEndWithItsWindow([&] {
+    for (int k = 0; k < 600 && (nothing = open(image.c_str(), O_WRONLY | O_NONBLOCK)) < 0; ++k)  // until it is read
+      std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    EXPECT_GE(nothing, 0);
+  });
+  close(nothing);
 }
 
 TEST_F(ViewerProgram, AnInterruptEndsItAsItEndsTheOtherTools) {
