@@ -155,7 +155,7 @@ not_built() {
   done << 'END'
 FUSE_FLOW_THRUST_INCLUDE_DIR the GPU classes and their tests: no Thrust
 FUSE_FLOW_NVCC what runs on a GPU: no nvcc
-apriltag_DIR fuse_flow_calibrate --board: no apriltag
+FUSE_FLOW_APRILTAG_LIBRARY fuse_flow_calibrate --board: no apriltag
 Open3D_DIR Open3D among the tables' peers: no Open3D
 END
 }
