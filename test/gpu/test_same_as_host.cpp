@@ -76,7 +76,7 @@ TEST(GpuSameAsHost, PointsWithoutColourHaveThePositionsOfTheHost) {
 #if defined(FUSE_FLOW_TEST_HAS_RECORDINGS)
 TEST(GpuSameAsHost, TheDemoRecordingIsFusedAsOnTheHost) {
   fuse_flow::io::DemoOptions options;
-  options.frames = 1;
+  options.frames = timesOver(2, 1);
   options.width = 320;
   options.height = 240;
   const fuse_flow::io::DemoRecording recording = fuse_flow::io::makeDemoRecording(options);
