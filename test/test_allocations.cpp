@@ -119,6 +119,12 @@ TEST_F(FrameAllocations, ThereAreNoneForACropBox) {
   expectNone<PointFused>(parameters, 2);
 }
 
+TEST_F(FrameAllocations, ThereAreNoneToFillHoles) {
+  fuse_flow::FuseFlowParameters parameters;
+  parameters.preprocessing.fill_neighbours = 3;
+  expectNone<PointFused>(parameters, 2);
+}
+
 TEST_F(FrameAllocations, ThereAreNoneForMissingCameras) {
   frames_[1].views[0] = {};
   frames_[2].views[1] = {};

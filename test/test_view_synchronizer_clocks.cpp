@@ -54,7 +54,6 @@ TEST(ViewSynchronizerClocks, ThatDriftAreFollowedForAnHour) {
   EXPECT_EQ(statistics.complete_sets, 3600u * 30);
   EXPECT_NEAR(static_cast<double>(statistics.cameras[0].offset.count()), -720000.0, 3000);
   EXPECT_NEAR(static_cast<double>(statistics.cameras[2].offset.count()), -7000000.0 + 720000, 3000);
-  // The offset that grows is behind by up to 10 s of drift; so far apart are sets believed to be, once offsets are known.
   // The offset that grows is behind by up to 10 s of drift, 2 ms; once offsets are known, so far apart are sets believed to be.
   for (std::size_t k = 30; k < sets.size(); ++k) ASSERT_LT(sets[k].spread, 3ms) << sets[k].stamp;
 }

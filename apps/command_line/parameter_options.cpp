@@ -39,7 +39,19 @@ template <typename Enum>
 void ParameterOptions::addEnum(CLI::App& app, const std::string& name, Enum& member,
                                const std::map<std::string, Enum>& values, const std::string& help) {
   CLI::Option* option = app.add_option(name, member, help)->group("Parameters");
-  option->transform(CLI::CheckedTransformer(values));
+  std::string names;
+  for (const auto& [value_name, value] : values) {
+    names += (names.empty() ? "{" : ",") + value_name;
+    if (value == member) option->default_str(value_name);
+  }
+  names += "}";
+  const auto to_number = [values, names](std::string& given) {
+    const auto found = values.find(given);
+    if (found == values.end()) return given + " not in " + names;
+    given = std::to_string(static_cast<int>(found->second));
+    return std::string();
+  };
+  option->transform(CLI::Validator(to_number, names))->type_name("TEXT");
   overrideWhenGiven(option, member);
 }
 

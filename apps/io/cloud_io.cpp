@@ -5,6 +5,7 @@
 #include <pcl/common/io.h>
 #include <pcl/io/pcd_io.h>
 #include <pcl/io/ply_io.h>
+#include <pcl/pcl_config.h>
 
 #include <algorithm>
 #include <cctype>
@@ -148,15 +149,25 @@ std::string toPcd(const pcl::PCLPointCloud2& cloud, const SensorPose& pose) {
   return bytes;
 }
 
+/** \brief Before 1.13 PCL's reader refused files without points, after their whole header. */
+bool isRefusedAsEmpty(const pcl::PCLPointCloud2& header) {
+#if PCL_VERSION_COMPARE(<, 1, 13, 0)
+  return header.width * header.height == 0;
+#else
+  (void)header;
+  return false;
+#endif
+}
+
 /** \brief Whether a PCD's header is one that PCL's reader survives: it reads the data of any other without looking. */
 bool hasPcdHeader(const std::string& path) {
   pcl::PCLPointCloud2 header;
   SensorPose pose;
   int version = 0, data_type = 0;
   unsigned int data_begin = 0;
-  if (pcl::PCDReader().readHeader(path, header, pose.origin, pose.orientation, version, data_type, data_begin) < 0)
-    return false;
-  return !header.fields.empty() && header.point_step > 0 && data_begin > 0;
+  const bool whole =
+      pcl::PCDReader().readHeader(path, header, pose.origin, pose.orientation, version, data_type, data_begin) >= 0;
+  return (whole || isRefusedAsEmpty(header)) && !header.fields.empty() && header.point_step > 0 && data_begin > 0;
 }
 
 /** \brief Throws InputError for a PLY that has green or blue without red before it: PCL's reader would end the program. */
@@ -183,7 +194,8 @@ int readByExtension(const std::string& path, const std::string& extension, pcl::
   try {
     if (extension == ".ply") return pcl::PLYReader().read(path, cloud, pose.origin, pose.orientation, version);
     if (!hasPcdHeader(path)) return -1;
-    return pcl::PCDReader().read(path, cloud, pose.origin, pose.orientation, version);
+    const int result = pcl::PCDReader().read(path, cloud, pose.origin, pose.orientation, version);
+    return isRefusedAsEmpty(cloud) ? 0 : result;
   } catch (const std::exception&) {
     return -1;
   }

@@ -92,9 +92,10 @@ struct SynchronizedSet {
  *
  *  A set goes out as soon as every camera that is waited for has a view in it; if several could, the latest, so that a slow
  *  consumer skips frames instead of falling behind. Of cameras with different rates the slowest sets the pace; a frame that a
- *  camera has lost, by the rate at which it delivers, holds up no one. A view that has waited for max_wait goes out with what there is, and a camera that has delivered nothing by then has stalled: no set waits
- *  for it until it delivers again. No more than capacity views of a camera are kept, the oldest give way. push() never waits
- *  for a consumer: both hold the lock for bookkeeping only, and drop views outside of it.
+ *  camera has lost, by the rate at which it delivers, holds up no one. A view that has waited for max_wait goes out with
+ *  what there is, and a camera that has delivered nothing by then has stalled: no set waits for it until it delivers again.
+ *  No more than capacity views of a camera are kept, the oldest give way. push() never waits for a consumer: both hold the
+ *  lock for bookkeeping only, and drop views outside of it.
  *
  *  PayloadT is what owns the images, such as a cloud's ConstPtr; it must be movable. */
 template <typename PayloadT>

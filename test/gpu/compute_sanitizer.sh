@@ -1,20 +1,21 @@
 #!/usr/bin/env bash
 # compute_sanitizer.sh TESTS LOGS [PROCESSES]: the GPU test binary TESTS under each tool of compute-sanitizer, a process a test. A tool
-# that hangs, or that makes an error of its own, then spoils one test. Few processes at a time, 3 unless told: those that share a GPU
-# wait for each other's turns, and with ten a test takes ten times as long. Leaves a log a test in LOGS; tests with a log are not
+# that hangs, or that makes an error of its own, then spoils one test. Few processes at a time, 3 a GPU unless told: those that share
+# one wait for each other's turns, and with ten a test takes ten times as long. Leaves a log a test in LOGS; tests with a log are not
 # run again.
 set -euo pipefail
 tests=$(realpath "$1")
 mkdir -p "$2"
 cd "$2"
-export tests FUSE_FLOW_TEST_SHORT=1
+gpus=$(nvidia-smi -L | wc -l)
+export tests gpus FUSE_FLOW_TEST_SHORT=1
 
 check() {  # check TOOL TEST
   local log=$1.${2//\//_}.log options=() result=0
   if [ -e "$log" ]; then return; fi
   # One test runs out of memory, which memcheck takes for a mistake.
   if [ "$1" = memcheck ]; then options=(--report-api-errors no); fi
-  timeout 300 compute-sanitizer --tool "$1" "${options[@]}" --error-exitcode 9 "$tests" --gtest_brief=1 --gtest_filter="$2" \
+  CUDA_VISIBLE_DEVICES=$((${slot:-0} % gpus)) timeout 300 compute-sanitizer --tool "$1" "${options[@]}" --error-exitcode 9 "$tests" --gtest_brief=1 --gtest_filter="$2" \
     > "$log.part" 2>&1 || result=$?
   if grep -q "before first instrumented API call" "$log.part"; then result="needs no GPU"; fi
   echo "result: $result" >> "$log.part"
@@ -28,7 +29,7 @@ for tool in memcheck initcheck synccheck racecheck; do
     # Alone: no other process would have memory meanwhile.
     if [[ $name != GpuErrors.RunningOut* ]]; then echo "$tool $name"; fi
   done
-done | xargs -P "${3:-3}" -L 1 bash -c 'check "$@"' check
+done | xargs -P $((${3:-3} * gpus)) --process-slot-var=slot -L 1 bash -c 'check "$@"' check
 for tool in memcheck initcheck synccheck racecheck; do
   for name in $names; do check "$tool" "$name"; done  # what is left
   echo "$tool: $(grep -l '^result: 0' "$tool".*.log | wc -l) tests clean, $(grep -l '^result: needs' "$tool".*.log | wc -l) need no GPU"

@@ -20,7 +20,7 @@ FUSE_FLOW_HD float metres(float raw, float min_range, float max_range) {
 }
 
 /** \brief Small-hole fill of a pixel without measurement: the mean of its neighbours, if enough are there and they lie on one
- *  surface; else 0. \param z the 3×3 neighbourhood as measured, row by row, metres; 0 where there is no measurement */
+ *  surface; else 0. \param z the 3×3 neighbourhood as measured, row by row, metres; 0 or less where there is no measurement */
 FUSE_FLOW_HD float filledDepth(const PreprocessingParameters& p, const float (&z)[9]) {
   int count = 0;
   float low = 0, high = 0, sum = 0;

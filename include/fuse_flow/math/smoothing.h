@@ -5,10 +5,11 @@
 namespace fuse_flow {
 
 /** \brief How the D^r of eq. 8 is made from the measured depth: passes over 3×3 neighbourhoods whose spacing doubles from
- *  pass to pass (1, 2, 4, 8 pixels, twice that in noisy views), in which only neighbours count that lie on the pixel's own surface to within the
- *  noise. The passes work on inverse depth q = 1/z: of a plane it is an affine function of the pixel, however the plane is
- *  inclined, so planes stay exactly where they are; and of sensors that triangulate the noise of q is the same everywhere.
- *  The paper says "refined depth" and not how. */
+ *  pass to pass (1, 2, 4, 8 pixels, twice that in noisy views), in which only neighbours count that lie on the pixel's own
+ *  surface to within the noise. The passes work on inverse depth q = 1/z: of a plane it is an affine function of the pixel, however the plane is
+ *  inclined, so behind a lens without distortion planes stay exactly where they are, and behind one with distortion as far as
+ *  that is affine within a pass's reach; and of sensors that triangulate the noise of q is the same everywhere. The paper
+ *  says "refined depth" and not how. */
 struct SmoothingParameters {
   /** \brief 0 … 4; 0: D^r is the measured depth. */
   int passes{4};

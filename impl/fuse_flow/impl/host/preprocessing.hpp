@@ -6,22 +6,29 @@
 #include <pcl/filters/fast_bilateral.h>
 #include <pcl/point_types.h>
 
+#include <cmath>
+
 namespace fuse_flow {
 namespace host {
 
-/** \brief Reads the raw depth only, so that holes do not close from their rim inwards. \param raw scratch of the caller */
-inline void fillSmallHoles(const PreprocessingParameters& p, DepthMap& depth, DepthMap& raw) {
-  raw = depth;
-  for (int v = 0; v < depth.height(); ++v)
+/** \brief Only what was measured fills, so that holes do not close from their rim inwards: until all are looked at, what
+ *  was filled in is negative, which filledDepth() takes for a hole. */
+inline void fillSmallHoles(const PreprocessingParameters& p, DepthMap& depth) {
+  for (int v = 0; v < depth.height(); ++v) {
+    const float *above = depth.row(v - 1), *below = depth.row(v + 1);
+    float* here = depth.row(v);
     for (int u = 0; u < depth.width(); ++u) {
-      if (raw.row(v)[u] > 0) continue;
-      const float *above = raw.row(v - 1) + u, *here = raw.row(v) + u, *below = raw.row(v + 1) + u;
-      depth.row(v)[u] =
-          filledDepth(p, {above[-1], above[0], above[1], here[-1], here[0], here[1], below[-1], below[0], below[1]});
+      if (here[u] > 0) continue;
+      here[u] = -filledDepth(p, {above[u - 1], above[u], above[u + 1], here[u - 1], here[u], here[u + 1], below[u - 1],
+                                 below[u], below[u + 1]});
     }
+  }
+  for (int v = 0; v < depth.height(); ++v)
+    for (int u = 0; u < depth.width(); ++u) depth.row(v)[u] = std::abs(depth.row(v)[u]);
 }
 
-/** \brief Edge-preserving smoothing by PCL's filter, which works on the z of an organised cloud: of more than one row. */
+/** \brief Edge-preserving smoothing by PCL's filter, which works on the z of an organised cloud: of more than one row.
+ *  The filter allocates the grid that it works on, and a copy, in each call. */
 inline void smoothBilaterally(const PreprocessingParameters& p, DepthMap& depth) {
   if (depth.height() < 2) return;
   const auto cloud = std::make_shared<pcl::PointCloud<pcl::PointXYZ>>(static_cast<std::uint32_t>(depth.width()),
@@ -53,8 +60,7 @@ inline void smoothBilaterally(const PreprocessingParameters& p, DepthMap& depth)
 
 /** \brief What needs a whole image: filling and smoothing. */
 inline void preprocessDepthMap(const PreprocessingParameters& p, DepthMap& depth) {
-  DepthMap raw;
-  if (p.fill_neighbours > 0) fillSmallHoles(p, depth, raw);
+  if (p.fill_neighbours > 0) fillSmallHoles(p, depth);
   if (p.bilateral) smoothBilaterally(p, depth);
 }
 
