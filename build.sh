@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# ./build.sh demo | test | bench | tables | screenshots | format   — see the README. Installs missing distribution packages, builds, runs.
+# ./build.sh demo | test | bench | tables | screenshots | packages | format   — see the README. Installs missing distribution packages, builds, runs.
 set -euo pipefail
 cd "$(dirname "$0")"
 
@@ -194,6 +194,7 @@ format() {
 }
 
 case "${1:-}" in
+packages) install_missing ;;
 demo) demo ;;
 test) run_tests ;;
 bench) shift; bench "$@" ;;
@@ -201,5 +202,5 @@ tables) shift; tables "$@" ;;
 screenshots) screenshots ;;
 check-format) format --dry-run -Werror ;;
 format) format -i ;;
-*) echo "usage: ./build.sh demo | test | bench | tables | screenshots | check-format | format" >&2; exit 2 ;;
+*) echo "usage: ./build.sh demo | test | bench | tables | screenshots | packages | check-format | format" >&2; exit 2 ;;
 esac

@@ -47,11 +47,18 @@ std::vector<pcl::PCLPointField> dataFields(const pcl::PCLPointCloud2& cloud) {
   return fields;
 }
 
-bool isFinite(const std::vector<pcl::PCLPointField>& fields, const std::uint8_t* point) {
-  for (const pcl::PCLPointField& field : fields) {
-    if (field.name != "x" && field.name != "y" && field.name != "z") continue;
+/** \brief Of the fields those of the position. */
+std::vector<pcl::PCLPointField> axesOf(const std::vector<pcl::PCLPointField>& fields) {
+  std::vector<pcl::PCLPointField> axes;
+  for (const pcl::PCLPointField& field : fields)
+    if (field.name == "x" || field.name == "y" || field.name == "z") axes.push_back(field);
+  return axes;
+}
+
+bool isFinite(const std::vector<pcl::PCLPointField>& axes, const std::uint8_t* point) {
+  for (const pcl::PCLPointField& axis : axes) {
     float value = 0;
-    std::memcpy(&value, point + field.offset, sizeof value);
+    std::memcpy(&value, point + axis.offset, sizeof value);
     if (!std::isfinite(value)) return false;
   }
   return true;
@@ -96,20 +103,22 @@ void appendPlyProperties(std::ostream& header, const pcl::PCLPointField& field) 
 }
 
 std::string toPly(const pcl::PCLPointCloud2& cloud) {
-  const std::vector<pcl::PCLPointField> fields = dataFields(cloud);
+  const std::vector<pcl::PCLPointField> fields = dataFields(cloud), axes = axesOf(fields);
+  std::vector<bool> is_color;
+  for (const pcl::PCLPointField& field : fields) is_color.push_back(isColor(field));
   std::string records;
   records.reserve(cloud.data.size());
   std::size_t written = 0;
   for (std::size_t i = 0; i < static_cast<std::size_t>(cloud.width) * cloud.height; ++i) {
     const std::uint8_t* point = cloud.data.data() + i * cloud.point_step;
-    if (!isFinite(fields, point)) continue;
+    if (!isFinite(axes, point)) continue;
     ++written;
-    for (const pcl::PCLPointField& field : fields) {
-      const auto* value = reinterpret_cast<const char*>(point + field.offset);
-      if (isColor(field))
+    for (std::size_t k = 0; k < fields.size(); ++k) {
+      const auto* value = reinterpret_cast<const char*>(point + fields[k].offset);
+      if (is_color[k])
         records.append({value[2], value[1], value[0]});  // PCL packs blue, green, red, alpha
       else
-        records.append(value, byteSize(field));
+        records.append(value, byteSize(fields[k]));
     }
   }
   std::ostringstream header;
