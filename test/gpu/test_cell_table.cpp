@@ -1,4 +1,4 @@
-#include "test_length.h"
+#include "../test_length.h"
 
 #include <fuse_flow/gpu/cell_table.h>
 

@@ -1,8 +1,8 @@
 // What changes from one frame to the next, and frames of unusual size.
 
+#include "../test_length.h"
 #include "device_comparison.h"
 #include "random_rig.h"
-#include "test_length.h"
 
 namespace {
 

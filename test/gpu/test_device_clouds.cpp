@@ -1,8 +1,8 @@
 // Filters that hand clouds to each other on the device, beside the same filters on the host.
 
+#include "../test_length.h"
 #include "device_comparison.h"
 #include "random_rig.h"
-#include "test_length.h"
 
 #include <fuse_flow/gpu/adaptive_hash_fusion.h>
 #include <fuse_flow/gpu/confidence_estimation.h>

@@ -1,7 +1,7 @@
 #include "../refusal.h"
+#include "../test_length.h"
 #include "device_comparison.h"
 #include "random_rig.h"
-#include "test_length.h"
 
 #include <fstream>
 #include <iostream>

@@ -1,6 +1,6 @@
 #include "../refusal.h"
+#include "../test_length.h"
 #include "pose_comparison.h"
-#include "test_length.h"
 
 #include <fuse_flow/gpu/extrinsic_tracking.h>
 

@@ -1,8 +1,8 @@
 // Every filter on the device beside itself on the host.
 
+#include "../test_length.h"
 #include "device_comparison.h"
 #include "random_rig.h"
-#include "test_length.h"
 
 #include <fuse_flow/gpu/adaptive_hash_fusion.h>
 #include <fuse_flow/gpu/confidence_estimation.h>

@@ -1,6 +1,6 @@
+#include "../test_length.h"
 #include "device_comparison.h"
 #include "random_rig.h"
-#include "test_length.h"
 
 #include <pcl/exceptions.h>
 

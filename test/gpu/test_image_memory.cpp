@@ -1,8 +1,8 @@
 // Images wherever they are, and points wherever they are wanted.
 
+#include "../test_length.h"
 #include "device_comparison.h"
 #include "random_rig.h"
-#include "test_length.h"
 
 namespace {
 

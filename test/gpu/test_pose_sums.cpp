@@ -1,5 +1,5 @@
+#include "../test_length.h"
 #include "furnished_rig.h"
-#include "test_length.h"
 
 #include <fuse_flow/gpu/alignment_system.h>
 #include <fuse_flow/impl/host/alignment_system.hpp>
