@@ -67,6 +67,7 @@ void ParameterSliders::moved(vtkObject* widget, unsigned long, void*) {
 }
 
 void ParameterSliders::setVisible(bool visible) {
+  if (visible == visible_) return;
   visible_ = visible;
   for (const auto& caption : captions_) caption->SetVisibility(visible);
   for (const auto& widget : widgets_) {

@@ -202,7 +202,7 @@ class Viewer {
   double point_size_;
   bool show_axes_{false}, show_grid_{false}, show_frusta_{true}, show_images_{true}, show_text_{true},
       show_legend_{true};
-  bool show_help_{false}, day_{false};
+  bool show_help_{false}, show_sliders_{false}, day_{false};
   bool selecting_{false};       ///< the left button drags a rectangle
   std::size_t next_camera_{0};  ///< from which lookFromNextCamera() looks
   std::unique_ptr<Orbit> orbit_;

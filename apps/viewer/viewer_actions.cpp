@@ -44,9 +44,9 @@ void Viewer::toggleRefinement() {
 }
 
 void Viewer::toggleSliders() {
+  show_sliders_ = !show_sliders_;
   sliders_.setValues(controls_.parameters());
-  sliders_.setVisible(!sliders_.visible());
-  arrange();
+  showOverlay();
 }
 
 void Viewer::toggleCropBox() {
@@ -195,6 +195,7 @@ void Viewer::showOverlay() {
   overlay_.showStatus(show_text_ && !show_help_);
   overlay_.showImages(show_images_ && !show_help_);
   timeline_.setVisible(show_text_ && !show_help_);
+  sliders_.setVisible(show_sliders_ && !show_help_);
   arrange();
 }
 

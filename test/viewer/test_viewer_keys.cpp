@@ -178,6 +178,7 @@ TEST_F(ViewerWindow, TheHelpIsShownWhole) {
   options_.width = 800;
   options_.height = 600;
   openWall();
+  press("k");
   press("h");
   EXPECT_EQ(viewer_->overlay().help()->GetInput(), helpText());
   double extent[2];
@@ -186,11 +187,13 @@ TEST_F(ViewerWindow, TheHelpIsShownWhole) {
   EXPECT_LT(extent[1], 600);
   EXPECT_EQ(viewer_->overlay().help()->GetTextProperty()->GetBackgroundOpacity(), 1);
   const auto seen = [&] {
-    return viewer_->overlay().statusActor()->GetVisibility() + viewer_->overlay().imageName(0)->GetVisibility();
+    return viewer_->overlay().statusActor()->GetVisibility() + viewer_->overlay().imageName(0)->GetVisibility() +
+           viewer_->sliders().caption(0)->GetVisibility() +
+           viewer_->window().overlay()->HasViewProp(viewer_->sliders().representation(0));
   };
   EXPECT_EQ(seen(), 0) << "nothing shines through";
   press("h");
-  EXPECT_EQ(seen(), 2);
+  EXPECT_EQ(seen(), 4);
   EXPECT_STREQ(viewer_->overlay().help()->GetInput(), "");
 }
 
