@@ -12,7 +12,7 @@ namespace fuse_flow::io {
 /** \brief One image pair of a moving camera. */
 struct SequenceFrame {
   ViewFiles files;
-  Eigen::Isometry3d T_world_camera{Eigen::Isometry3d::Identity()};
+  Eigen::Isometry3d T_world_camera = Eigen::Isometry3d::Identity();
   /** \brief Microseconds; 0 where the format has no time. */
   std::uint64_t stamp{0};
   std::string name;

@@ -10,7 +10,7 @@ namespace fuse_flow {
 /** \brief What became of one camera. */
 struct CameraCorrection {
   /** \brief What was found, times the inverse of what was given: world frame → world frame. */
-  Eigen::Isometry3d T_correction{Eigen::Isometry3d::Identity()};
+  Eigen::Isometry3d T_correction = Eigen::Isometry3d::Identity();
   /** \brief How far the camera's centre moved, metres. */
   double translation{0};
   /** \brief By how much it turned, radians. */
@@ -22,7 +22,7 @@ struct CameraCorrection {
   double rotation_deviation{0};  ///< the same of its orientation, radians
   /** \brief Of its twist about the scene's centre relative to camera 0: translation, metres, and rotation times the scene's
    *  radius; along what the data tell. */
-  Eigen::Matrix<double, 6, 6> covariance{Eigen::Matrix<double, 6, 6>::Zero()};
+  Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
   /** \brief Cameras that share enough of what it sees to be compared. */
   std::size_t neighbours{0};
   /** \brief Whether the data tell all six of its directions, relative to camera 0. */

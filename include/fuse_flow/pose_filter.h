@@ -31,10 +31,10 @@ FUSE_FLOW_INLINE void checkParameters(const PoseFilterParameters& parameters);
 
 /** \brief A camera that is no longer where it was. */
 struct CameraMotion {
-  std::size_t camera{0};                                       ///< its number
-  Eigen::Isometry3d T_new_old{Eigen::Isometry3d::Identity()};  ///< world frame → world frame
-  double translation{0};                                       ///< of the camera's centre, metres
-  double rotation{0};                                          ///< radians
+  std::size_t camera{0};                                        ///< its number
+  Eigen::Isometry3d T_new_old = Eigen::Isometry3d::Identity();  ///< world frame → world frame
+  double translation{0};                                        ///< of the camera's centre, metres
+  double rotation{0};                                           ///< radians
 };
 
 /** \brief Poses of a rig over time: a Kalman filter for each camera, over what ExtrinsicEstimation finds frame by frame. An
@@ -65,8 +65,8 @@ class PoseFilter {
   using Covariance = Eigen::Matrix<double, 6, 6>;
   struct State {
     Covariance P;
-    int odd{0};                                                 ///< estimates in a row that did not fit
-    Eigen::Isometry3d odd_pose{Eigen::Isometry3d::Identity()};  ///< the last of them, camera → world
+    int odd{0};                                                  ///< estimates in a row that did not fit
+    Eigen::Isometry3d odd_pose = Eigen::Isometry3d::Identity();  ///< the last of them, camera → world
   };
 
   FUSE_FLOW_INLINE std::size_t reference(const std::vector<Twist>& twists, const ExtrinsicResult& estimate) const;

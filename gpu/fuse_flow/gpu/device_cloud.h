@@ -28,7 +28,7 @@ class DeviceCloud {
   std::uint32_t width{0};
   std::uint32_t height{0};
   bool is_dense{true};
-  Eigen::Vector4f sensor_origin_{Eigen::Vector4f::Zero()};
+  Eigen::Vector4f sensor_origin_ = Eigen::Vector4f::Zero();
   Eigen::Quaternionf sensor_orientation_ = Eigen::Quaternionf::Identity();
   ///@}
 

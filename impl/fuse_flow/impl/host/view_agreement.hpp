@@ -11,7 +11,7 @@ namespace host {
 
 /** \brief A pose of one camera relative to another, and what their views make of it. */
 struct PoseHypothesis {
-  Eigen::Isometry3d T{Eigen::Isometry3d::Identity()};
+  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
   double score{0};
   double color_spread{0};  ///< of ViewAgreement
 };
