@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <cstdint>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -168,27 +169,51 @@ bool isRefusedAsEmpty(const pcl::PCLPointCloud2& header) {
 #endif
 }
 
+/** \brief Whether compressed data are as long as they say, and make what the header says. */
+bool hasCompressedData(const std::string& path, std::size_t data_begin, std::size_t bytes) {
+  std::uint32_t sizes[2] = {0, 0};  // compressed, uncompressed
+  std::ifstream file(path, std::ios::binary);
+  file.seekg(static_cast<std::streamoff>(data_begin));
+  if (!file.read(reinterpret_cast<char*>(sizes), sizeof sizes)) return false;
+  return data_begin + sizeof sizes + sizes[0] <= std::filesystem::file_size(path) && sizes[1] == bytes;
+}
+
 /** \brief Whether a PCD's header is one that PCL's reader survives: it reads the data of any other without looking. */
 bool hasPcdHeader(const std::string& path) {
+  constexpr std::uint32_t most_values = 1u << 20;
+  constexpr int compressed = 2;
   pcl::PCLPointCloud2 header;
   SensorPose pose;
   int version = 0, data_type = 0;
   unsigned int data_begin = 0;
   const bool whole =
       pcl::PCDReader().readHeader(path, header, pose.origin, pose.orientation, version, data_type, data_begin) >= 0;
-  return (whole || isRefusedAsEmpty(header)) && !header.fields.empty() && header.point_step > 0 && data_begin > 0;
+  if (!(whole || isRefusedAsEmpty(header)) || header.fields.empty() || header.point_step == 0 || data_begin == 0)
+    return false;
+  std::size_t point_bytes = 0;
+  for (const pcl::PCLPointField& field : header.fields)
+    if (field.count > most_values) return false;  // a negative one, among others
+  for (const pcl::PCLPointField& field : dataFields(header)) point_bytes += byteSize(field);
+  const std::size_t points = static_cast<std::size_t>(header.width) * header.height;
+  return data_type != compressed || points == 0 || hasCompressedData(path, data_begin, points * point_bytes);
 }
 
-/** \brief Throws InputError for a PLY that has green or blue without red before it: PCL's reader would end the program. */
-void checkPlyColors(const std::string& path) {
+/** \brief Throws InputError for a PLY at which PCL's reader would end the program: with green or blue without red before it, with
+ *  lists in its vertices, or with a grid of them, whose numbers it does not check. */
+void checkPlyHeader(const std::string& path) {
   const std::set<std::string> first{"red", "diffuse_red"};
   const std::set<std::string> later{"green", "blue", "diffuse_green", "diffuse_blue"};
   bool has_red = false;
+  std::string element;
   std::ifstream file(path, std::ios::binary);
   for (std::string line; std::getline(file, line) && line.rfind("end_header", 0) != 0;) {
     std::string keyword, type, name;
     std::istringstream(line) >> keyword >> type >> name;
+    if (keyword == "element") element = type;
+    if (element == "range_grid") throw InputError(path + ": has a range_grid, must have vertices alone or with faces");
     if (keyword != "property") continue;
+    if (element == "vertex" && type == "list")
+      throw InputError(path + ": has a list among the properties of its vertices, must have numbers");
     has_red = has_red || first.count(name) > 0;
     if (!has_red && later.count(name) > 0)
       throw InputError(path + ": has " + name + " without red before it, must be red, green, blue");
@@ -247,7 +272,7 @@ SensorPose readCloud(const std::string& path, pcl::PCLPointCloud2& cloud, EmptyC
   std::error_code error;
   if (!std::filesystem::exists(path, error)) throw InputError(path + ": not found, must be a .ply or .pcd file");
   if (!std::filesystem::is_regular_file(path, error)) throw InputError(path + ": is not a file");
-  if (extension == ".ply") checkPlyColors(path);
+  if (extension == ".ply") checkPlyHeader(path);
   SensorPose pose;
   if (readByExtension(path, extension, cloud, pose) < 0)
     throw InputError(path + ": is damaged or cut short, must be a whole " + extension.substr(1) + " file");

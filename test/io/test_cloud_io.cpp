@@ -5,6 +5,7 @@
 
 #include <fuse_flow/point_types.h>
 
+#include <pcl/io/pcd_io.h>
 #include <pcl/point_types.h>
 
 #include <cstring>
@@ -228,6 +229,53 @@ TEST_F(CloudIo, ColorsOfAPlyInAnotherOrderAreRefused) {
     const std::string file = write("a.ply", header + "property uchar " + color + "\nend_header\n1 2 3 4\n");
     EXPECT_TRUE(refuses([&] { io::readCloud(file, cloud); }, {file, color, "must be red, green, blue"}));
   }
+}
+
+// PCL's reader would end the program.
+TEST_F(CloudIo, APlyWithListsOrAGridOfVerticesIsRefused) {
+  const std::string header =
+      "ply\nformat ascii 1.0\nobj_info num_cols 1\nobj_info num_rows 1\nelement vertex 1\nproperty float x\n"
+      "property float y\nproperty float z\n";
+  pcl::PointCloud<pcl::PointXYZ> cloud;
+  const std::string list = write("a.ply", header + "property list int int k\nend_header\n1 2 3 -1 5\n");
+  EXPECT_TRUE(refuses([&] { io::readCloud(list, cloud); }, {list, "list", "vertices"}));
+  const std::string grid =
+      write("b.ply", header + "element range_grid 1\nproperty list uchar int k\nend_header\n1 2 3\n1 2147483647\n");
+  EXPECT_TRUE(refuses([&] { io::readCloud(grid, cloud); }, {grid, "range_grid"}));
+}
+
+TEST_F(CloudIo, APcdThatPclHasCompressedIsRead) {
+  pcl::PointCloud<pcl::PointXYZRGBNormal> cloud, back;
+  for (int i = 0; i < 50; ++i) {
+    pcl::PointXYZRGBNormal p;
+    p.x = static_cast<float>(i), p.normal_z = 1, p.r = 7;
+    cloud.push_back(p);
+  }
+  ASSERT_EQ(pcl::PCDWriter().writeBinaryCompressed(path("a.pcd"), cloud), 0);
+  io::readCloud(path("a.pcd"), back);
+  ASSERT_EQ(back.size(), 50u);
+  EXPECT_EQ(back[49].x, 49);
+  EXPECT_EQ(back[49].normal_z, 1);
+  EXPECT_EQ(back[49].r, 7);
+}
+
+// PCL's reader would write and read where it pleases, or ask for all memory there is.
+TEST_F(CloudIo, APcdWhoseNumbersLieIsRefused) {
+  const auto header = [](const std::string& count, const std::string& data) {
+    return "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 " + count +
+           "\nWIDTH 10\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS 10\nDATA " + data + "\n";
+  };
+  pcl::PointCloud<pcl::PointXYZ> cloud;
+  const std::string bytes(120, '\1');
+  for (const char* count : {"-1", "-2000000000", "2000000000"}) {
+    const std::string file = write("a.pcd", header(count, "binary") + bytes);
+    EXPECT_TRUE(refuses([&] { io::readCloud(file, cloud); }, {file, "damaged"})) << count;
+  }
+  for (const std::uint32_t compressed : {0u, 10u, 112u, 4294967295u})
+    for (const std::uint32_t whole : {0u, 10u, 119u, 121u, 2147483648u, 4294967295u}) {
+      const std::string file = write("b.pcd", header("1", "binary_compressed") + record(compressed, whole) + bytes);
+      EXPECT_TRUE(refuses([&] { io::readCloud(file, cloud); }, {file, "damaged"})) << compressed << ' ' << whole;
+    }
 }
 
 TEST_F(CloudIo, ACloudCutShortAnywhereIsRefused) {
