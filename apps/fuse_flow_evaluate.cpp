@@ -194,6 +194,11 @@ int run(const Options& options) {
     if (!options.truth) throw io::OptionError("--error-picture needs --truth");
     drawing::requireDisplay("fuse_flow_evaluate");
   }
+  std::vector<std::string> inputs = options.recording;
+  inputs.insert(inputs.end(), options.clouds.begin(), options.clouds.end());
+  inputs.push_back(options.recording_options.poses);
+  if (!options.json.empty()) io::refuseToReplace("--json", options.json, inputs);
+  if (!options.error_picture.empty()) io::refuseToReplace("--error-picture", options.error_picture, inputs);
   Evaluator evaluator(options);
   std::size_t width = 5;
   for (const std::string& path : options.clouds) width = std::max(width, path.size());

@@ -59,15 +59,20 @@ std::string outputPath(const Options& options, std::size_t frame, std::size_t co
   return (fs::path(options.output) / (name + options.format)).string();
 }
 
-/** \brief The report would take the place of a cloud. */
-void checkReportPath(const Options& options, const std::vector<std::size_t>& frames) {
-  if (options.report.empty()) return;
+/** \brief Neither may take the place of an input, nor the report that of a cloud. */
+void checkOutputs(const Options& options, const std::vector<std::size_t>& frames) {
+  std::vector<std::string> inputs = options.inputs;
+  inputs.push_back(options.recording.poses);
   std::error_code error;
   const auto whole = [&](const std::string& path) { return fs::weakly_canonical(fs::absolute(path, error), error); };
   const fs::path report = whole(options.report);
-  for (const std::size_t frame : frames)
-    if (whole(outputPath(options, frame, frames.size())) == report)
+  for (const std::size_t frame : frames) {
+    const std::string cloud = outputPath(options, frame, frames.size());
+    io::refuseToReplace("-o", cloud, inputs);
+    if (!options.report.empty() && whole(cloud) == report)
       throw io::OptionError("--report " + options.report + ": a cloud goes to this file, must be another");
+  }
+  if (!options.report.empty()) io::refuseToReplace("--report", options.report, inputs);
 }
 
 void makeFolderOf(const std::string& path) {
@@ -123,7 +128,7 @@ int run(const Options& options) {
     frames = io::parseRange(options.frames, recording->frameCount());
   }
 
-  checkReportPath(options, frames);
+  checkOutputs(options, frames);
 
   std::vector<std::string> cameras;
   for (const Camera& camera : recording->cameras()) cameras.push_back(camera.name);

@@ -178,9 +178,24 @@ bool hasCompressedData(const std::string& path, std::size_t data_begin, std::siz
   return data_begin + sizeof sizes + sizes[0] <= std::filesystem::file_size(path) && sizes[1] == bytes;
 }
 
+/** \brief Whether the COUNT of a PCD's fields is one that there are: PCL's reader takes memory by it before anything else. */
+bool hasPossibleCounts(const std::string& path) {
+  constexpr double most_values = 1 << 20;
+  std::ifstream file(path, std::ios::binary);
+  for (std::string line, keyword; std::getline(file, line);) {
+    std::istringstream words(line);
+    if (!(words >> keyword)) continue;
+    if (keyword == "DATA") break;
+    if (keyword != "COUNT") continue;
+    for (double count = 0; words >> count;)
+      if (!(count >= 0 && count <= most_values)) return false;
+  }
+  return true;
+}
+
 /** \brief Whether a PCD's header is one that PCL's reader survives: it reads the data of any other without looking. */
 bool hasPcdHeader(const std::string& path) {
-  constexpr std::uint32_t most_values = 1u << 20;
+  if (!hasPossibleCounts(path)) return false;
   constexpr int compressed = 2;
   pcl::PCLPointCloud2 header;
   SensorPose pose;
@@ -191,8 +206,6 @@ bool hasPcdHeader(const std::string& path) {
   if (!(whole || isRefusedAsEmpty(header)) || header.fields.empty() || header.point_step == 0 || data_begin == 0)
     return false;
   std::size_t point_bytes = 0;
-  for (const pcl::PCLPointField& field : header.fields)
-    if (field.count > most_values) return false;  // a negative one, among others
   for (const pcl::PCLPointField& field : dataFields(header)) point_bytes += byteSize(field);
   const std::size_t points = static_cast<std::size_t>(header.width) * header.height;
   return data_type != compressed || points == 0 || hasCompressedData(path, data_begin, points * point_bytes);

@@ -68,4 +68,12 @@ void writeFile(const std::string& path, const std::string& bytes) {
   throw OutputError(path + ": cannot be written: " + reason);
 }
 
+void refuseToReplace(const std::string& option, const std::string& path, const std::vector<std::string>& inputs) {
+  std::error_code error;
+  for (const std::string& input : inputs)
+    for (const fs::path& file : {fs::path(input), fs::path(input) / "rig.json"})
+      if (fs::is_regular_file(file, error) && fs::equivalent(file, path, error))
+        throw OptionError(option + ' ' + path + ": is an input, must be another file");
+}
+
 }  // namespace fuse_flow::io

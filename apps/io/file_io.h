@@ -3,6 +3,7 @@
 #include "io/error.h"
 
 #include <string>
+#include <vector>
 
 namespace fuse_flow::io {
 
@@ -12,5 +13,9 @@ std::string readFile(const std::string& path);
 /** \brief Writes a file so that it appears complete or not at all: beside its place under another name, flushed to the
  *  disk, then renamed. A device or pipe is written directly. Throws OutputError, leaving nothing behind. */
 void writeFile(const std::string& path, const std::string& bytes);
+
+/** \brief Throws OptionError if the file that an option names as an output is one of the inputs, or the rig.json of one: it would
+ *  be lost. \param option as it is written, "-o"  \param inputs files and folders; an empty name is none */
+void refuseToReplace(const std::string& option, const std::string& path, const std::vector<std::string>& inputs);
 
 }  // namespace fuse_flow::io

@@ -62,6 +62,23 @@ TEST_F(OutputFiles, AReportInThePlaceOfACloudIsRefused) {
   EXPECT_FALSE(fs::exists(out_));
 }
 
+TEST_F(OutputFiles, AnInputIsNotReplaced) {
+  const std::string rig = (fs::path(recording()) / "rig.json").string(), before = readText(rig);
+  EXPECT_TRUE(isOneLineError(fuse({recording(), "-o", out("a.ply"), "--frames", "0", "--report", rig}), 2,
+                             {"--report", rig, "is an input"}));
+  EXPECT_EQ(readText(rig), before);
+  ASSERT_TRUE(succeeded(fuse({recording(), "-o", out("a.ply"), "--frames", "0"})));
+  ASSERT_TRUE(succeeded(fuse({recording(), "-o", out("a.ply"), "--frames", "0"})))
+      << "what it wrote before is no input";
+  EXPECT_TRUE(isOneLineError(runProgram(FUSE_FLOW_EVALUATE_TOOL, {recording(), out("a.ply"), "--json", out("a.ply")}),
+                             2, {"--json", "a.ply", "is an input"}));
+  ASSERT_TRUE(succeeded(runProgram(FUSE_FLOW_EXPORT_TOOL, {recording(), "-o", out("pcd")})));
+  const std::string view = (fs::path(out("pcd/camera_0")) / listing(out("pcd/camera_0")).at(0)).string();
+  const std::string bytes = readText(view);
+  EXPECT_TRUE(isOneLineError(fuse({view, "-o", view}), 2, {"-o", view, "is an input"}));
+  EXPECT_EQ(readText(view), bytes);
+}
+
 TEST_F(OutputFiles, ADeviceThatIsFullIsNamed) {
   if (!fs::exists("/dev/full")) GTEST_SKIP() << "there is no /dev/full";
   fs::create_symlink("/dev/full", folder_ / "full.ply");
