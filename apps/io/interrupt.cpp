@@ -14,12 +14,12 @@ namespace {
 
 // What a signal handler may look at: no memory that is allocated, no locks.
 volatile std::sig_atomic_t finishes_frame = 0;
-std::atomic<bool> taken{false}, unfinished{false};
+std::atomic<bool> taken{false}, unfinished{false}, signalled{false};
 char unfinished_path[PATH_MAX];
 static_assert(std::atomic<bool>::is_always_lock_free);
 
 void onSignal(int signal) {
-  if (finishes_frame && !interrupt_requested) {
+  if (finishes_frame && !signalled.exchange(true)) {  // of two signals at once, on two threads, one is the second
     interrupt_requested = 1;
     return;
   }
