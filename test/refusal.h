@@ -33,4 +33,10 @@ inline void expectMentions(const std::string& message, const std::vector<std::st
     EXPECT_NE(message.find(part), std::string::npos) << "'" << part << "' is not in: " << message;
 }
 
+/** \brief Expects an exception of type Exception from action, whose message has all of these parts. */
+template <typename Exception = pcl::BadArgumentException, typename Action>
+void expectThrow(const Action& action, const std::vector<std::string>& parts) {
+  expectMentions(messageOf<Exception>(action), parts);
+}
+
 }  // namespace refusal

@@ -1,4 +1,5 @@
 #include "../bench/room.h"
+#include "refusal.h"
 #include "rigs.h"
 
 #include <fuse_flow/extrinsic_estimation.h>
@@ -392,6 +393,9 @@ TEST(ExtrinsicEstimation, WrongInputIsRefused) {
   stretched[1].linear() *= 1.1;
   EXPECT_THROW(estimation.estimate(stretched), pcl::BadArgumentException);
   EXPECT_THROW(estimation.addFrame(makeScene(cornerCameras(3), cornerAndBall()).rig), pcl::BadArgumentException);
+  RigFrame other_lens = scene.rig;
+  other_lens.cameras[1].intrinsics.fx *= 1.1f;
+  refusal::expectThrow([&] { estimation.addFrame(other_lens); }, {"ExtrinsicEstimation", "intrinsics"});
   EXPECT_THROW(estimation.addClouds(cameras, {}), pcl::BadArgumentException);
   for (const auto set : std::vector<void (*)(ExtrinsicParameters&)>{
            [](ExtrinsicParameters& p) { p.reduction = 0; }, [](ExtrinsicParameters& p) { p.samples = 10; },

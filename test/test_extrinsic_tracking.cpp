@@ -219,6 +219,22 @@ TEST(ExtrinsicTracking, ReadersAlwaysSeeOneCompleteSet) {
   EXPECT_EQ(tracking.poses()->updates, taken);
 }
 
+TEST(ExtrinsicTracking, SeveralThreadsMayOfferFrames) {
+  const std::vector<Camera> cameras = cornerCameras(2);
+  const Scene scene = makeScene(cameras, cornerAndBall());
+  Tracking tracking(cameras, 0.002);
+  std::atomic<std::size_t> taken{0};
+  std::vector<std::thread> grabbers;
+  for (int t = 0; t < 3; ++t)
+    grabbers.emplace_back([&] {
+      for (int k = 0; k < 50; ++k) taken += tracking.push(scene.rig) ? 1 : 0;
+    });
+  for (std::thread& grabber : grabbers) grabber.join();
+  tracking.finish();
+  EXPECT_GT(taken, 0u);
+  EXPECT_EQ(tracking.poses()->updates, taken);  // each frame that was taken is one estimate
+}
+
 TEST(ExtrinsicTracking, WrongFramesAreRefusedAtOnce) {
   const std::vector<Camera> cameras = cornerCameras(2);
   Tracking tracking(cameras);

@@ -1,3 +1,4 @@
+#include "refusal.h"
 #include "scenes.h"
 
 #include <fuse_flow/multi_camera_consistency.h>
@@ -106,6 +107,28 @@ TEST(QualityMeasure, OnlyMeasurementsInRangeCount) {
   EXPECT_EQ(quality.pixels, 300u);
   EXPECT_EQ(quality.multi_view_points, 0u);
   EXPECT_NEAR(quality.error, 0.0, 1e-6);
+}
+
+TEST(QualityMeasure, ParametersOutOfRangeAreRefusedByName) {
+  constexpr float inf = std::numeric_limits<float>::infinity(), nan = std::numeric_limits<float>::quiet_NaN();
+  const Scene scene = disagreeingCameras();
+  const auto refused = [&](float QualityParameters::*member, float value, const char* message) {
+    QualityParameters parameters;
+    parameters.*member = value;
+    refusal::expectThrow([&] { multiCameraConsistency(onEveryRay(1.0f), scene.rig, parameters); },
+                         {"multiCameraConsistency", message});
+  };
+  refused(&QualityParameters::visibility, -1, "visibility is -1");
+  refused(&QualityParameters::visibility, inf, "visibility is inf");
+  refused(&QualityParameters::coverage_radius, 0, "coverage_radius is 0");
+  refused(&QualityParameters::coverage_radius, nan, "coverage_radius is nan");
+  refused(&QualityParameters::min_range, -0.5f, "min_range is -0.5");
+  refused(&QualityParameters::max_range, inf, "max_range is inf");
+  refused(&QualityParameters::max_range, 0.1f, "max_range is 0.1, must exceed min_range");
+  QualityParameters parameters;
+  parameters.coverage_step = 0;
+  refusal::expectThrow([&] { multiCameraConsistency(onEveryRay(1.0f), scene.rig, parameters); },
+                       {"coverage_step is 0"});
 }
 
 TEST(QualityMeasure, DoesNotDependOnTheNumberOfThreads) {

@@ -42,6 +42,19 @@ TEST(ViewSynchronizerThreads, PushFromEveryCameraWhileOneTakes) {
   }
 }
 
+TEST(ViewSynchronizerThreads, WaitForAsLongAsThereAreNumbers) {
+  ViewSynchronizer<int> synchronizer(1, sharedClock());
+  std::promise<void> waits;
+  auto set = std::async(std::launch::async, [&] {
+    waits.set_value();
+    return synchronizer.wait(std::chrono::microseconds::max());
+  });
+  waits.get_future().wait();
+  std::this_thread::sleep_for(20ms);  // in which a wait that ends at once has ended
+  synchronizer.push(0, 1, 5);
+  EXPECT_TRUE(set.get().has_value());
+}
+
 TEST(ViewSynchronizerThreads, PushWhileAConsumerIsBusyFreeingViews) {
   std::promise<void> freeing, go_on;
   std::shared_future<void> may_go_on(go_on.get_future());

@@ -19,8 +19,8 @@ namespace fuse_flow {
 /** \brief Section 5: adaptive cells, representatives and eq. 11, for a cloud in the world frame. A drop-in for
  *  pcl::VoxelGrid whose cells are fixed to the world, cannot overflow, and follow the local density.
  *
- *  C is the points' confidence field, where PointT has one, else 1. Points with C ≤ 0, and points that are not finite,
- *  do not take part. With setCameraIndices() points are told apart by camera; with setFrame() representatives are
+ *  C is the points' confidence field, where PointT has one, at most 1, else 1. Points with C ≤ 0, and points that are not
+ *  finite, do not take part. With setCameraIndices() points are told apart by camera; with setFrame() representatives are
  *  weighed with V. Colours and normals are averaged with the shares of eq. 11; the output's confidence (else intensity)
  *  is ω, its view_count the number of cameras that contributed; all other fields are those of the representative with
  *  the largest share. With extract_removed_indices, the removed indices are those of the points that represent no output
@@ -54,9 +54,12 @@ class AdaptiveHashFusion<PointT, device::Host> : public pcl::Filter<PointT> {
   void setCameraIndices(const std::vector<std::uint32_t>& cameras) { cameras_ = cameras; }
 
   /** \brief Weigh with V over this frame, whose cameras setCameraIndices() counts. The frame is copied, its images are
-   *  not: they must outlive filter(). Never called: V = 1.
+   *  not: they must outlive filter(). Never called, or with a frame without cameras: V = 1.
    *  \throws pcl::BadArgumentException for a parameter out of range, or a frame that contradicts itself */
   inline void setFrame(const RigFrame& frame, const ConsistencyParameters& parameters = {});
+
+  /** \brief What of that frame's depth counts as measured. \throws pcl::BadArgumentException for a value out of range */
+  inline void setPreprocessing(const PreprocessingParameters& parameters);
 
   /** \brief Threads to use; 0, the default, is one per core. */
   void setNumberOfThreads(unsigned int threads) { threads_ = static_cast<int>(threads); }
@@ -76,10 +79,11 @@ class AdaptiveHashFusion<PointT, device::Host> : public pcl::Filter<PointT> {
   inline virtual std::vector<FusedPoint> fusePoints(const std::vector<WeightedPoint>& points,
                                                     const std::vector<std::uint32_t>& cameras);
 
-  AggregationParameters parameters_;   ///< see setParameters()
-  std::optional<RigFrame> frame_;      ///< see setFrame()
-  ConsistencyParameters consistency_;  ///< see setFrame()
-  int threads_{0};                     ///< see setNumberOfThreads()
+  AggregationParameters parameters_;       ///< see setParameters()
+  std::optional<RigFrame> frame_;          ///< see setFrame()
+  ConsistencyParameters consistency_;      ///< see setFrame()
+  PreprocessingParameters preprocessing_;  ///< see setPreprocessing()
+  int threads_{0};                         ///< see setNumberOfThreads()
 
  private:
   std::vector<std::uint32_t> cameras_;

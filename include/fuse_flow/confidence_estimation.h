@@ -16,7 +16,7 @@ namespace fuse_flow {
  *  (sensor_origin_, sensor_orientation_), taken, as PCL's NormalEstimation takes it, in the frame of the points. A cloud
  *  in the camera's own frame has the default, identity pose.
  *
- *  If PointT has a confidence field, the filtered cloud carries C in it. Points that are not finite, or not in front of
+ *  If PointT has a confidence field, the filtered cloud carries C in it, whatever it held before. Points that are not finite, or not in front of
  *  the sensor, have no measurement: C = 0, and they are removed whether setNegative() or not. */
 template <typename PointT, typename Device = device::Host>
 class ConfidenceEstimation;

@@ -13,10 +13,12 @@ namespace fuse_flow {
 
 /** \brief Eq. 8: a depth image and a camera to an organised cloud in the world frame, one point a pixel.
  *
- *  The depth comes from setView(), or from setInputCloud() as the z of an organised cloud of the camera's image size,
- *  whose other fields are then carried over. Pixels without a measurement become NaN (or the user filter value), and
- *  with extract_removed_indices are the removed indices; setIndices() restricts the output to some of the pixels. The
- *  output's sensor pose is the camera's; in place, filter(*input), PCL puts the input's back. */
+ *  The depth comes from setView(), or from setInputCloud() as the z of an organised cloud of the camera's image size and in
+ *  its frame, whose other fields are then carried over, normals turned into the world frame. From a view, a confidence field is the
+ *  view's own confidence, or 1; what ConfidenceEstimation finds takes its place. Pixels without a measurement become NaN
+ *  (or the user filter value), and with extract_removed_indices are the removed indices; setIndices() restricts the output to
+ *  some of the pixels, and the others become NaN too. The header is the input's. The output's sensor pose is the camera's; in place,
+ *  filter(*input), PCL puts the input's back. */
 template <typename PointT, typename Device = device::Host>
 class DepthBackprojection;
 

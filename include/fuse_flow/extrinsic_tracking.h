@@ -56,8 +56,8 @@ class ExtrinsicTracking {
   /** \brief Threads for an estimate; 1, the default, leaves the others to the fusion. */
   void setNumberOfThreads(unsigned int threads);
 
-  /** \brief Offers a frame, whose images are in host memory. Never waits. \returns whether it was taken: not while another is being worked on,
-   *  and not of one camera alone, of which nothing can be told
+  /** \brief Offers a frame, whose images are in host memory. From any thread; never waits. \returns whether it was taken: not while another is being copied or worked
+   *  on, and not of one camera alone, of which nothing can be told
    *  \throws pcl::BadArgumentException if the frame contradicts itself or has other cameras; what an estimate threw meanwhile */
   bool push(const RigFrame& frame);
 
@@ -89,7 +89,8 @@ class ExtrinsicTracking {
   Copy copy_;
   mutable std::mutex mutex_;
   std::condition_variable changed_;
-  bool taken_{false};
+  bool copying_{false};  ///< somebody writes to copy_
+  bool taken_{false};    ///< copy_ is the thread's
   bool stop_{false};
   std::exception_ptr error_;
   std::shared_ptr<const TrackedPoses> poses_;

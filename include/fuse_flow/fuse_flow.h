@@ -46,7 +46,8 @@ struct FuseFlowParameters {
   /** \brief Points outside are dropped before fusion; world frame, metres. */
   std::optional<Eigen::AlignedBox3f> crop_box;
 
-  /** \brief The forms of eq. 3, 6, 7 and of the representatives exactly as the paper prints them. */
+  /** \brief The forms of eq. 3, 6, 7 and of the representatives as the paper prints them; doc/parameters.md says how what it leaves open is
+   *  settled. */
   static FuseFlowParameters published();
 };
 
@@ -82,7 +83,7 @@ struct FrameStatistics {
  *  \endcode
  *
  *  If PointT has rgb or rgba, colour is fused; if it has confidence (else intensity), that receives ω; if it has
- *  view_count, the number of cameras among its (at most three) representatives; if it has a normal and setComputeNormals(true), the mean normal,
+ *  view_count, the number of cameras among its (at most three) representatives, or point-wise that of all views that were averaged; if it has a normal and setComputeNormals(true), the mean normal,
  *  facing the cameras. The same frame gives the same bytes for any number of threads. */
 template <typename PointT, typename Device = device::Host>
 class FuseFlow;
@@ -121,7 +122,7 @@ class FuseFlow<PointT, device::Host> {
   /** \brief Fill PointT's normal, if it has one, from the depth images; default off. */
   inline void setComputeNormals(bool compute);
 
-  /** \brief Fuse one frame. A missing camera is left out and named in the statistics; a frame without any view gives an
+  /** \brief Fuse one frame. Of the cloud's header only the stamp is set. A missing camera is left out and named in the statistics; a frame without any view gives an
    *  empty cloud. \throws pcl::BadArgumentException if a camera or a view contradicts itself
    *  \throws pcl::PCLException if a point is too far out for the lattice of cells */
   inline void fuse(const RigFrame& frame, PointCloud& output);

@@ -11,15 +11,19 @@ namespace fuse_flow {
 /** \brief What eq. 12 leaves open, settled. */
 struct QualityParameters {
   /** \brief A camera sees a point if the point projects inside, the depth there is valid and |z − D| is under this;
-   *  metres. */
+   *  metres; > 0. */
   float visibility{0.05f};
-  /** \brief An input pixel is covered if a fused point lies within this of it; metres. */
+  /** \brief An input pixel is covered if a fused point lies within this of it; metres; > 0. Points and pixels more than 2^20 times that from the
+   *  origin do not count. */
   float coverage_radius{0.015f};
   /** \brief Every how many pixels, each way, coverage looks at; ≥ 1. */
   int coverage_step{1};
-  float min_range{0.1f};   ///< metres; measurements outside do not count
-  float max_range{20.0f};  ///< metres
+  float min_range{0.1f};   ///< nearest depth that counts as a measurement, metres; ≥ 0
+  float max_range{20.0f};  ///< farthest, metres; > min_range, finite
 };
+
+/** \brief Throws pcl::BadArgumentException naming the parameter and its value if one is out of its range. */
+inline void checkParameters(const QualityParameters& parameters);
 
 /** \brief How well a cloud agrees with the views of a frame. Look at all of it: E_MC alone is won by throwing points
  *  away. */
@@ -46,7 +50,7 @@ struct Quality {
  *  \param frame the views to compare with; they need not be those that the cloud was made from
  *  \param parameters what counts as seen and as covered
  *  \param threads 0: one per core
- *  \throws pcl::BadArgumentException if a camera or a view contradicts itself */
+ *  \throws pcl::BadArgumentException if a camera or a view contradicts itself, or a parameter is out of its range */
 template <typename PointT>
 Quality multiCameraConsistency(const pcl::PointCloud<PointT>& cloud, const RigFrame& frame,
                                const QualityParameters& parameters = {}, unsigned int threads = 0);

@@ -11,24 +11,46 @@
 #include <pcl/type_traits.h>
 
 #include <cstring>
+#include <type_traits>
 
 namespace fuse_flow {
 namespace point {
 
-/** \brief Whether PointT has a field of that name (pcl::fields), registered with PCL. */
-template <typename PointT, typename Field>
-constexpr bool has = pcl::traits::has_field<PointT, Field>::value;
+/** \brief Whether PointT has a field of that name (pcl::fields), registered with PCL, of one of these types. A field of another
+ *  type, as an intensity of one byte, has some other meaning, and is left alone. */
+template <typename PointT, typename Field, typename... Types>
+constexpr bool hasFieldOf() {
+  if constexpr (pcl::traits::has_field<PointT, Field>::value)
+    return (std::is_same_v<typename pcl::traits::datatype<PointT, Field>::type, Types> || ...);
+  return false;
+}
 
-/** \brief Whether PointT has rgb or rgba. */
+/** \brief Whether PointT has a confidence, of type float. */
 template <typename PointT>
-constexpr bool has_color = has<PointT, pcl::fields::rgb> || has<PointT, pcl::fields::rgba>;
+constexpr bool has_confidence = hasFieldOf<PointT, pcl::fields::confidence, float>();
+/** \brief Whether PointT has an intensity, of type float. */
+template <typename PointT>
+constexpr bool has_intensity = hasFieldOf<PointT, pcl::fields::intensity, float>();
+/** \brief Whether PointT has a view_count, an integer of 32 bits. */
+template <typename PointT>
+constexpr bool has_view_count = hasFieldOf<PointT, pcl::fields::view_count, std::uint32_t, std::int32_t>();
+/** \brief Whether PointT has rgba, in 32 bits. */
+template <typename PointT>
+constexpr bool has_rgba = hasFieldOf<PointT, pcl::fields::rgba, std::uint32_t, float>();
+/** \brief Whether PointT has rgba or rgb, in 32 bits. */
+template <typename PointT>
+constexpr bool has_color = has_rgba<PointT> || hasFieldOf<PointT, pcl::fields::rgb, std::uint32_t, float>();
 // Versions of clang-format differ in what && after a template is.
 // clang-format off
-/** \brief Whether PointT has all of normal_x, normal_y, normal_z. */
+/** \brief Whether PointT has all of normal_x, normal_y, normal_z, of type float. */
 template <typename PointT>
-constexpr bool has_normal =
-    has<PointT, pcl::fields::normal_x> && has<PointT, pcl::fields::normal_y> && has<PointT, pcl::fields::normal_z>;
+constexpr bool has_normal = hasFieldOf<PointT, pcl::fields::normal_x, float>() &&
+                            hasFieldOf<PointT, pcl::fields::normal_y, float>() &&
+                            hasFieldOf<PointT, pcl::fields::normal_z, float>();
 // clang-format on
+/** \brief Which of the two holds a colour, where has_color. */
+template <typename PointT>
+using ColorField = std::conditional_t<has_rgba<PointT>, pcl::fields::rgba, pcl::fields::rgb>;
 
 /** \brief Writes a field that PointT has; Value must have the field's type. */
 template <typename Field, typename Value, typename PointT>
@@ -56,11 +78,7 @@ void setPosition(PointT& point, const Vec3& p) {
 template <typename PointT>
 Vec3 getColor(const PointT& point) {
   std::uint32_t rgba = 0;
-  if constexpr (has<PointT, pcl::fields::rgba>) {
-    rgba = getField<pcl::fields::rgba, std::uint32_t>(point);
-  } else if constexpr (has<PointT, pcl::fields::rgb>) {
-    rgba = getField<pcl::fields::rgb, std::uint32_t>(point);
-  }
+  if constexpr (has_color<PointT>) rgba = getField<ColorField<PointT>, std::uint32_t>(point);
   return {static_cast<float>(rgba >> 16 & 255u), static_cast<float>(rgba >> 8 & 255u), static_cast<float>(rgba & 255u)};
 }
 
@@ -69,27 +87,36 @@ template <typename PointT>
 void setColor(PointT& point, const Vec3& color) {
   const auto channel = [](float value) { return static_cast<std::uint32_t>(value + 0.5f); };
   const std::uint32_t rgba = 0xff000000u | channel(color.x) << 16 | channel(color.y) << 8 | channel(color.z);
-  if constexpr (has<PointT, pcl::fields::rgba>) {
-    setField<pcl::fields::rgba>(point, rgba);
-  } else if constexpr (has<PointT, pcl::fields::rgb>) {
-    setField<pcl::fields::rgb>(point, rgba);
-  }
+  if constexpr (has_color<PointT>) setField<ColorField<PointT>>(point, rgba);
 }
 
 /** \brief To confidence if the point has it, else to intensity if it has that. */
 template <typename PointT>
 void setWeight(PointT& point, float weight) {
-  if constexpr (has<PointT, pcl::fields::confidence>) {
+  if constexpr (has_confidence<PointT>) {
     setField<pcl::fields::confidence>(point, weight);
-  } else if constexpr (has<PointT, pcl::fields::intensity>) {
+  } else if constexpr (has_intensity<PointT>) {
     setField<pcl::fields::intensity>(point, weight);
   }
+}
+
+/** \brief To confidence if the point has it; 0 … 1. */
+template <typename PointT>
+void setConfidence(PointT& point, float confidence) {
+  if constexpr (has_confidence<PointT>) setField<pcl::fields::confidence>(point, confidence);
+}
+
+/** \brief As stored; 1 where PointT has none. */
+template <typename PointT>
+float getConfidence(const PointT& point) {
+  if constexpr (has_confidence<PointT>) return getField<pcl::fields::confidence, float>(point);
+  return 1.0f;
 }
 
 /** \brief To view_count if the point has it. */
 template <typename PointT>
 void setViewCount(PointT& point, std::uint32_t views) {
-  if constexpr (has<PointT, pcl::fields::view_count>) setField<pcl::fields::view_count>(point, views);
+  if constexpr (has_view_count<PointT>) setField<pcl::fields::view_count>(point, views);
 }
 
 /** \brief As stored, of whatever length; zero where PointT has none. */

@@ -9,7 +9,8 @@ struct PreprocessingParameters {
   /** \brief Fill a pixel without measurement when at least this many of its 8 neighbours have one and agree to within
    *  fill_tolerance; 3 … 8, or 0 to fill nothing. */
   int fill_neighbours{0};
-  float fill_tolerance{0.02f};  ///< largest spread of those neighbours, metres at 1 m, growing with depth; > 0
+  float fill_tolerance{
+      0.02f};  ///< largest spread of those neighbours, metres up to 1 m, beyond that times their mean squared; > 0
   /** \brief pcl::FastBilateralFilter over each depth image of more than one row. On the CPU it allocates memory in each
    *  frame, as nothing else does. */
   bool bilateral{false};

@@ -118,7 +118,7 @@ class ViewSynchronizer {
   /** \brief The latest set that is ready, if there is one. */
   inline std::optional<Set> take();
 
-  /** \brief As take(), but waits for a set, up to a time.  \param timeout from now on */
+  /** \brief As take(), but waits for a set, up to a time.  \param timeout from now on; more than a year counts as one */
   inline std::optional<Set> wait(std::chrono::microseconds timeout);
 
   /** \brief Since construction. */

@@ -84,8 +84,9 @@ std::vector<typename pcl::PointCloud<PointT>::Ptr> cloudsOf(const RigFrame& fram
       backprojection.setView(frame.views[i]);
       backprojection.filter(*cloud);
       for (PointT& point : *cloud) {
-        point::setWeight(point, random.uniform(0.0f, 1.0f));
-        point::setNormal(point, {random.uniform(-1.0f, 1.0f), random.uniform(-1.0f, 1.0f), 0.5f});
+        point::setWeight(point, random.uniform(0.0f, 1.2f));  // what is over 1 counts as 1
+        const float z = random.oneIn(5) ? std::numeric_limits<float>::quiet_NaN() : 0.5f;
+        point::setNormal(point, {random.uniform(-1.0f, 1.0f), random.uniform(-1.0f, 1.0f), z});
       }
       cloud->header.frame_id = "world";
       cloud->header.stamp = frame.stamp;
@@ -197,6 +198,7 @@ TYPED_TEST(DeviceClouds, DepthBackprojectionIsTheHosts) {
     for (TypeParam& point : *cloud) {
       point.z = random.oneIn(9) ? std::numeric_limits<float>::quiet_NaN() : random.uniform(0.5f, 3.0f);
       point::setWeight(point, random.uniform(0.0f, 1.0f));
+      point::setNormal(point, {random.uniform(-1.0f, 1.0f), random.uniform(-1.0f, 1.0f), 0.5f});
     }
     cloud->header.frame_id = "camera";
     host.setInputCloud(cloud);
@@ -242,7 +244,7 @@ TYPED_TEST(DeviceClouds, MultiViewConsistencyIsTheHosts) {
     EXPECT_EQ(downloaded.is_dense, expected.is_dense);
     for (std::size_t p = 0; p < expected.size(); ++p) {
       EXPECT_EQ(std::memcmp(&downloaded[p].x, &expected[p].x, 12), 0) << p;
-      if constexpr (point::has<TypeParam, pcl::fields::confidence>) {
+      if constexpr (point::has_confidence<TypeParam>) {
         EXPECT_NEAR(downloaded[p].confidence, expected[p].confidence, 1e-5f);
       }
     }
@@ -281,6 +283,7 @@ TYPED_TEST(DeviceClouds, AdaptiveHashFusionIsTheHosts) {
     const auto configure = [&](auto& filter) {
       filter.setParameters(parameters.aggregation);
       if (k % 3 == 2) filter.setFrame(frame.rig, parameters.consistency);
+      if (k % 3 == 2) filter.setPreprocessing(parameters.preprocessing);
       if (k % 4 == 3) filter.setIndices(indices);
     };
     configure(host);

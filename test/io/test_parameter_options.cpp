@@ -3,8 +3,12 @@
 #include "io_fixture.h"
 
 #include <algorithm>
+#include <filesystem>
+#include <fstream>
 #include <functional>
+#include <map>
 #include <set>
+#include <sstream>
 
 namespace {
 
@@ -182,6 +186,32 @@ TEST(ParameterOptions, TheCropBoxIsItsTwoCorners) {
       {"--crop-box: a minimum exceeds its maximum"}));
   EXPECT_THROW(parse({"--crop-box", "0", "0", "0", "1", "1"}), CLI::ParseError);
   EXPECT_THROW(parse({"--crop-box", "0", "0", "0", "1", "1", "nan"}), CLI::ParseError);
+}
+
+/** \brief The cells of a Markdown table's line. */
+std::vector<std::string> cells(const std::string& line) {
+  std::vector<std::string> result;
+  std::istringstream stream(line);
+  for (std::string cell; std::getline(stream, cell, '|');) {
+    const std::size_t begin = cell.find_first_not_of(' ');
+    result.push_back(begin == std::string::npos ? "" : cell.substr(begin, cell.find_last_not_of(' ') + 1 - begin));
+  }
+  return result;
+}
+
+TEST(ParameterOptions, TheDocumentationHasTheirDefaults) {
+  std::map<std::string, std::vector<std::string>> rows;
+  std::ifstream page(std::filesystem::path(FUSE_FLOW_TEST_SOURCE_DIR) / "doc/parameters.md");
+  for (std::string line; std::getline(page, line);)
+    if (line.rfind("| `--", 0) == 0 && cells(line).size() == 9) rows[cells(line)[1]] = cells(line);
+  for (const Option& option : options()) {
+    const auto row = rows.find("`" + option.name + "`");
+    ASSERT_NE(row, rows.end()) << option.name;
+    const std::string& value = row->second[3];
+    const std::string& published = row->second[4].empty() ? value : row->second[4];
+    EXPECT_EQ(option.member(parse({option.name, value})), option.member(P())) << option.name;
+    EXPECT_EQ(option.member(parse({option.name, published})), option.member(P::published())) << option.name;
+  }
 }
 
 TEST(ParameterOptions, WhatContradictsAnotherOptionIsNamedAsOnTheCommandLine) {

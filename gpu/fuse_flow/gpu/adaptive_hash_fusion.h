@@ -74,8 +74,7 @@ class AdaptiveHashFusion<PointT, device::Thrust> : public AdaptiveHashFusion<Poi
   /** \brief The frame's depth on the device. */
   gpu::ConsistencyEvaluator prepareFrame() {
     views_.assign(device_.run, *this->frame_, {}, false, host::resolveThreads(this->threads_));
-    maps_.make(device_.run, device_.times, views_,
-               gpu::DepthMapParameters::withoutSmoothing(PreprocessingParameters()));
+    maps_.make(device_.run, device_.times, views_, gpu::DepthMapParameters::withoutSmoothing(this->preprocessing_));
     return {views_.grid().views, maps_.measured(), this->consistency_};
   }
 

@@ -75,8 +75,7 @@ struct TakePoints {
       if (!wanted[begins[camera] + place - clouds.grid.offsets[camera]]) return;
     }
     const Vec3 p = Layout::position(*w);
-    const float C = Layout::confidence(*w);
-    if (isFinite(p) && C > 0 && std::isfinite(C)) points[place] = {p, C};
+    if (isFinite(p)) points[place] = {p, givenConfidence(Layout::confidence(*w))};
   }
 };
 
@@ -95,20 +94,20 @@ struct WriteFusedOfClouds {
   FUSE_FLOW_HD void operator()(std::uint32_t k) const {
     const FusedPoint point = fused[staying[k]];
     int main = 0;
-    Vec3 color{}, normal{};
+    Vec3 color{};
+    NormalMean normal;
     for (int s = 0; s < kRepresentatives; ++s) {
       if (s >= static_cast<int>(point.count)) continue;
       if (point.share[s] > point.share[main]) main = s;
       const typename Layout::Words& source = *clouds.at(point.source[s]);
       color = color + point.share[s] * Layout::color(source);
-      normal = normal + point.share[s] * Layout::normal(source);
+      normal.add(point.share[s], Layout::normal(source));
       if (represents != nullptr) represents[point.source[s]] = 1;
     }
     typename Layout::Words w = *clouds.at(point.source[main]);
     Layout::setPosition(w, point.p);
     Layout::setColor(w, color);
-    const float norm = std::sqrt(squaredNorm(normal));
-    Layout::setNormal(w, norm > 0 ? (1.0f / norm) * normal : Vec3{});
+    Layout::setNormal(w, normal.mean());
     Layout::setWeight(w, weights[staying[k]]);
     Layout::setViewCount(w, point.views);
     output[k] = w;

@@ -38,8 +38,9 @@ struct WriteBackprojected {
   /** \brief Null, or which pixels are wanted. */
   const std::uint8_t* wanted;
   float user_filter_value;
-  /** \brief Which pixels have no point, and how many. */
-  std::uint8_t* missing;
+  /** \brief Which wanted pixels have no point. */
+  std::uint8_t* removed;
+  /** \brief How many pixels have none, wanted or not. */
   std::uint32_t* missing_count;
   Words* output;
 
@@ -48,16 +49,22 @@ struct WriteBackprojected {
     const auto width = static_cast<std::uint32_t>(view.model.intrinsics.width);
     const int u = static_cast<int>(place % width), v = static_cast<int>(place / width);
     const float z = appearance.z[view.indexOf(u, v)];
-    const bool measured = z > 0 && (wanted == nullptr || wanted[place] != 0);
-    Words w = input == nullptr ? layout.blank : input[place];
-    if (measured) {
+    const bool is_wanted = wanted == nullptr || wanted[place] != 0;
+    Words w = layout.blank;
+    if (input != nullptr) {
+      w = input[place];
+      Layout::setNormal(w, rotate(view.model.T_world_camera, Layout::normal(w)));
+    }
+    if (z > 0 && is_wanted) {
       Layout::setPosition(w, view.model.T_world_camera * pointOnRay(view.ray(u, v), z));
+      if (input == nullptr)
+        Layout::setConfidence(w, view.confidence ? givenConfidence(view.confidence.row(v)[u]) : 1.0f);
       if (with_color) Layout::setColor(w, appearance.color({0, u, v}).rgb);
     } else {
       Layout::setPosition(w, {user_filter_value, user_filter_value, user_filter_value});
       atomicAddTo(missing_count, 1u);
     }
-    missing[place] = measured ? 0 : 1;
+    removed[place] = is_wanted && !(z > 0) ? 1 : 0;
     output[place] = w;
   }
 };
@@ -138,7 +145,7 @@ class DepthBackprojection<PointT, device::Thrust> : public DepthBackprojection<P
     }
     makeDepth(view, Layout::has_color && !from_cloud);
     uploadWanted(size);
-    missing_.resize(size);
+    removed_.resize(size);
     missing_count_.resize(1);
     run.fill(missing_count_.data(), 1, 0);
     result_.resize(width, height);
@@ -148,7 +155,7 @@ class DepthBackprojection<PointT, device::Thrust> : public DepthBackprojection<P
                                                       from_cloud ? device_input_->words() : nullptr,
                                                       this->use_indices_ ? wanted_.data() : nullptr,
                                                       this->user_filter_value_,
-                                                      missing_.data(),
+                                                      removed_.data(),
                                                       missing_count_.data(),
                                                       result_.words()});
     describe(from_cloud, size);
@@ -198,7 +205,7 @@ class DepthBackprojection<PointT, device::Thrust> : public DepthBackprojection<P
     this->removed_indices_->clear();
     if (!this->extract_removed_indices_) return;
     host_flags_.resize(size);
-    device_.download(missing_, size, host_flags_.data());
+    device_.download(removed_, size, host_flags_.data());
     for (std::size_t k = 0; k < size; ++k)
       if (host_flags_[k]) this->removed_indices_->push_back(static_cast<pcl::index_t>(k));
   }
@@ -210,7 +217,7 @@ class DepthBackprojection<PointT, device::Thrust> : public DepthBackprojection<P
   gpu::DeviceBuffer<Vec3> points_;
   typename DeviceCloud::ConstPtr device_input_;
   std::vector<std::uint8_t> host_flags_;
-  gpu::DeviceBuffer<std::uint8_t> wanted_, missing_;
+  gpu::DeviceBuffer<std::uint8_t> wanted_, removed_;
   gpu::DeviceBuffer<std::uint32_t> missing_count_;
   DeviceCloud result_;
 };

@@ -17,7 +17,7 @@ struct PointLayout {
   static constexpr int kWords = static_cast<int>(sizeof(PointT) / 4);
   static constexpr bool has_color = point::has_color<PointT>;
   static constexpr bool has_normal = point::has_normal<PointT>;
-  static constexpr bool has_confidence = point::has<PointT, pcl::fields::confidence>;
+  static constexpr bool has_confidence = point::has_confidence<PointT>;
 
   struct alignas(16) Words {
     std::uint32_t word[kWords];
@@ -66,32 +66,24 @@ struct PointLayout {
   FUSE_FLOW_HD static void setWeight(Words& w, float weight) {
     if constexpr (has_confidence) {
       set<pcl::fields::confidence>(w, weight);
-    } else if constexpr (point::has<PointT, pcl::fields::intensity>) {
+    } else if constexpr (point::has_intensity<PointT>) {
       set<pcl::fields::intensity>(w, weight);
     }
   }
 
   FUSE_FLOW_HD static void setViewCount(Words& w, std::uint32_t views) {
-    if constexpr (point::has<PointT, pcl::fields::view_count>) set<pcl::fields::view_count>(w, views);
+    if constexpr (point::has_view_count<PointT>) set<pcl::fields::view_count>(w, views);
   }
 
   FUSE_FLOW_HD static Vec3 color(const Words& w) {
     std::uint32_t rgba = 0;
-    if constexpr (point::has<PointT, pcl::fields::rgba>) {
-      rgba = get<pcl::fields::rgba, std::uint32_t>(w);
-    } else if constexpr (point::has<PointT, pcl::fields::rgb>) {
-      rgba = get<pcl::fields::rgb, std::uint32_t>(w);
-    }
+    if constexpr (has_color) rgba = get<point::ColorField<PointT>, std::uint32_t>(w);
     return {static_cast<float>(rgba >> 16 & 255u), static_cast<float>(rgba >> 8 & 255u),
             static_cast<float>(rgba & 255u)};
   }
   FUSE_FLOW_HD static void setColor(Words& w, const Vec3& color) {
     const std::uint32_t rgba = 0xff000000u | channel(color.x) << 16 | channel(color.y) << 8 | channel(color.z);
-    if constexpr (point::has<PointT, pcl::fields::rgba>) {
-      set<pcl::fields::rgba>(w, rgba);
-    } else if constexpr (point::has<PointT, pcl::fields::rgb>) {
-      set<pcl::fields::rgb>(w, rgba);
-    }
+    if constexpr (has_color) set<point::ColorField<PointT>>(w, rgba);
   }
 
   FUSE_FLOW_HD static Vec3 normal(const Words& w) {

@@ -38,15 +38,14 @@ struct WritePoints {
     FusedPoint point = fused[staying[k]];
     point.weight = weights[staying[k]];
     ColorMean color;
-    Vec3 normal{};
+    NormalMean normal;
     for (int s = 0; s < kRepresentatives; ++s) {
       if (s >= static_cast<int>(point.count) || !(Layout::has_color || (Layout::has_normal && with_normals))) continue;
       const PixelAddress a = appearance.grid.addressOf(point.source[s]);
       if (Layout::has_color) color.add(point.share[s], appearance.color(a));
-      if (Layout::has_normal && with_normals) normal = normal + point.share[s] * appearance.normal(a);
+      if (Layout::has_normal && with_normals) normal.add(point.share[s], appearance.normal(a));
     }
-    const float norm = std::sqrt(squaredNorm(normal));
-    output[k] = layout.words(point, color.mean(), norm > 0 ? (1.0f / norm) * normal : Vec3{});
+    output[k] = layout.words(point, color.mean(), normal.mean());
   }
 };
 

@@ -22,10 +22,20 @@ void AdaptiveHashFusion<PointT, device::Host>::setParameters(const AggregationPa
 template <typename PointT>
 void AdaptiveHashFusion<PointT, device::Host>::setFrame(const RigFrame& frame,
                                                         const ConsistencyParameters& parameters) {
-  checkRigFrame(frame);
   checkParameters(parameters);
-  frame_ = frame;
+  if (frame.cameras.empty()) {
+    frame_.reset();
+  } else {
+    checkRigFrame(frame);
+    frame_ = frame;
+  }
   consistency_ = parameters;
+}
+
+template <typename PointT>
+void AdaptiveHashFusion<PointT, device::Host>::setPreprocessing(const PreprocessingParameters& parameters) {
+  checkParameters(parameters);
+  preprocessing_ = parameters;
 }
 
 template <typename PointT>
@@ -52,7 +62,7 @@ std::vector<FusedPoint> AdaptiveHashFusion<PointT, device::Host>::fusePoints(
   const auto camera_of = [&](std::uint32_t k) { return cameras[k]; };
   if (frame_) {
     host::FrameViews views;
-    views.assign(*frame_, PreprocessingParameters{}, threads);
+    views.assign(*frame_, preprocessing_, threads);
     const host::ConsistencyEvaluator evaluator(consistency_, views.rig, views.depths);
     aggregation.fuse(parameters_, threads, points.data(), camera_of, &evaluator);
   } else {
@@ -76,9 +86,7 @@ void AdaptiveHashFusion<PointT, device::Host>::applyFilter(PointCloud& output) {
   std::vector<pcl::index_t> order;
   for (const pcl::index_t index : *indices_) {
     const PointT& p = (*input_)[static_cast<std::size_t>(index)];
-    float C = 1.0f;
-    if constexpr (point::has<PointT, pcl::fields::confidence>) C = point::getField<pcl::fields::confidence, float>(p);
-    if (isFinite({p.x, p.y, p.z}) && C > 0 && std::isfinite(C)) order.push_back(index);
+    if (isFinite({p.x, p.y, p.z}) && givenConfidence(point::getConfidence(p)) > 0) order.push_back(index);
     if (frame_ && camera_of_input(index) >= frame_->cameras.size())
       detail::throwBadArgument(owner, ": point ", index, " is of camera ", camera_of_input(index), ", the frame has ",
                                frame_->cameras.size());
@@ -88,9 +96,7 @@ void AdaptiveHashFusion<PointT, device::Host>::applyFilter(PointCloud& output) {
   std::vector<WeightedPoint> points(order.size());
   for (std::size_t k = 0; k < order.size(); ++k) {
     const PointT& p = (*input_)[static_cast<std::size_t>(order[k])];
-    points[k] = {{p.x, p.y, p.z}, 1.0f};
-    if constexpr (point::has<PointT, pcl::fields::confidence>)
-      points[k].C = point::getField<pcl::fields::confidence, float>(p);
+    points[k] = {{p.x, p.y, p.z}, givenConfidence(point::getConfidence(p))};
   }
 
   std::vector<std::uint32_t> cameras(order.size());
@@ -104,17 +110,17 @@ void AdaptiveHashFusion<PointT, device::Host>::applyFilter(PointCloud& output) {
       return (*input_)[static_cast<std::size_t>(order[fused.source[k]])];
     };
     std::size_t main = 0;
-    Vec3 color{}, normal{};
+    Vec3 color{};
+    NormalMean normal;
     for (std::size_t k = 0; k < fused.count; ++k) {
       if (fused.share[k] > fused.share[main]) main = k;
       color = color + fused.share[k] * point::getColor(source(k));
-      normal = normal + fused.share[k] * point::getNormal(source(k));
+      normal.add(fused.share[k], point::getNormal(source(k)));
     }
     point = source(main);
     point::setPosition(point, fused.p);
     point::setColor(point, color);
-    const float norm = std::sqrt(squaredNorm(normal));
-    point::setNormal(point, norm > 0 ? (1.0f / norm) * normal : Vec3{});
+    point::setNormal(point, normal.mean());
     point::setWeight(point, fused.weight);
     point::setViewCount(point, fused.views);
   };

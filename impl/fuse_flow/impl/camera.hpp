@@ -79,12 +79,20 @@ inline RigidTransform toRigidTransform(const Eigen::Isometry3d& T) {
   return result;
 }
 
-inline bool sameCalibration(const Camera& a, const Camera& b) {
-  if (!detail::sameIntrinsics(a.intrinsics, b.intrinsics)) return false;
-  if (a.T_world_camera.matrix() != b.T_world_camera.matrix()) return false;
+namespace detail {
+
+/** \brief Whether all of the calibration but the pose in the world is the same. */
+inline bool sameInside(const Camera& a, const Camera& b) {
+  if (!sameIntrinsics(a.intrinsics, b.intrinsics)) return false;
   if (a.color.has_value() != b.color.has_value()) return false;
-  return !a.color || (detail::sameIntrinsics(a.color->intrinsics, b.color->intrinsics) &&
+  return !a.color || (sameIntrinsics(a.color->intrinsics, b.color->intrinsics) &&
                       a.color->T_depth_color.matrix() == b.color->T_depth_color.matrix());
+}
+
+}  // namespace detail
+
+inline bool sameCalibration(const Camera& a, const Camera& b) {
+  return detail::sameInside(a, b) && a.T_world_camera.matrix() == b.T_world_camera.matrix();
 }
 
 }  // namespace fuse_flow

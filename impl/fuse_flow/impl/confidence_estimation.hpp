@@ -71,22 +71,20 @@ void ConfidenceEstimation<PointT, device::Host>::applyFilter(pcl::Indices& indic
 
 template <typename PointT>
 void ConfidenceEstimation<PointT, device::Host>::applyFilter(PointCloud& output) {
-  if constexpr (!point::has<PointT, pcl::fields::confidence>) {
+  if constexpr (!point::has_confidence<PointT>) {
     pcl::FilterIndices<PointT>::applyFilter(output);
   } else {
     const bool keep_organized = this->keep_organized_;
     if (keep_organized) {
       pcl::FilterIndices<PointT>::applyFilter(output);
-      for (std::size_t i = 0; i < output.size(); ++i)
-        point::setField<pcl::fields::confidence>(output[i], confidence_[i]);
+      for (std::size_t i = 0; i < output.size(); ++i) point::setConfidence(output[i], confidence_[i]);
     } else {
       pcl::Indices indices;
       applyFilter(indices);
       output.is_dense = true;
       pcl::copyPointCloud(*input_, indices, output);
       for (std::size_t i = 0; i < output.size(); ++i)
-        point::setField<pcl::fields::confidence>(output[i],
-                                                 confidence_[detail::copiedFrom(indices, input_->size(), i)]);
+        point::setConfidence(output[i], confidence_[detail::copiedFrom(indices, input_->size(), i)]);
     }
   }
 }

@@ -93,16 +93,20 @@ void DepthBackprojection<PointT, device::Host>::applyFilter(PointCloud& output) 
     for (int u = 0; u < width; ++u) {
       const std::size_t index = row * static_cast<std::size_t>(width) + static_cast<std::size_t>(u);
       PointT& point = result[index];
-      if (from_cloud) point = (*input_)[index];
-      if (z[u] > 0 && wanted[index]) {
-        point::setPosition(point, points[index]);
-      } else {
+      if (from_cloud) {
+        point = (*input_)[index];
+        point::setNormal(point, rotate(geometry.T_world_camera, point::getNormal(point)));
+      }
+      if (!(z[u] > 0) || !wanted[index]) {
         missing[index] = 1;
         point::setPosition(point, {user_filter_value_, user_filter_value_, user_filter_value_});
+        continue;
       }
+      point::setPosition(point, points[index]);
+      if (from_cloud) continue;
+      point::setConfidence(point, view_.confidence ? givenConfidence(view_.confidence.row(v)[u]) : 1.0f);
       if constexpr (point::has_color<PointT>)
-        if (!from_cloud && view_.color && !missing[index])
-          point::setColor(point, viewColor(geometry, view_.color, u, v, geometry.ray(u, v), z[u]).rgb);
+        if (view_.color) point::setColor(point, viewColor(geometry, view_.color, u, v, geometry.ray(u, v), z[u]).rgb);
     }
   });
   removed_indices_->clear();
@@ -110,7 +114,7 @@ void DepthBackprojection<PointT, device::Host>::applyFilter(PointCloud& output) 
   for (std::size_t index = 0; index < size; ++index) {
     if (!missing[index]) continue;
     any_missing = true;
-    if (this->extract_removed_indices_) removed_indices_->push_back(static_cast<pcl::index_t>(index));
+    if (this->extract_removed_indices_ && wanted[index]) removed_indices_->push_back(static_cast<pcl::index_t>(index));
   }
   result.is_dense = !any_missing || std::isfinite(user_filter_value_);
   result.header = input_->header;

@@ -17,10 +17,15 @@ inline void takeCameras(const RigFrame& frame, std::vector<Camera>& cameras) {
   checkRigFrame(frame);
   if (cameras.empty()) {
     cameras = frame.cameras;
-  } else if (cameras.size() != frame.cameras.size()) {
+    return;
+  }
+  if (cameras.size() != frame.cameras.size())
     throwBadArgument("fuse_flow::ExtrinsicEstimation: a frame of ", frame.cameras.size(), " cameras after one of ",
                      cameras.size());
-  }
+  for (std::size_t i = 0; i < cameras.size(); ++i)
+    if (!sameInside(cameras[i], frame.cameras[i]))
+      throwBadArgument("fuse_flow::ExtrinsicEstimation: camera '", frame.cameras[i].name,
+                       "' has other intrinsics than in the frame before, must have the same");
 }
 
 inline std::vector<Eigen::Isometry3d> posesOf(const std::vector<Camera>& cameras) {

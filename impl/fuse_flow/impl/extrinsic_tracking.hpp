@@ -94,21 +94,31 @@ bool ExtrinsicTracking<PointT, Device>::push(const RigFrame& frame) {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     if (error_) std::rethrow_exception(std::exchange(error_, nullptr));
-    if (taken_ || cameras_ < 2) return false;  // one camera has nobody to agree with
+    if (copying_ || taken_ || cameras_ < 2) return false;  // one camera has nobody to agree with
+    copying_ = true;
   }
-  copy_.assign(frame, parameters_.use_color);  // the thread looks at it only once it is taken
-  {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    taken_ = true;
+  const auto end_copying = [this](bool taken) {
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      copying_ = false;
+      taken_ = taken;
+    }
+    changed_.notify_all();
+  };
+  try {
+    copy_.assign(frame, parameters_.use_color);  // the thread looks at it only once it is taken
+  } catch (...) {
+    end_copying(false);
+    throw;
   }
-  changed_.notify_all();
+  end_copying(true);
   return true;
 }
 
 template <typename PointT, typename Device>
 void ExtrinsicTracking<PointT, Device>::finish() {
   std::unique_lock<std::mutex> lock(mutex_);
-  changed_.wait(lock, [this] { return !taken_; });
+  changed_.wait(lock, [this] { return !copying_ && !taken_; });
 }
 
 template <typename PointT, typename Device>

@@ -82,15 +82,14 @@ void FuseFlow<PointT, device::Host>::fuse(const RigFrame& frame, PointCloud& out
     point::setWeight(point, fused.weight);
     point::setViewCount(point, fused.views);
     ColorMean color;
-    Vec3 normal{};
+    NormalMean normal;
     for (std::size_t k = 0; k < fused.count; ++k) {
       if constexpr (point::has_color<PointT>) color.add(fused.share[k], pipeline.color(fused.source[k]));
       if constexpr (point::has_normal<PointT>)
-        if (compute_normals_) normal = normal + fused.share[k] * pipeline.normal(fused.source[k]);
+        if (compute_normals_) normal.add(fused.share[k], pipeline.normal(fused.source[k]));
     }
     point::setColor(point, color.mean());
-    const float norm = std::sqrt(squaredNorm(normal));
-    point::setNormal(point, norm > 0 ? (1.0f / norm) * normal : Vec3{});
+    point::setNormal(point, normal.mean());
   };
 
   FramePipeline::Clock::time_point fused_at;

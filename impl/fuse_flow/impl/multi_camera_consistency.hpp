@@ -2,6 +2,7 @@
 
 #include <fuse_flow/impl/host/coarse_grid.hpp>
 #include <fuse_flow/impl/host/frame_views.hpp>
+#include <fuse_flow/impl/parameters.hpp>
 #include <fuse_flow/multi_camera_consistency.h>
 
 #include <limits>
@@ -84,10 +85,19 @@ inline PointAgreement pointAgreement(const Vec3& p, const host::FrameViews& view
 
 }  // namespace detail
 
+inline void checkParameters(const QualityParameters& p) {
+  constexpr const char* owner = "fuse_flow::multiCameraConsistency";
+  detail::checkPositive(owner, "visibility", p.visibility);
+  detail::checkPositive(owner, "coverage_radius", p.coverage_radius);
+  detail::checkRange(owner, "coverage_step", p.coverage_step, 1, 1 << 16);
+  detail::checkMeasuringRange(owner, p.min_range, p.max_range);
+}
+
 template <typename PointT>
 Quality multiCameraConsistency(const pcl::PointCloud<PointT>& cloud, const RigFrame& frame,
                                const QualityParameters& parameters, unsigned int threads) {
   checkRigFrame(frame);
+  checkParameters(parameters);
   const int resolved = host::resolveThreads(static_cast<int>(threads));
   PreprocessingParameters raw;
   raw.min_range = parameters.min_range;
@@ -120,7 +130,7 @@ Quality multiCameraConsistency(const pcl::PointCloud<PointT>& cloud, const RigFr
 
   const detail::RadiusIndex index(cloud, parameters.coverage_radius);
   std::vector<Quality> per_view(views.depths.size());
-  const int step = std::max(1, parameters.coverage_step);
+  const int step = parameters.coverage_step;
   host::parallelFor(resolved, views.depths.size(), [&](std::size_t j, int) {
     Quality counts;
     for (int v = 0; v < views.depths[j].height(); v += step)

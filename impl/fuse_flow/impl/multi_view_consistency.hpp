@@ -84,12 +84,11 @@ void MultiViewConsistency<PointT, device::Host>::applyFilter(pcl::Indices& indic
 
 template <typename PointT>
 void MultiViewConsistency<PointT, device::Host>::applyFilter(PointCloud& output) {
-  if constexpr (!point::has<PointT, pcl::fields::confidence>) {
+  if constexpr (!point::has_confidence<PointT>) {
     pcl::FilterIndices<PointT>::applyFilter(output);
   } else {
     const auto weigh = [this](PointT& point, std::size_t index) {
-      const float C = point::getField<pcl::fields::confidence, float>((*input_)[index]);
-      point::setField<pcl::fields::confidence>(point, C * consistency_[index]);
+      point::setConfidence(point, point::getConfidence((*input_)[index]) * consistency_[index]);
     };
     if (this->keep_organized_) {
       pcl::FilterIndices<PointT>::applyFilter(output);

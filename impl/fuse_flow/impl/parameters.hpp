@@ -26,6 +26,14 @@ inline void checkNonNegative(const char* owner, const char* name, float value) {
     throwBadArgument(owner, ": ", name, " is ", value, ", must not be negative");
 }
 
+/** \brief Of depth that counts as a measurement. */
+inline void checkMeasuringRange(const char* owner, float min_range, float max_range) {
+  checkNonNegative(owner, "min_range", min_range);
+  checkPositive(owner, "max_range", max_range);
+  if (max_range <= min_range)
+    throwBadArgument(owner, ": max_range is ", max_range, ", must exceed min_range, ", min_range);
+}
+
 /** \brief Whether fused points move to where refined depth confirms them. */
 inline bool usesConfirmation(const SmoothingParameters& smoothing, const AggregationParameters& aggregation) {
   return smoothing.passes > 0 && aggregation.confirmation_reach > 0 &&
@@ -36,10 +44,7 @@ inline bool usesConfirmation(const SmoothingParameters& smoothing, const Aggrega
 
 inline void checkParameters(const PreprocessingParameters& p) {
   constexpr const char* owner = "fuse_flow::DepthBackprojection";
-  detail::checkNonNegative(owner, "min_range", p.min_range);
-  detail::checkPositive(owner, "max_range", p.max_range);
-  if (p.max_range <= p.min_range)
-    detail::throwBadArgument(owner, ": max_range is ", p.max_range, ", must exceed min_range, ", p.min_range);
+  detail::checkMeasuringRange(owner, p.min_range, p.max_range);
   if (p.fill_neighbours != 0) detail::checkRange(owner, "fill_neighbours", p.fill_neighbours, 3, 8);
   detail::checkPositive(owner, "fill_tolerance", p.fill_tolerance);
   detail::checkPositive(owner, "bilateral_sigma_s", p.bilateral_sigma_s);

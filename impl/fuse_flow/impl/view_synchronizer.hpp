@@ -93,7 +93,9 @@ std::optional<SynchronizedSet<PayloadT>> ViewSynchronizer<PayloadT>::take() {
 
 template <typename PayloadT>
 std::optional<SynchronizedSet<PayloadT>> ViewSynchronizer<PayloadT>::wait(std::chrono::microseconds timeout) {
-  const auto deadline = std::chrono::steady_clock::now() + timeout;
+  // Beyond a year nobody waits, and the sum of larger numbers overflows.
+  const auto deadline =
+      std::chrono::steady_clock::now() + std::min(timeout, std::chrono::microseconds(std::chrono::hours(8766)));
   std::deque<Waiting> dropped;
   std::unique_lock<std::mutex> lock(mutex_);
   for (;;) {

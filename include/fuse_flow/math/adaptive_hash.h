@@ -24,7 +24,8 @@ enum class ConsistencyAt {
 struct AggregationParameters {
   /** \brief Side of a coarse cell, metres; > 0. */
   float cell_size{0.064f};
-  /** \brief Smallest side of a refined cell, metres; cells are cell_size / 2^L, and none is smaller than this; > 0. */
+  /** \brief Smallest side of a refined cell, metres; > 0. Cells are cell_size / 2^L with L ≤ 5, and none is refined to less than this: from
+   *  cell_size upwards, none is refined at all. */
   float min_cell_size{0.008f};
   /** \brief Points wanted in a refined cell; > 0. */
   float points_per_cell{1.0f};
@@ -39,8 +40,8 @@ struct AggregationParameters {
    *  measurements show thins out instead of vanishing; [0, 1], 0 keeps all. */
   float weak_weight{0.15f};
   /** \brief r of Confirmation: a fused point moves towards the refined depth of the other views that see a surface within so
-   *  many metres of it, by less than a third of that, and may leave its cell or the crop box by as much; ≥ 0, 0: it stays where
-   *  its own measurements put it. Only with ConsistencyAt::CellMean, and only in the frame pipeline: the filters know no
+   *  many metres of it, by less than 0.29 of that on the optical axes of those views, and off them by as much more as their rays are longer than
+   *  their depth. It may leave its cell or the crop box by as much; ≥ 0, 0: it stays where its own measurements put it. Only with ConsistencyAt::CellMean, and only in the frame pipeline: the filters know no
    *  refined depth. */
   float confirmation_reach{0.033f};
 };

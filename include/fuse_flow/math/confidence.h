@@ -153,8 +153,8 @@ FUSE_FLOW_HD MeasurementGate measurementGate(float threshold, float max_noise, f
 /** \brief What a sensor's own confidence multiplies C by; NaN counts as none. */
 FUSE_FLOW_HD float givenConfidence(float given) { return given > 0 ? (given < 1.0f ? given : 1.0f) : 0.0f; }
 
-/** \brief Slope-compensated form. Second differences r = z₋ − 2 z₀ + z₊ in the four directions through the pixel vanish
- *  on a plane, and of independent noise they have variance 6 σ². What the slope itself exceeds a surface at
+/** \brief Slope-compensated form. Second differences r = z₋ − 2 z₀ + z₊ in the four directions through the pixel nearly
+ *  vanish on a plane (depth is 1 / an affine function of the pixel there: r ≈ 2 s² / z for a step s between neighbours), and of independent noise they have variance 6 σ². What the slope itself exceeds a surface at
  *  max_incidence by, is a jump. A direction with a missing neighbour counts as a quarter of a length unit in both terms:
  *  holes surround what sensors measure badly. */
 FUSE_FLOW_HD float confidenceSlopeCompensated(const ConfidenceParameters& p, const DepthPatch& patch,

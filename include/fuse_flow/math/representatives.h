@@ -157,7 +157,8 @@ FUSE_FLOW_HD FusedPoint fuseRepresentatives(const RepresentativeSelection& chose
   return fused;
 }
 
-/** \brief The ablation's point-wise fusion of one point with the points that other views have in its place. */
+/** \brief The ablation's point-wise fusion of one point with the points that other views have in its place. All of them make its
+ *  position and weight; the three of most weight stand for it, with their colours and normals. */
 class PointWiseFusion {
  public:
   /** \param own the point, world frame, metres: what sums are relative to */
@@ -170,13 +171,18 @@ class PointWiseFusion {
     total_ += weight;
     squares_ += weight * weight;
     ++fused_.views;
-    for (int k = 0; k < kRepresentatives; ++k) {
-      if (k != static_cast<int>(fused_.count)) continue;
-      fused_.source[k] = source;
-      fused_.share[k] = weight;
-      ++fused_.count;
-      break;
+    if (fused_.count < kRepresentatives) {
+      put(fused_.count++, source, weight);
+      return;
     }
+    std::uint32_t lightest = 0;
+    float least = fused_.share[0];
+    for (std::uint32_t k = 1; k < kRepresentatives; ++k) {
+      if (!(fused_.share[k] < least)) continue;
+      lightest = k;
+      least = fused_.share[k];
+    }
+    if (weight > least) put(lightest, source, weight);
   }
 
   /** \brief Eq. 11 over all that were added; weight 0 where all their weights are. */
@@ -193,6 +199,15 @@ class PointWiseFusion {
   }
 
  private:
+  /** \brief Only constants index the sources, as in RepresentativeSelection. */
+  FUSE_FLOW_HD void put(std::uint32_t place, std::uint32_t source, float weight) {
+    for (std::uint32_t k = 0; k < kRepresentatives; ++k) {
+      if (k != place) continue;  // not break: compilers then unroll
+      fused_.source[k] = source;
+      fused_.share[k] = weight;
+    }
+  }
+
   Vec3 own_;
   Vec3 sum_{};
   float total_{0};

@@ -83,6 +83,21 @@ struct ColorMean {
   FUSE_FLOW_HD Vec3 mean() const { return total > 0 ? (1.0f / total) * sum : Vec3{}; }
 };
 
+/** \brief The mean of the normals that are known. */
+struct NormalMean {
+  Vec3 sum{};
+
+  /** \brief One more. \param share its weight  \param normal of any length; zero or not finite: not known */
+  FUSE_FLOW_HD void add(float share, const Vec3& normal) {
+    if (isFinite(normal)) sum = sum + share * normal;
+  }
+  /** \brief Of length 1; zero where none was known. */
+  FUSE_FLOW_HD Vec3 mean() const {
+    const float norm = std::sqrt(squaredNorm(sum));
+    return norm > 0 ? (1.0f / norm) * sum : Vec3{};
+  }
+};
+
 /** \brief Colour of the depth pixel (u, v) with depth z on its ray. With a colour camera of its own, the point is projected into
  *  that; where it misses the image by less than a pixel, the border's colour is taken. */
 FUSE_FLOW_HD ViewColor viewColor(const ViewModel& view, const ImageView<Rgb8>& image, int u, int v, const Ray& ray,

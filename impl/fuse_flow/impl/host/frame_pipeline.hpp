@@ -50,8 +50,8 @@ class FramePipeline {
     statistics.fuse_ms = since(merged);
   }
 
-  /** \brief The ablation's point-wise fusion: every gated point with the points that other views have in its place,
-   *  each with its own ω. Calls emit(index, fused point) in the order of the pixels. */
+  /** \brief The ablation's point-wise fusion: every gated point, of weight C V, with the points that other views have in
+   *  its place, each of weight C exp(−d²/σ²). Calls emit(fused point) in the order of the pixels. */
   template <typename Emit>
   void fusePointWise(const Emit& emit) const {
     const ConsistencyEvaluator evaluator = makeEvaluator();
