@@ -29,8 +29,8 @@ struct NumberChildren {
     const std::uint32_t slot = slots[index];
     if (slot == CellTableView::kNone) return kNone;
     const CoarseCell cell = cells[slot];
-    return cell.first_child_number +
-           childPosition(points[index].p - cell.corner, static_cast<int>(cell.level), cell_size);
+    return cell.first_child_number + childPosition(points[index].p - cell.corner, static_cast<int>(cell.level),
+                                                   childrenPerMetre(static_cast<int>(cell.level), cell_size));
   }
 };
 

@@ -146,7 +146,7 @@ class FramePipeline {
                               parameters.use_measurement_confidence,
                               parameters.use_spatial_hash,
                               1.0f / parameters.aggregation.cell_size,
-                              cropBox(),
+                              detail::cropBox(parameters),
                               table,
                               points_.data(),
                               slots_.data(),
@@ -165,12 +165,6 @@ class FramePipeline {
   void keepNoiseScales() {
     for (std::size_t i = 0; i < statistics.noise_scales.size(); ++i)
       statistics.noise_scales[i] = maps_.noiseScales()[i];
-  }
-
-  Box cropBox() const {
-    if (!parameters.crop_box) return {};
-    const Eigen::Vector3f &low = parameters.crop_box->min(), &high = parameters.crop_box->max();
-    return {{low.x(), low.y(), low.z()}, {high.x(), high.y(), high.z()}, true};
   }
 
   [[noreturn]] void throwTooFarPoint(std::uint32_t index) {

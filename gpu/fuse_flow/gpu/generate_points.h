@@ -2,21 +2,11 @@
 
 #include <fuse_flow/gpu/cell_table.h>
 #include <fuse_flow/gpu/device_view.h>
+#include <fuse_flow/math/box.h>
 #include <fuse_flow/math/representatives.h>
 
 namespace fuse_flow {
 namespace gpu {
-
-/** \brief pcl's and Eigen's boxes have no device code. */
-struct Box {
-  Vec3 low, high;
-  bool set{false};
-
-  FUSE_FLOW_HD bool contains(const Vec3& p) const {
-    return !set ||
-           ((p.x >= low.x) & (p.x <= high.x) & (p.y >= low.y) & (p.y <= high.y) & (p.z >= low.z) & (p.z <= high.z));
-  }
-};
 
 /** \brief How many measurements a frame has, how many pass the gate, and the first point that is too far out. */
 struct PointCounts {

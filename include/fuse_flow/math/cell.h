@@ -61,11 +61,13 @@ FUSE_FLOW_HD Vec3 cellCorner(std::uint64_t key, float cell_size) {
           static_cast<float>(c.z) * cell_size};
 }
 
+/** \brief Children of a coarse cell in a metre. */
+FUSE_FLOW_HD float childrenPerMetre(int level, float cell_size) { return static_cast<float>(1 << level) / cell_size; }
+
 /** \brief Which child of a coarse cell at a level a point falls into: x, y and z of level bits each. \param relative the
- *  point from the cell's corner, metres */
-FUSE_FLOW_HD std::uint32_t childPosition(const Vec3& relative, int level, float cell_size) {
+ *  point from the cell's corner, metres  \param to_child childrenPerMetre() */
+FUSE_FLOW_HD std::uint32_t childPosition(const Vec3& relative, int level, float to_child) {
   const int side = 1 << level;
-  const float to_child = static_cast<float>(side) / cell_size;
   const int x = clampTo(static_cast<int>(to_child * relative.x), 0, side - 1);
   const int y = clampTo(static_cast<int>(to_child * relative.y), 0, side - 1);
   const int z = clampTo(static_cast<int>(to_child * relative.z), 0, side - 1);

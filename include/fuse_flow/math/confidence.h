@@ -136,9 +136,9 @@ struct MeasurementGate {
 
   /** \brief Weight of a measurement, 0: it becomes no point. \param p parameters  \param C of eq. 3  \param depth metres */
   FUSE_FLOW_HD float weight(const ConfidenceParameters& p, float C, float depth) const {
-    if (!(C > threshold)) return 0.0f;
     const float noise = axialNoise(p, depth);
-    return noise > max_noise ? 0.0f : C * noiseWeight(noise, per_half);
+    const float weight = C * noiseWeight(noise, per_half);
+    return (C > threshold) & !(noise > max_noise) ? weight : 0.0f;
   }
 };
 

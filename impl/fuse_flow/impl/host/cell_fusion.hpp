@@ -104,6 +104,8 @@ void fuseCell(const AggregationParameters& p, int max_level, const CoarseGrid& g
               CellScratch& scratch) {
   const int level = refinementLevel(cell.points, p.points_per_cell, max_level);
   const Vec3 corner = cellCorner(cell.key, p.cell_size);
+  const float to_child = childrenPerMetre(level, p.cell_size);
+  const Representatives mode = p.representatives;
 
   if (scratch.slot.size() < (std::size_t{1} << 3 * level)) scratch.slot.resize(std::size_t{1} << 3 * level, 0);
   scratch.children.clear();
@@ -117,13 +119,13 @@ void fuseCell(const AggregationParameters& p, int max_level, const CoarseGrid& g
 #endif
     for (std::uint32_t index = run.begin; index < run.begin + run.count; ++index) {
       const Vec3 relative = points[index].p - corner;
-      const std::uint32_t position = childPosition(relative, level, p.cell_size);
+      const std::uint32_t position = childPosition(relative, level, to_child);
       std::uint32_t& slot = scratch.slot[position];
       if (slot == 0) {
         scratch.children.emplace_back(position);
         slot = static_cast<std::uint32_t>(scratch.children.size());
       }
-      scratch.children[slot - 1].chosen.add(p.representatives, relative, points[index].C, index, camera);
+      scratch.children[slot - 1].chosen.add(mode, relative, points[index].C, index, camera);
     }
   }
   measureConsistency(p.consistency_at, corner, evaluator, scratch);
@@ -139,6 +141,9 @@ void fuseCell(const AggregationParameters& p, int max_level, const CoarseGrid& g
     V += each ? child.chosen.count() : 1;
   }
   selectPoints(p, level, scratch);
+  if (confirmed)
+    for (std::size_t k = 0; k < scratch.fused.size(); ++k)
+      if (scratch.kept[k]) evaluator->prefetchConfirmed(scratch.opinions, k);
   for (std::size_t k = 0; k < scratch.fused.size(); ++k) {
     if (!scratch.kept[k]) continue;
     FusedPoint& fused = scratch.fused[k];

@@ -88,18 +88,21 @@ class RunBuilder {
   }
 
   /** \brief Points with C = 0 must not be added; they end no run by themselves, a gap in the indices does. */
-  void add(std::uint32_t index, const Vec3& p) {
+  void add(std::uint32_t index, const Vec3& p) { add(index, 1, p); }
+
+  /** \brief The same for several points of one cell, one after the other. \param p one of them */
+  void add(std::uint32_t index, std::uint32_t count, const Vec3& p) {
     const Vec3 cells = inverse_size_ * p;
     const bool same = (cells.x >= low_.x) & (cells.x < high_.x) & (cells.y >= low_.y) & (cells.y < high_.y) &
                       (cells.z >= low_.z) & (cells.z < high_.z);
     if (same & (index == next_)) {
-      ++next_;
+      next_ += count;
       return;
     }
     close();
     if (!same) enterCell(cells, p);
     begin_ = index;
-    next_ = index + 1;
+    next_ = index + count;
   }
 
   /** \brief After the last point. */

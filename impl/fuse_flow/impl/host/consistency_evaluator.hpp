@@ -79,6 +79,17 @@ class ConsistencyEvaluator {
     for (std::size_t k = 0; k < n; ++k) V[k] = consistency(parameters_, opinions[k]);
   }
 
+  /** \brief Sends for the refined depth that confirmed() will look at. */
+  void prefetchConfirmed(const CellOpinions& opinions, std::size_t k) const {
+#if defined(__GNUC__)
+    const int n = std::min(opinions[k].agreeing, Confirmation::kViews);
+    for (int a = 0; a < n; ++a) {
+      const CellOpinions::Sight& sight = opinions.sight(k, a);
+      __builtin_prefetch((*refined_)[sight.view].row(static_cast<int>(sight.y)) + static_cast<int>(sight.x));
+    }
+#endif
+  }
+
   /** \brief Where a point of weight ω lies by what the views confirm that agreed with it in evaluate(). \param k its number there */
   Vec3 confirmed(const Vec3& p_W, float weight, const CellOpinions& opinions, std::size_t k) const {
     Confirmation confirmation;

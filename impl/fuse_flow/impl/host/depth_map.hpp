@@ -1,6 +1,7 @@
 #pragma once
 
 #include <fuse_flow/depth_view.h>
+#include <fuse_flow/impl/host/wide_vectors.hpp>
 #include <fuse_flow/math/confidence.h>
 #include <fuse_flow/math/depth.h>
 #include <fuse_flow/math/noise_scale.h>
@@ -46,15 +47,17 @@ class DepthMap {
 
 /** \brief One row of a view in metres; what is outside [min_range, max_range] becomes 0. */
 inline void convertDepthRow(const DepthView& view, float min_range, float max_range, int v, float* z) {
-  const int width = view.width();
-  if (view.depth16) {
-    const std::uint16_t* raw = view.depth16.row(v);
-    const float scale = view.depth_scale;
-    for (int u = 0; u < width; ++u) z[u] = metres(raw[u], scale, min_range, max_range);
-  } else {
-    const float* raw = view.depth32.row(v);
-    for (int u = 0; u < width; ++u) z[u] = metres(raw[u], min_range, max_range);
-  }
+  inWideVectors([=, &view] {
+    const int width = view.width();
+    if (view.depth16) {
+      const std::uint16_t* raw = view.depth16.row(v);
+      const float scale = view.depth_scale;
+      for (int u = 0; u < width; ++u) z[u] = metres(raw[u], scale, min_range, max_range);
+    } else {
+      const float* raw = view.depth32.row(v);
+      for (int u = 0; u < width; ++u) z[u] = metres(raw[u], min_range, max_range);
+    }
+  });
 }
 
 /** \brief The rows above, at and below one, at a spacing. */
@@ -75,25 +78,31 @@ struct RowsOfPatch {
 
 /** \brief q = 1/z of one row; 0 where there is no measurement. */
 inline void invertRow(const float* z, int width, float* q) {
-  for (int u = 0; u < width; ++u) {
-    const float inverse = 1.0f / z[u];
-    q[u] = z[u] > 0 ? inverse : 0.0f;
-  }
+  inWideVectors([=] {
+    for (int u = 0; u < width; ++u) {
+      const float inverse = 1.0f / z[u];
+      q[u] = z[u] > 0 ? inverse : 0.0f;
+    }
+  });
 }
 
 /** \brief One pass of the smoothing over one row; holes stay holes. \param noise_scale of the view  \param q inverse depth
  *  \param out inverse depth, or depth after the last pass */
 inline void smoothRow(const SmoothingParameters& smoothing, const ConfidenceParameters& confidence, int pass,
                       float noise_scale, const DepthMap& q, int v, float* __restrict out) {
-  const ConfidenceParameters p = confidence;  // a copy: the compiler then knows that nothing overwrites it
   const float tolerance = smoothingTolerance(smoothing, pass, noise_scale);
   const RowsOfPatch rows(q, v, smoothingStep(smoothing, pass, noise_scale));
   const int width = q.width();
-  for (int u = 0; u < width; ++u) {
-    const float centre = rows.here[u];
-    const float smoothed = smoothedInverseDepth(rows[u].z, tolerance * inverseDepthNoise(p, centre));
-    out[u] = centre > 0 ? smoothed : 0.0f;
-  }
+  inWideVectors([=] {
+    const ConfidenceParameters p = confidence;  // copies: the compiler then knows that nothing overwrites them
+    const RowsOfPatch patches = rows;
+    float* __restrict smoothed_row = out;
+    for (int u = 0; u < width; ++u) {
+      const float centre = patches.here[u];
+      const float smoothed = smoothedInverseDepth(patches[u].z, tolerance * inverseDepthNoise(p, centre));
+      smoothed_row[u] = centre > 0 ? smoothed : 0.0f;
+    }
+  });
   if (pass == smoothing.passes - 1) invertRow(out, width, out);
 }
 
@@ -119,21 +128,25 @@ inline float measureNoiseScale(const ConfidenceParameters& p, const DepthMap& de
 /** \brief Eq. 3 for one row of a depth map; C = 0 where there is no measurement. \param noise_scale of the view */
 inline void confidenceRow(const ConfidenceParameters& parameters, const DepthMap& depth, float pixel_angle,
                           float noise_scale, int v, float* __restrict C) {
-  const ConfidenceParameters p = parameters;  // a copy: the compiler then knows that C does not overwrite it
-  const RowsOfPatch rows(depth, v, 1);
-  const int width = depth.width();
-  if (p.form == ConfidenceForm::Published) {
-    for (int u = 0; u < width; ++u) {
-      const float c = confidencePublished(p, rows[u]);
-      C[u] = rows.here[u] > 0 ? c : 0.0f;
+  const SlopeScale slope_scale = slopeScale(parameters, pixel_angle, noise_scale);
+  inWideVectors([=, &depth, &parameters] {
+    const ConfidenceParameters p = parameters;  // copies: the compiler then knows that C does not overwrite them
+    const RowsOfPatch rows(depth, v, 1);
+    const int width = depth.width();
+    float* __restrict confidence_row = C;
+    if (p.form == ConfidenceForm::Published) {
+      for (int u = 0; u < width; ++u) {
+        const float c = confidencePublished(p, rows[u]);
+        confidence_row[u] = rows.here[u] > 0 ? c : 0.0f;
+      }
+    } else {
+      const SlopeScale slope = slope_scale;
+      for (int u = 0; u < width; ++u) {
+        const float c = confidenceSlopeCompensated(p, rows[u], slope);
+        confidence_row[u] = rows.here[u] > 0 ? c : 0.0f;
+      }
     }
-  } else {
-    const SlopeScale slope = slopeScale(p, pixel_angle, noise_scale);
-    for (int u = 0; u < width; ++u) {
-      const float c = confidenceSlopeCompensated(p, rows[u], slope);
-      C[u] = rows.here[u] > 0 ? c : 0.0f;
-    }
-  }
+  });
 }
 
 }  // namespace host

@@ -3,12 +3,24 @@
 #include <fuse_flow/fuse_flow.h>
 #include <fuse_flow/impl/host/cell_fusion.hpp>
 #include <fuse_flow/impl/host/consistency_evaluator.hpp>
+#include <fuse_flow/impl/host/point_row.hpp>
 #include <fuse_flow/impl/host/preprocessing.hpp>
 #include <fuse_flow/impl/parameters.hpp>
 
 #include <chrono>
 
 namespace fuse_flow {
+namespace detail {
+
+/** \brief For the per-pixel maths. */
+inline Box cropBox(const FuseFlowParameters& parameters) {
+  if (!parameters.crop_box) return {};
+  const Eigen::Vector3f &low = parameters.crop_box->min(), &high = parameters.crop_box->max();
+  return {{low.x(), low.y(), low.z()}, {high.x(), high.y(), high.z()}};
+}
+
+}  // namespace detail
+
 namespace host {
 
 /** \brief All of a frame but the point type. Points are numbered camera by camera, pixel by pixel. */
@@ -185,10 +197,11 @@ class FramePipeline {
 
   void generatePoints() {
     std::vector<RunBuilder>& builders = aggregation_.grid.start(stretches_.size());
+    crop_box_ = detail::cropBox(parameters);
     if (rows_.size() < static_cast<std::size_t>(threads_)) rows_.resize(static_cast<std::size_t>(threads_));
     std::size_t width = 0;
     for (const DepthMap& depth : depths_) width = std::max(width, static_cast<std::size_t>(depth.width()));
-    for (std::vector<float>& row : rows_) row.reserve(width);
+    for (PointRow& row : rows_) row.reserve(width);
     parallelFor(threads_, stretches_.size(), [&](std::size_t s, int thread) {
       builders[s].start(parameters.aggregation.cell_size);
       Counts counts;  // on this thread's stack: neighbours in an array would fight for one cache line
@@ -203,32 +216,18 @@ class FramePipeline {
     }
   }
 
-  void generateRow(std::uint32_t i, int v, std::vector<float>& C, RunBuilder& builder, Counts& counts) {
-    const ViewGeometry& view = rig_[i];
-    const RigidTransform T_world_camera = view.T_world_camera;
+  void generateRow(std::uint32_t i, int v, PointRow& row, RunBuilder& builder, Counts& counts) {
     const float* z = refined(i).row(v);
     const int width = depths_[i].width();
-    C.resize(static_cast<std::size_t>(width));
-    measurementConfidence(i, v, C.data());
-    const std::uint32_t row_begin = offsets_[i] + static_cast<std::uint32_t>(v) * static_cast<std::uint32_t>(width);
-    WeightedPoint* points = points_.data() + row_begin;
-    const float* c = C.data();
+    measurementConfidence(i, v, row.confidence());
+    const std::uint32_t first = offsets_[i] + static_cast<std::uint32_t>(v) * static_cast<std::uint32_t>(width);
+    WeightedPoint* points = points_.data() + first;
     const MeasurementGate gate =
         measurementGate(parameters.use_measurement_confidence ? parameters.confidence.threshold : 0.0f,
                         parameters.max_noise, parameters.half_weight_noise, statistics.noise_scales[i]);
-    const bool hash = parameters.use_spatial_hash;
-    for (int u = 0; u < width; ++u) {
-      points[u].C = 0;
-      if (!(z[u] > 0)) continue;
-      ++counts.measured;
-      const float weight = gate.weight(parameters.confidence, c[u], z[u]);
-      if (!(weight > 0)) continue;
-      const Vec3 p = T_world_camera * pointOnRay(view.ray(u, v), z[u]);  // eq. 8
-      if (parameters.crop_box && !parameters.crop_box->contains(Eigen::Vector3f(p.x, p.y, p.z))) continue;
-      points[u] = {p, weight};
-      ++counts.gated;
-      if (hash) builder.add(row_begin + static_cast<std::uint32_t>(u), p);
-    }
+    counts.measured += row.weigh(gate, parameters.confidence, z, width);
+    counts.gated += row.place(rig_[i], v, crop_box_, parameters.aggregation.cell_size, z, points);
+    if (parameters.use_spatial_hash) row.addTo(builder, points, first);
   }
 
   void measurementConfidence(std::uint32_t i, int v, float* C) const {
@@ -289,7 +288,8 @@ class FramePipeline {
   std::vector<Stretch> stretches_;
   std::vector<WeightedPoint> points_;
   std::vector<Counts> counts_;
-  std::vector<std::vector<float>> rows_;
+  Box crop_box_;
+  std::vector<PointRow> rows_;
   HashAggregation aggregation_;
 };
 

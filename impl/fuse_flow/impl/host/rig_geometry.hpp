@@ -50,6 +50,9 @@ struct ViewGeometry : ViewModel {
                  static_cast<std::size_t>(u)];
   }
 
+  /** \brief Of an ideal lens: x of the rays of each column. */
+  const std::vector<float>& columns() const { return column_x_; }
+
   /** \brief The table of a lens with distortion, row by row; empty for an ideal one. */
   const std::vector<Ray>& rays() const { return rays_; }
 
