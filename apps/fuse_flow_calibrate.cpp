@@ -235,10 +235,12 @@ int main(int argc, char** argv) {
   recording.input()->required();
   app.remove_option(app.get_option("--slide"));  // one rig, calibrated once
   app.add_option("-o,--output", options.output, "rig.json with the new poses, for --poses of the other tools")
+      ->check(command_line::path())
       ->required();
-  app.add_option("--json", options.json, "write what is printed to this JSON file");
+  app.add_option("--json", options.json, "write what is printed to this JSON file")->check(command_line::path());
   app.add_option("--picture", options.picture,
-                 "PNG of all measurements, a colour a camera, before and after; needs a display");
+                 "PNG of all measurements, a colour a camera, before and after; needs a display")
+      ->check(command_line::path());
   app.add_option("--frames", options.frames, "A:B:STEP, B not included; default: ten, evenly spread")
       ->multi_option_policy(CLI::MultiOptionPolicy::Join);
   app.add_flag("--from-scratch", options.from_scratch,

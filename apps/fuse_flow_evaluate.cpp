@@ -242,11 +242,13 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   app.add_flag("--truth", options.truth, "compare with the exact surface of a recording of fuse_flow_simulate too");
   app.add_option("--error-picture", options.error_picture,
-                 "with --truth: PNG of the first clouds, blue on the true surface to red 20 mm or more from it");
+                 "with --truth: PNG of the first clouds, blue on the true surface to red 20 mm or more from it")
+      ->check(command_line::path());
   app.add_option("--views", options.recording_options.views, "frames that act as the cameras of one instant");
   app.add_option("--slide", options.recording_options.slide, "move those views on by this many frames a frame")
       ->check(command_line::wholeNumber(0, std::numeric_limits<int>::max()));
-  app.add_option("--poses", options.recording_options.poses, "rig.json whose poses replace the recording's");
+  app.add_option("--poses", options.recording_options.poses, "rig.json whose poses replace the recording's")
+      ->check(command_line::path());
   app.add_option("--depth-scale", options.recording_options.depth_scale, "metres per unit of depth")
       ->check(command_line::positiveNumber());
   command_line::addQualityOptions(app, options.quality);
@@ -256,7 +258,7 @@ int main(int argc, char** argv) {
   app.add_option("--max-range", options.quality.max_range, "m")
       ->check(command_line::positiveNumber())
       ->capture_default_str();
-  app.add_option("--json", options.json, "write the figures to this file too");
+  app.add_option("--json", options.json, "write the figures to this file too")->check(command_line::path());
   app.add_option("--threads", options.threads, "0: one per core")
       ->check(command_line::threadCount())
       ->capture_default_str();

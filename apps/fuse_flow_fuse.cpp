@@ -6,6 +6,7 @@
 #include "command_line/recording_arguments.h"
 #include "command_line/tool.h"
 #include "io/cloud_io.h"
+#include "io/depth_in_range.h"
 #include "io/file_io.h"
 #include "io/live_extrinsics.h"
 #include "io/range.h"
@@ -140,12 +141,14 @@ int run(const Options& options) {
   Progress progress(frames.size());
   std::size_t done = 0;
   std::map<std::size_t, std::string> ended;  // by camera
+  io::DepthInRange depth(options.method_options.parameters.preprocessing);
   for (const std::size_t frame : frames) {
     if (io::interrupt_requested) break;
     const std::string path = outputPath(options, frame, frames.size());
     try {
       recording->read(frame, loaded);
       for (const io::DamagedView& view : loaded.ended) ended[view.view] = view.message;
+      depth.look(loaded.rig);
       if (options.refine_extrinsics) extrinsics.place(loaded.rig);
       for (const CameraMotion& motion : extrinsics.moved())
         std::cerr << io::describe(motion, loaded.rig.cameras) << std::endl;
@@ -179,6 +182,7 @@ int run(const Options& options) {
   }
   std::cout << report.summary();
   for (const auto& [camera, message] : ended) std::cout << "  " << message << "\n";
+  for (const std::string& complaint : depth.complaints()) std::cout << "  " << complaint << "\n";
   if (io::interrupt_requested) {
     std::cerr << "fuse_flow_fuse: interrupted after " << done << " of " << frames.size()
               << " frames; those are complete" << std::endl;
@@ -197,7 +201,8 @@ int main(int argc, char** argv) {
   app.add_option("-o,--output", options.output, "a .ply or .pcd file for one frame, else a folder")
       ->check(command_line::path())
       ->required();
-  app.add_option("--report", options.report, "write figures per frame and in total to this JSON file");
+  app.add_option("--report", options.report, "write figures per frame and in total to this JSON file")
+      ->check(command_line::path());
   app.add_option("--frames", options.frames, "A:B:STEP, B not included")
       ->multi_option_policy(CLI::MultiOptionPolicy::Join);
   app.add_flag("--refine-extrinsics", options.refine_extrinsics,

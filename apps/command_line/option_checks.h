@@ -20,7 +20,7 @@ CLI::Validator wholeNumber(int low, int high);
 CLI::Validator positiveNumberUpTo(double high);
 CLI::Validator oneOf(const std::vector<std::string>& names);
 CLI::Validator trueOrFalse();
-/** \brief Any but an empty one, which would be the current folder. */
+/** \brief Any but an empty one, which would be the current folder, and the next option, where this one has no value. */
 CLI::Validator path();
 /** \brief More than any machine has cores; far more than OpenMP can start threads would end the program. */
 CLI::Validator threadCount();

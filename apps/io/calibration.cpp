@@ -46,6 +46,14 @@ std::vector<double> readNumbers(const std::string& path) {
 
 Eigen::Isometry3d readPose(const std::string& path) { return rigidPose(path, readNumbers(path)); }
 
+void checkSkew(const std::string& owner, double skew, double fx) {
+  constexpr double a_pixel = 1e-3;  // at the side of the image, where it matters most
+  if (std::fabs(skew) <= a_pixel * std::fabs(fx)) return;
+  std::ostringstream message;
+  message << owner << ": the skew of the intrinsics, right of fx, is " << skew << ", must be 0";
+  throw InputError(message.str());
+}
+
 void checkCameraInput(const std::string& owner, const Camera& camera) {
   try {
     checkCamera(camera);
@@ -55,19 +63,37 @@ void checkCameraInput(const std::string& owner, const Camera& camera) {
   }
   const auto fail = [&](const auto&... parts) {
     std::ostringstream message;
-    message << owner << ": camera '" << camera.name << "': ";
+    message << owner << ": camera '" << camera.name << "'";
     (message << ... << parts);
     return InputError(message.str());
   };
-  const Intrinsics& K = camera.intrinsics;
-  const Eigen::Vector3d place = camera.T_world_camera.translation();
+  const auto check_lens = [&](const Intrinsics& K, const char* which) {
+    constexpr float min_focal = 1e-3f, max_focal = 1e3f;  // of the image: views of 179.9 and of 0.06 degrees
+    constexpr float max_aside = 10;                       // images
+    constexpr float max_distortion = 1e3f;
+    const auto width = static_cast<float>(K.width), height = static_cast<float>(K.height);
+    if (K.fx < min_focal * width || K.fy < min_focal * height || K.fx > max_focal * width || K.fy > max_focal * height)
+      throw fail(which, ": fx and fy are ", K.fx, " and ", K.fy, " pixels for an image of ", K.width, "x", K.height,
+                 ", must be a thousandth of its sides to a thousand times them");
+    if (std::fabs(K.cx) > max_aside * width || std::fabs(K.cy) > max_aside * height)
+      throw fail(which, ": cx and cy are ", K.cx, " and ", K.cy, " pixels for an image of ", K.width, "x", K.height,
+                 ", must be within ten times its sides");
+    const Distortion& d = K.distortion;
+    for (const float k : {d.k1, d.k2, d.p1, d.p2, d.k3, d.k4, d.k5, d.k6})
+      if (std::fabs(k) > max_distortion)
+        throw fail(which, ": distortion has ", k, ", must be within ", max_distortion,
+                   ", of the order k1 k2 p1 p2 k3 k4 k5 k6");
+  };
+  check_lens(camera.intrinsics, "");
+  if (camera.color) check_lens(camera.color->intrinsics, " color");
+  const double distance = camera.T_world_camera.translation().norm();
   constexpr double max_distance = 5e4;  // metres; there single precision has steps of 4 mm
-  if (place.norm() > max_distance)
-    throw fail("T_world_camera is ", place.norm(), " m from the origin, must be ", max_distance, " m or less");
-  constexpr float min_focal = 1e-3f;  // of the image: a view of 179.9 degrees
-  if (K.fx < min_focal * static_cast<float>(K.width) || K.fy < min_focal * static_cast<float>(K.height))
-    throw fail("fx and fy are ", K.fx, " and ", K.fy, " pixels for an image of ", K.width, "x", K.height,
-               ", must be a thousandth of its sides or more");
+  if (distance > max_distance)
+    throw fail(": T_world_camera is ", distance, " m from the origin, must be ", max_distance, " m or less");
+  constexpr double max_baseline = 100;  // metres
+  if (camera.color && camera.color->T_depth_color.translation().norm() > max_baseline)
+    throw fail(" color: T_depth_color is ", camera.color->T_depth_color.translation().norm(), " m long, must be ",
+               max_baseline, " m or less");
 }
 
 }  // namespace fuse_flow::io

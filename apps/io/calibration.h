@@ -18,7 +18,13 @@ std::vector<double> readNumbers(const std::string& path);
 /** \brief A pose as it stands in one text file: 4×4, row by row. */
 Eigen::Isometry3d readPose(const std::string& path);
 
-/** \brief The message of checkCamera() as an InputError that begins with owner. */
+/** \brief Throws InputError for a 3×3 matrix of intrinsics whose pixels are no rectangles. \param skew its first row's second number
+ *  \param fx pixels */
+void checkSkew(const std::string& owner, double skew, double fx);
+
+/** \brief Throws InputError, beginning with owner, for a camera that checkCamera() refuses or that no lens is like: far out, with a focal
+ *  length under a thousandth or over a thousand times its image, an optical axis more than ten images outside, distortion over
+ *  1000. */
 void checkCameraInput(const std::string& owner, const Camera& camera);
 
 }  // namespace fuse_flow::io

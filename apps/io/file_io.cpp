@@ -4,6 +4,7 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
@@ -30,10 +31,28 @@ std::string writeBytes(const std::string& path, const std::string& bytes) {
 
 }  // namespace
 
+bool isThere(const std::string& path) {
+  std::error_code error;
+  const bool there = fs::exists(path, error);
+  if (error) throw InputError(path + ": cannot be looked at: " + error.message());
+  return there;
+}
+
+std::vector<std::string> filesIn(const std::string& folder) {
+  std::vector<std::string> names;
+  std::error_code error;
+  if (!isThere(folder)) return names;
+  for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error))
+    names.push_back(entry->path().filename().string());
+  if (error) throw InputError(folder + ": cannot be read: " + error.message() + ", must be a folder");
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
 std::string readFile(const std::string& path) {
+  if (!isThere(path)) throw InputError(path + ": not found, must be a file");
   std::error_code error;
   const fs::file_status status = fs::status(path, error);
-  if (!fs::exists(status)) throw InputError(path + ": not found, must be a file");
   if (fs::is_directory(status)) throw InputError(path + ": is a folder, must be a file");
   std::ifstream file(path, std::ios::binary | std::ios::ate);
   if (!file) throw InputError(path + ": cannot be opened: " + std::strerror(errno));

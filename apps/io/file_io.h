@@ -7,6 +7,12 @@
 
 namespace fuse_flow::io {
 
+/** \brief Whether there is a file or folder. Throws InputError where that cannot be told, as without permission. */
+bool isThere(const std::string& path);
+
+/** \brief The names of what a folder holds, sorted; none where there is no such folder. Throws InputError if it cannot be read. */
+std::vector<std::string> filesIn(const std::string& folder);
+
 /** \brief The bytes of a file. Throws InputError if it is not there, is a folder, or cannot be read. */
 std::string readFile(const std::string& path);
 

@@ -18,21 +18,30 @@ std::atomic<bool> taken{false}, unfinished{false}, signalled{false};
 char unfinished_path[PATH_MAX];
 static_assert(std::atomic<bool>::is_always_lock_free);
 
-void onSignal(int signal) {
-  if (finishes_frame && !signalled.exchange(true)) {  // of two signals at once, on two threads, one is the second
-    interrupt_requested = 1;
-    return;
-  }
+/** \brief The program ends, and leaves nothing half-written. */
+void onFatalSignal(int signal) {
   if (unfinished) unlink(unfinished_path);
   std::signal(signal, SIG_DFL);
   raise(signal);
 }
 
+void onSignal(int signal) {
+  if (finishes_frame && !signalled.exchange(true)) {  // of two signals at once, on two threads, one is the second
+    interrupt_requested = 1;
+    return;
+  }
+  onFatalSignal(signal);
+}
+
+void handle(int signal, void (*handler)(int)) {
+  if (std::signal(signal, handler) == SIG_IGN) std::signal(signal, SIG_IGN);  // as nohup has it
+}
+
 }  // namespace
 
 void endCleanlyOnSignals() {
-  for (const int signal : {SIGINT, SIGTERM, SIGHUP})
-    if (std::signal(signal, onSignal) == SIG_IGN) std::signal(signal, SIG_IGN);  // as nohup has it
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) handle(signal, onSignal);
+  for (const int signal : {SIGQUIT, SIGPIPE, SIGXCPU}) handle(signal, onFatalSignal);
 }
 
 void catchInterrupts() {

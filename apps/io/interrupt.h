@@ -8,10 +8,10 @@ namespace fuse_flow::io {
 /** \brief Set by the first signal after catchInterrupts(). */
 extern volatile std::sig_atomic_t interrupt_requested;
 
-/** \brief From here on Ctrl-C, SIGTERM and SIGHUP end the program without a half-written file. */
+/** \brief From here on the signals that end a program (Ctrl-C and Ctrl-\\, SIGTERM, SIGHUP, SIGPIPE, SIGXCPU) leave no half-written file. */
 void endCleanlyOnSignals();
 
-/** \brief From here on the first of them asks to finish the frame at hand; a second one ends the program at once. */
+/** \brief From here on the first Ctrl-C, SIGTERM or SIGHUP asks to finish the frame at hand; a second one ends the program at once. */
 void catchInterrupts();
 
 /** \brief A file that a signal which ends the program removes, while this lives. One at a time: where threads write

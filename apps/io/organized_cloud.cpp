@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <filesystem>
+#include <sstream>
 
 // Compiled in method.cpp.
 extern template class fuse_flow::DepthBackprojection<pcl::PointXYZRGB>;
@@ -83,6 +84,13 @@ Camera cameraOf(const std::string& path, const OrganizedCloud& cloud) {
   Camera camera;
   camera.name = std::filesystem::path(path).stem().string();
   camera.intrinsics = fitIntrinsics(path, cloud);
+  const Eigen::Vector4f &q = cloud.sensor_orientation_.coeffs(), &t = cloud.sensor_origin_;
+  if (!q.allFinite() || !t.allFinite() || std::fabs(q.norm() - 1) > 0.01f) {
+    std::ostringstream message;
+    message << path << ": VIEWPOINT is " << t.x() << ' ' << t.y() << ' ' << t.z() << ' ' << q.w() << ' ' << q.x() << ' '
+            << q.y() << ' ' << q.z() << ", must be the camera's x y z and the quaternion qw qx qy qz, of length 1";
+    throw InputError(message.str());
+  }
   camera.T_world_camera.linear() = cloud.sensor_orientation_.cast<double>().normalized().toRotationMatrix();
   camera.T_world_camera.translation() = cloud.sensor_origin_.head<3>().cast<double>();
   return camera;

@@ -70,8 +70,8 @@ PngHeader checkPng(const std::string& path, const std::string& bytes) {
 void checkJpeg(const std::string& path, const std::string& bytes) {
   if (bytes.empty()) throw InputError(path + ": is empty, must be a PNG or JPEG image");
   if (bytes.compare(0, 3, "\xff\xd8\xff") != 0) throw InputError(path + ": is neither a PNG nor a JPEG image");
-  const std::size_t last = bytes.find_last_not_of('\0');  // some cameras pad their files
-  if (bytes.compare(last - 1, 2, "\xff\xd9") != 0)
+  // Some cameras pad their files, or write their own data behind the image. The decoder sees whether all of that is there.
+  if (bytes.rfind("\xff\xd9") == std::string::npos)
     throw InputError(path + ": is cut short after " + std::to_string(bytes.size()) + " bytes, must be a whole JPEG");
 }
 

@@ -33,10 +33,9 @@ std::string sortKey(const std::string& name) {
 /** \brief Files in folder with one of the extensions, in the order of their numbers. */
 std::vector<std::string> findFiles(const fs::path& folder, const std::vector<std::string>& extensions) {
   std::vector<std::string> paths;
-  std::error_code error;
-  for (const fs::directory_entry& entry : fs::directory_iterator(folder, error))
-    if (std::find(extensions.begin(), extensions.end(), entry.path().extension().string()) != extensions.end())
-      paths.push_back(entry.path().string());
+  for (const std::string& name : filesIn(folder.string()))
+    if (std::find(extensions.begin(), extensions.end(), fs::path(name).extension().string()) != extensions.end())
+      paths.push_back((folder / name).string());
   std::sort(paths.begin(), paths.end(), [](const std::string& a, const std::string& b) {
     return std::make_pair(sortKey(a), a) < std::make_pair(sortKey(b), b);
   });
@@ -89,6 +88,7 @@ bool readIntrinsicsJson(const std::string& path, Intrinsics& K) {
     const auto matrix = json["intrinsic_matrix"].get<std::vector<float>>();
     if (matrix.size() != 9 || matrix[2] != 0 || matrix[5] != 0)
       throw InputError(path + ": intrinsic_matrix must have 9 numbers, column by column: fx 0 0 0 fy 0 cx cy 1");
+    checkSkew(path, static_cast<double>(matrix[3]), static_cast<double>(matrix[0]));
     K.width = imageSide(path, json, "width");
     K.height = imageSide(path, json, "height");
     K.fx = matrix[0];

@@ -1,3 +1,4 @@
+#include "io/file_io.h"
 #include "io/range.h"
 #include "io/readers.h"
 #include "io/rig_json.h"
@@ -15,12 +16,11 @@ namespace {
 /** \brief One more than the highest number among folder/NNNNNN.png; 0 if there is none. */
 std::size_t countFrames(const fs::path& folder) {
   std::size_t count = 0;
-  std::error_code error;
-  for (const fs::directory_entry& entry : fs::directory_iterator(folder, error)) {
-    const std::string stem = entry.path().stem().string();
+  for (const std::string& name : filesIn(folder.string())) {
+    const std::string stem = fs::path(name).stem().string();
     const bool numbered =
         stem.size() == 6 && std::all_of(stem.begin(), stem.end(), [](char c) { return c >= '0' && c <= '9'; });
-    if (numbered && entry.path().extension() == ".png") count = std::max<std::size_t>(count, std::stoul(stem) + 1);
+    if (numbered && fs::path(name).extension() == ".png") count = std::max<std::size_t>(count, std::stoul(stem) + 1);
   }
   return count;
 }
@@ -86,7 +86,7 @@ class RigRecording : public Recording {
 
 }  // namespace
 
-bool isRigFolder(const std::string& folder) { return fs::exists(fs::path(folder) / "rig.json"); }
+bool isRigFolder(const std::string& folder) { return isThere((fs::path(folder) / "rig.json").string()); }
 
 std::unique_ptr<Recording> openRig(const std::string& json_path, const RecordingOptions& options) {
   if (options.slide != 0) throw OptionError("--slide: " + json_path + " is a recording of several cameras, must be 0");

@@ -1,4 +1,5 @@
 #include "io/calibration.h"
+#include "io/file_io.h"
 #include "io/readers.h"
 #include "io/sequence_recording.h"
 
@@ -15,10 +16,8 @@ namespace {
 std::map<std::size_t, std::string> findFrames(const std::string& folder, const std::string& ending) {
   const std::regex frame_name(R"((frame-(\d{6}))\.)" + ending);
   std::map<std::size_t, std::string> stems;
-  std::error_code error;
-  for (const fs::directory_entry& entry : fs::directory_iterator(folder, error)) {
+  for (const std::string& name : filesIn(folder)) {
     std::smatch match;
-    const std::string name = entry.path().filename().string();
     if (std::regex_match(name, match, frame_name)) stems[std::stoul(match[2])] = match[1];
   }
   return stems;
@@ -31,7 +30,7 @@ Intrinsics readIntrinsics(const std::string& path) {
   K.fx = K.fy = 585;  // the depth camera as the dataset's page gives it
   K.cx = 320;
   K.cy = 240;
-  if (!fs::exists(path)) return K;
+  if (!isThere(path)) return K;
   const std::vector<double> numbers = readNumbers(path);
   if (numbers.size() != 9)
     throw InputError(path + ": has " + std::to_string(numbers.size()) +
@@ -41,6 +40,7 @@ Intrinsics readIntrinsics(const std::string& path) {
     row << numbers[6] << ' ' << numbers[7] << ' ' << numbers[8];
     throw InputError(path + ": the last row is " + row.str() + ", must be 0 0 1");
   }
+  checkSkew(path, numbers[1], numbers[0]);
   K.fx = static_cast<float>(numbers[0]);
   K.fy = static_cast<float>(numbers[4]);
   K.cx = static_cast<float>(numbers[2]);

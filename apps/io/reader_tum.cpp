@@ -85,7 +85,7 @@ Intrinsics intrinsicsOf(const std::string& folder) {
 }  // namespace
 
 bool isTumFolder(const std::string& folder) {
-  return fs::exists(fs::path(folder) / "depth.txt") && fs::exists(fs::path(folder) / "groundtruth.txt");
+  return isThere((fs::path(folder) / "depth.txt").string()) && isThere((fs::path(folder) / "groundtruth.txt").string());
 }
 
 std::unique_ptr<Recording> openTum(const std::string& folder, const RecordingOptions& options) {
@@ -93,7 +93,7 @@ std::unique_ptr<Recording> openTum(const std::string& folder, const RecordingOpt
   const std::string pose_path = (root / "groundtruth.txt").string();
   const std::map<double, std::string> poses = readTimeline(pose_path);
   std::map<double, std::string> colors;
-  if (fs::exists(root / "rgb.txt")) colors = readTimeline((root / "rgb.txt").string());
+  if (isThere((root / "rgb.txt").string())) colors = readTimeline((root / "rgb.txt").string());
 
   Sequence sequence;
   sequence.kind = "tum";

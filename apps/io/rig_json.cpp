@@ -17,6 +17,13 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+/** \brief A value as a message quotes it: not all of what somebody has put in the place of a number. */
+std::string quoted(const Json& value) {
+  constexpr std::size_t enough = 60;
+  const std::string text = value.dump(-1, ' ', false, Json::error_handler_t::replace);
+  return text.size() > enough ? text.substr(0, enough) + "..." : text;
+}
+
 /** \brief One JSON object, and what messages call it: "rig.json: camera 'left'". */
 struct Entry {
   const Json& object;
@@ -32,18 +39,18 @@ struct Entry {
   }
   double number(const char* key) const {
     const Json& value = get(key, "a number");
-    if (!value.is_number()) fail(key, "is " + value.dump() + ", must be a number");
+    if (!value.is_number()) fail(key, "is " + quoted(value) + ", must be a number");
     return value.get<double>();
   }
   double positive(const char* key) const {
     const double value = number(key);
-    if (!(value > 0)) fail(key, "is " + object[key].dump() + ", must be positive");
+    if (!(value > 0)) fail(key, "is " + quoted(object[key]) + ", must be positive");
     return value;
   }
   int size(const char* key) const {
     const double value = positive(key);
     if (value != std::floor(value) || value > 65535)
-      fail(key, "is " + object[key].dump() + ", must be a whole number of pixels, 65535 at most");
+      fail(key, "is " + quoted(object[key]) + ", must be a whole number of pixels, 65535 at most");
     return static_cast<int>(value);
   }
   std::vector<double> numbers(const char* key, std::size_t count) const {
@@ -79,7 +86,7 @@ RigCamera parseCamera(const Entry& entry, const std::string& name) {
   result.camera.intrinsics = parseIntrinsics(entry);
   result.depth_scale = static_cast<float>(entry.positive("depth_scale"));
   if (!std::isfinite(result.depth_scale) || result.depth_scale == 0)
-    entry.fail("depth_scale", "is " + entry.object["depth_scale"].dump() + ", must be metres per unit, like 0.001");
+    entry.fail("depth_scale", "is " + quoted(entry.object["depth_scale"]) + ", must be metres per unit, like 0.001");
   result.camera.T_world_camera = rigidPose(entry.owner + ": T_world_camera", entry.numbers("T_world_camera", 16));
   if (entry.has("color")) {
     const Entry color{entry.object["color"], entry.owner + " color"};
@@ -128,7 +135,12 @@ bool isFolderName(const std::string& name) {
 RigDescription readRigJson(const std::string& path) {
   Json json;
   try {
-    json = Json::parse(readFile(path));
+    json = Json::parse(readFile(path), [&](int depth, Json::parse_event_t, Json&) {
+      constexpr int deep = 16;  // what quotes or frees a value goes as deep as it
+      if (depth > deep)
+        throw InputError(path + ": has lists or objects more than " + std::to_string(deep) + " deep, must be a rig");
+      return true;
+    });
   } catch (const Json::parse_error& error) {
     throw InputError(path + ": is not JSON: error at byte " + std::to_string(error.byte));
   } catch (const Json::out_of_range&) {
@@ -141,17 +153,17 @@ RigDescription readRigJson(const std::string& path) {
   if (const char* key = "frames_per_second"; json.contains(key)) {
     rig.frames_per_second = Entry{json, path}.positive(key);
     if (*rig.frames_per_second < 1e-3 || *rig.frames_per_second > 1e6)
-      Entry{json, path}.fail(key, "is " + json[key].dump() + ", must be 0.001 to 1000000");
+      Entry{json, path}.fail(key, "is " + quoted(json[key]) + ", must be 0.001 to 1000000");
   }
   std::set<std::string> names;
   for (const Json& object : json["cameras"]) {
     const std::string number = path + ": camera number " + std::to_string(rig.cameras.size());
-    if (!object.is_object()) throw InputError(number + ": is " + object.dump() + ", must be an object");
+    if (!object.is_object()) throw InputError(number + ": is " + quoted(object) + ", must be an object");
     const Json& name = Entry{object, number}.get("name", "the name of a folder beside the file");
     if (!name.is_string() || !isFolderName(name.get<std::string>()))
-      throw InputError(number + ": name is " + name.dump() + ", must be the name of a folder beside the file");
+      throw InputError(number + ": name is " + quoted(name) + ", must be the name of a folder beside the file");
     if (!names.insert(name.get<std::string>()).second)
-      throw InputError(number + ": name is " + name.dump() + ", which another camera has");
+      throw InputError(number + ": name is " + quoted(name) + ", which another camera has");
     const std::string owner = path + ": camera '" + name.get<std::string>() + "'";
     rig.cameras.push_back(parseCamera(Entry{object, owner}, name.get<std::string>()));
     checkCameraInput(path, rig.cameras.back().camera);

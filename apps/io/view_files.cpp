@@ -1,16 +1,13 @@
 #include "io/view_files.h"
 
+#include "io/file_io.h"
+
 #include <filesystem>
 
 namespace fs = std::filesystem;
 
 namespace fuse_flow::io {
 namespace {
-
-bool isThere(const std::string& path) {
-  std::error_code error;
-  return !path.empty() && fs::exists(path, error);
-}
 
 template <typename Pixel>
 void checkSize(const std::string& path, const Image<Pixel>& image, const std::string& camera, const Intrinsics& K) {
@@ -38,18 +35,18 @@ std::string findImage(const std::string& folder, const std::string& stem) {
 void loadView(const ViewFiles& files, const Camera& camera, float depth_scale, LoadedView& images, DepthView& view) {
   view = DepthView();
   view.depth_scale = depth_scale;
-  if (!isThere(files.depth)) return;
+  if (files.depth.empty() || !isThere(files.depth)) return;
   readDepthPng(files.depth, images.depth16);
   checkSize(files.depth, images.depth16, camera.name, camera.intrinsics);
   view.depth16 = images.depth16.view();
-  if (isThere(files.color)) {
+  if (!files.color.empty() && isThere(files.color)) {
     readColor(files.color, images.color);
     const bool own = camera.color.has_value();
     checkSize(files.color, images.color, camera.name + (own ? " color" : ""),
               own ? camera.color->intrinsics : camera.intrinsics);
     view.color = images.color.view();
   }
-  if (isThere(files.confidence)) {
+  if (!files.confidence.empty() && isThere(files.confidence)) {
     readConfidencePng(files.confidence, images.confidence);
     checkSize(files.confidence, images.confidence, camera.name, camera.intrinsics);
     view.confidence = images.confidence.view();

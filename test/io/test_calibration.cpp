@@ -88,4 +88,42 @@ TEST_F(Calibration, ACameraThatTheLibraryRefusesIsNamedWithItsFile) {
   EXPECT_NO_THROW(io::checkCameraInput("rig.json", camera));
 }
 
+TEST_F(Calibration, ALensThatNoneIsLikeIsNamedInColorAsInDepth) {
+  Camera good;
+  good.name = "left";
+  good.intrinsics.width = good.intrinsics.height = 100;
+  good.intrinsics.fx = good.intrinsics.fy = 100;
+  good.color = ColorCamera{};
+  good.color->intrinsics = good.intrinsics;
+  ASSERT_NO_THROW(io::checkCameraInput("rig.json", good));
+  struct Wrong {
+    float Intrinsics::*member;
+    float value;
+    const char* word;
+  };
+  for (const Wrong& wrong :
+       {Wrong{&Intrinsics::fx, 0.05f, "fx and fy are 0.05"},
+        Wrong{&Intrinsics::fy, 1e6f, "fx and fy are 100 and 1e+06"}, Wrong{&Intrinsics::cx, 2000, "cx and cy are 2000"},
+        Wrong{&Intrinsics::cy, -1e30f, "cx and cy are 0 and -1e+30"}}) {
+    Camera camera = good;
+    camera.intrinsics.*wrong.member = wrong.value;
+    EXPECT_TRUE(refuses([&] { io::checkCameraInput("rig.json", camera); }, {"rig.json: camera 'left': ", wrong.word}));
+    camera = good;
+    camera.color->intrinsics.*wrong.member = wrong.value;
+    EXPECT_TRUE(
+        refuses([&] { io::checkCameraInput("rig.json", camera); }, {"rig.json: camera 'left' color: ", wrong.word}));
+  }
+  Camera camera = good;
+  camera.intrinsics.distortion.k6 = -1e30f;
+  EXPECT_TRUE(refuses([&] { io::checkCameraInput("rig.json", camera); }, {"distortion has -1e+30"}));
+  camera = good;
+  camera.color->T_depth_color.translation().x() = 1e6;
+  EXPECT_TRUE(refuses([&] { io::checkCameraInput("rig.json", camera); }, {"color: T_depth_color is 1e+06 m long"}));
+}
+
+TEST_F(Calibration, PixelsThatAreNoRectanglesAreRefused) {
+  EXPECT_NO_THROW(io::checkSkew("K.txt", 0.1, 500));
+  EXPECT_TRUE(refuses([] { io::checkSkew("K.txt", -3, 500); }, {"K.txt: the skew", "-3, must be 0"}));
+}
+
 }  // namespace

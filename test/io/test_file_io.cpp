@@ -28,6 +28,23 @@ TEST_F(FileIo, WhatCannotBeReadIsNamed) {
   EXPECT_TRUE(refuses([&] { io::readFile(folder_.string()); }, {folder_.string(), "is a folder"}));
 }
 
+TEST_F(FileIo, WhatAFolderHoldsIsSorted) {
+  write("b", "");
+  write("a", "");
+  write("c/d", "");
+  EXPECT_EQ(io::filesIn(folder_.string()), (std::vector<std::string>{"a", "b", "c"}));
+  EXPECT_TRUE(io::filesIn(path("no")).empty());
+}
+
+TEST_F(FileIo, WhatCannotBeLookedAtIsNotTakenForNothing) {
+  fs::create_symlink("loop", folder_ / "loop");  // as a folder without permission, which is none for root
+  EXPECT_TRUE(refuses([&] { io::isThere(path("loop")); }, {path("loop"), "cannot be looked at"}));
+  EXPECT_TRUE(refuses([&] { io::filesIn(path("loop/a")); }, {path("loop/a"), "cannot be looked at"}));
+  EXPECT_TRUE(refuses([&] { io::readFile(path("loop")); }, {path("loop"), "cannot be looked at"}));
+  EXPECT_TRUE(refuses([&] { io::filesIn(write("file", "")); }, {path("file"), "must be a folder"}));
+  EXPECT_FALSE(io::isThere(path("file/a")));
+}
+
 TEST_F(FileIo, WhatCannotBeWrittenIsNamedAndLeavesNothing) {
   EXPECT_TRUE(refuses<io::OutputError>([&] { io::writeFile(path("no/a"), "x"); }, {path("no/a"), "does not exist"}));
   EXPECT_TRUE(refuses<io::OutputError>([&] { io::writeFile(folder_.string(), "x"); }, {folder_.string(), "folder"}));

@@ -216,6 +216,12 @@ TEST_F(ImageIo, APngWithAnyByteChangedIsRefused) {
   }
 }
 
+TEST_F(ImageIo, WhatCamerasWriteBehindAJpegIsNoDamage) {
+  io::ColorImage image;
+  io::readColor(write("a.jpg", jpeg(1, {{77}}) + "made by a camera"), image);
+  EXPECT_EQ(channels(image.at(3, 3)), (std::vector<int>{77, 77, 77}));
+}
+
 TEST_F(ImageIo, AJpegCutShortAnywhereIsRefused) {
   const std::string whole = jpeg(2, {{76, 76, 29, 29}, {85, 85, 255, 255}, {255, 255, 107, 107}});
   for (std::size_t size = 0; size < whole.size(); ++size) {

@@ -118,6 +118,19 @@ TEST_F(Pcd, TheViewpointIsThePoseOfTheCameraRealPartFirst) {
   EXPECT_LT((T * Eigen::Vector3d(0, 0, 1) - Eigen::Vector3d(1, 2, 4)).norm(), 1e-6);
 }
 
+TEST_F(Pcd, AViewpointThatIsNoPoseIsRefused) {
+  PcdText pcd;
+  for (const char* viewpoint :
+       {"0 0 0 0 0 0 0", "0 0 0 2 0 0 0", "nan 0 0 1 0 0 0", "0 0 0 inf 0 0 0", "a b c d e f g"}) {
+    pcd.viewpoint = viewpoint;
+    const std::string file = write("a.pcd", pcd.text());
+    EXPECT_ANY_THROW(open({file})) << viewpoint;
+  }
+  pcd.viewpoint = "0 0 0 0 0 0 0";
+  const std::string file = write("a.pcd", pcd.text());
+  EXPECT_TRUE(refuses([&] { open({file}); }, {file, "VIEWPOINT is 0 0 0 0 0 0 0", "quaternion"}));
+}
+
 TEST_F(Pcd, PixelsWithoutAPointHaveNoDepth) {
   PcdText pcd;
   pcd.hole = [](int u, int v) { return u < 5 && v < 7; };

@@ -251,6 +251,19 @@ TEST_F(RigJson, ANameMustBeThatOfAFolder) {
       {"camera number 1: name is \"left\", which another camera has"}));
 }
 
+TEST_F(RigJson, WhatIsDeepOrLongIsNotQuotedInFull) {
+  const std::string deep = std::string(200000, '[') + std::string(200000, ']');
+  EXPECT_TRUE(refuses([&] { readText("{\"cameras\": [" + deep + "]}"); }, {path("rig.json"), "16 deep"}));
+  const std::string text = "{\"cameras\": [\"" + std::string(10000, 'x') + "\xff\"]}";
+  std::string message;
+  try {
+    readText(text);
+  } catch (const io::InputError& error) {
+    message = error.what();
+  }
+  EXPECT_LT(message.size(), 300u + path("rig.json").size());
+}
+
 TEST_F(RigJson, WhatIsNoRigIsNamed) {
   for (const char* text : {"[]", "{}", "7", "null", R"({"cameras": []})", R"({"cameras": {}})", R"({"cameras": null})",
                            R"({"camera": [{}]})"})

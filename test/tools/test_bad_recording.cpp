@@ -285,6 +285,30 @@ TEST_F(BadRecording, DepthOfAllZeroIsAnEmptyCloud) {
   }
 }
 
+TEST_F(BadRecording, ACameraWithTheWrongUnitIsNamedInTheSummary) {
+  WallRecording wall{};
+  wall.frames = 1;
+  wall.write(recording_);
+  std::string rig = readText(recording_ / "rig.json");
+  const std::size_t scale = rig.find("0.001");
+  ASSERT_NE(scale, std::string::npos);
+  rig.replace(scale, 5, "1000 ");
+  writeText(recording_ / "rig.json", rig);
+  const ToolResult result = fuse({recording(), "-o", out("one.ply")});
+  ASSERT_TRUE(succeeded(result));
+  EXPECT_NE(result.out.find("camera 'camera_0' measures nothing within 0.1 to 20 m"), std::string::npos) << result.out;
+  EXPECT_NE(result.out.find("with a depth_scale of 1000 m\n"), std::string::npos) << result.out;
+  EXPECT_EQ(result.out.find("camera 'camera_1'"), std::string::npos) << result.out;
+}
+
+TEST_F(BadRecording, AFolderThatCannotBeReadIsNamed) {
+  WallRecording wall{};
+  wall.write(recording_);
+  fs::remove_all(recording_ / "camera_1" / "depth");
+  fs::create_symlink("depth", recording_ / "camera_1" / "depth");
+  EXPECT_REFUSED(FUSE_RECORDING, "camera_1/depth", "cannot be looked at");
+}
+
 TEST_F(BadRecording, OneCameraIsEnough) {
   WallRecording wall{};
   wall.cameras = 1;

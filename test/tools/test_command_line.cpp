@@ -43,6 +43,14 @@ TEST_F(CommandLine, WhatIsMissingIsNamed) {
   expectWrong({"--sigma"}, {"--sigma"});
 }
 
+TEST_F(CommandLine, AFileWithoutANameIsRefused) {
+  for (const char* option : {"--report", "--poses"}) {
+    expectWrong({option, ""}, {option, "must be a file"});
+    expectWrong({option, "--normals"}, {option});
+  }
+  EXPECT_TRUE(isOneLineError(evaluate({recording(), "a.ply", "--json", ""}), 2, {"--json", "must be a file"}));
+}
+
 TEST_F(CommandLine, AnUnknownOptionIsNamed) {
   expectWrong({"--sigmma", "0.02"}, {"--sigmma", "--help"});
   EXPECT_TRUE(isOneLineError(evaluate({recording(), "a.ply", "--sigma", "1"}), 2, {"--sigma", "--help"}));

@@ -218,6 +218,14 @@ TEST_F(Interrupt, ASecondSignalEndsAtOnceAndLeavesNoHalfWrittenFile) {
   }
 }
 
+TEST_F(Interrupt, ASignalThatEndsTheProgramLeavesNoHalfWrittenFile) {
+  for (const int signal : {SIGQUIT, SIGPIPE, SIGXCPU}) {
+    const ToolResult result = fuse({recording(), "-o", out()}, interruptTwiceInFrameTwo(signal, signal));
+    EXPECT_EQ(result.exit_code, 128 + signal);
+    EXPECT_EQ(listing(out_), (std::vector<std::string>{"000000.ply", "000001.ply"})) << signal;
+  }
+}
+
 TEST_F(Interrupt, OnATerminalTheMessageHasALineOfItsOwn) {
   const ToolResult result = fuse({recording(), "-o", out()}, interruptAtFrameOne(true));
   EXPECT_EQ(result.exit_code, 130);
