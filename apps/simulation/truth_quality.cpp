@@ -69,7 +69,12 @@ class NearestPoint {
  public:
   explicit NearestPoint(const std::vector<Vector3f>& points) {
     const auto cloud = std::make_shared<pcl::PointCloud<pcl::PointXYZ>>();
-    for (const Vector3f& p : points) cloud->emplace_back(p.x(), p.y(), p.z());
+    // Squares of distances of 1e20 m and more are infinite, and the tree then finds whatever it found last.
+    constexpr float far = 1e9f;
+    for (const Vector3f& p : points) {
+      const Vector3f q = p.cwiseMax(-far).cwiseMin(far);
+      cloud->emplace_back(q.x(), q.y(), q.z());
+    }
     if (!cloud->empty()) tree_.setInputCloud(cloud);
     empty_ = cloud->empty();
   }

@@ -117,6 +117,15 @@ TEST_F(TruthQualityOfASquare, ComparesNormalsAndColours) {
   EXPECT_NEAR(q.color_error, 3, 1e-3);
 }
 
+TEST_F(TruthQualityOfASquare, ACloudHoweverFarAwayCoversNothing) {
+  for (const float far : {1e3f, 1e12f, 1e20f, 1e38f}) {
+    const TruthQuality q = quality(shifted({0, far, 0}));
+    EXPECT_EQ(q.completeness_10, 0) << far;
+    EXPECT_EQ(q.precision_10, 0) << far;
+    EXPECT_EQ(q.ghosting, 1) << far;
+  }
+}
+
 TEST_F(TruthQualityOfASquare, OfAnEmptyCloudCannotBeSaid) {
   const TruthQuality q = quality(PlainCloud());
   EXPECT_EQ(q.points, 0u);
