@@ -70,7 +70,7 @@ void checkCameraInput(const std::string& owner, const Camera& camera) {
   const auto check_lens = [&](const Intrinsics& K, const char* which) {
     constexpr float min_focal = 1e-3f, max_focal = 1e3f;  // of the image: views of 179.9 and of 0.06 degrees
     constexpr float max_aside = 10;                       // images
-    constexpr float max_distortion = 1e3f;
+    constexpr float max_distortion = 1e5f;                // narrow lenses have thousands
     const auto width = static_cast<float>(K.width), height = static_cast<float>(K.height);
     if (K.fx < min_focal * width || K.fy < min_focal * height || K.fx > max_focal * width || K.fy > max_focal * height)
       throw fail(which, ": fx and fy are ", K.fx, " and ", K.fy, " pixels for an image of ", K.width, "x", K.height,

@@ -24,7 +24,7 @@ void checkSkew(const std::string& owner, double skew, double fx);
 
 /** \brief Throws InputError, beginning with owner, for a camera that checkCamera() refuses or that no lens is like: far out, with a focal
  *  length under a thousandth or over a thousand times its image, an optical axis more than ten images outside, distortion over
- *  1000. */
+ *  100,000. */
 void checkCameraInput(const std::string& owner, const Camera& camera);
 
 }  // namespace fuse_flow::io

@@ -85,10 +85,10 @@ Camera cameraOf(const std::string& path, const OrganizedCloud& cloud) {
   camera.name = std::filesystem::path(path).stem().string();
   camera.intrinsics = fitIntrinsics(path, cloud);
   const Eigen::Vector4f &q = cloud.sensor_orientation_.coeffs(), &t = cloud.sensor_origin_;
-  if (!q.allFinite() || !t.allFinite() || std::fabs(q.norm() - 1) > 0.01f) {
+  if (!q.allFinite() || !t.allFinite() || !(q.norm() > 0)) {
     std::ostringstream message;
     message << path << ": VIEWPOINT is " << t.x() << ' ' << t.y() << ' ' << t.z() << ' ' << q.w() << ' ' << q.x() << ' '
-            << q.y() << ' ' << q.z() << ", must be the camera's x y z and the quaternion qw qx qy qz, of length 1";
+            << q.y() << ' ' << q.z() << ", must be the camera's x y z and the quaternion qw qx qy qz, finite and not 0";
     throw InputError(message.str());
   }
   camera.T_world_camera.linear() = cloud.sensor_orientation_.cast<double>().normalized().toRotationMatrix();
