@@ -2,9 +2,13 @@
 
 #include <fuse_flow/depth_backprojection.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <filesystem>
+#include <fstream>
 #include <sstream>
+#include <vector>
 
 // Compiled in method.cpp.
 extern template class fuse_flow::DepthBackprojection<pcl::PointXYZRGB>;
@@ -66,6 +70,25 @@ Intrinsics fitIntrinsics(const std::string& path, const OrganizedCloud& cloud) {
   return K;
 }
 
+/** \brief Throws InputError for a VIEWPOINT that is no pose: PCL takes words that are no numbers for whatever was in memory. */
+void checkViewpoint(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  for (std::string line; std::getline(file, line) && line.rfind("DATA", 0) != 0;) {
+    if (line.rfind("VIEWPOINT", 0) != 0) continue;
+    std::istringstream words(line.substr(9));
+    std::vector<float> numbers;
+    bool all_numbers = true;
+    for (std::string word; words >> word;) {
+      char* end = nullptr;
+      numbers.push_back(std::strtof(word.c_str(), &end));
+      all_numbers = all_numbers && *end == '\0' && std::isfinite(numbers.back());
+    }
+    const auto is_zero = [](float number) { return number == 0; };
+    if (!all_numbers || numbers.size() != 7 || std::all_of(numbers.begin() + 3, numbers.end(), is_zero))
+      throw InputError(path + ": VIEWPOINT must be the camera's x y z and its quaternion qw qx qy qz, seven numbers");
+  }
+}
+
 }  // namespace
 
 void toOrganizedCloud(const Camera& camera, const DepthView& view, OrganizedCloud& cloud) {
@@ -84,13 +107,7 @@ Camera cameraOf(const std::string& path, const OrganizedCloud& cloud) {
   Camera camera;
   camera.name = std::filesystem::path(path).stem().string();
   camera.intrinsics = fitIntrinsics(path, cloud);
-  const Eigen::Vector4f &q = cloud.sensor_orientation_.coeffs(), &t = cloud.sensor_origin_;
-  if (!q.allFinite() || !t.allFinite() || !(q.norm() > 0)) {
-    std::ostringstream message;
-    message << path << ": VIEWPOINT is " << t.x() << ' ' << t.y() << ' ' << t.z() << ' ' << q.w() << ' ' << q.x() << ' '
-            << q.y() << ' ' << q.z() << ", must be the camera's x y z and the quaternion qw qx qy qz, finite and not 0";
-    throw InputError(message.str());
-  }
+  checkViewpoint(path);
   camera.T_world_camera.linear() = cloud.sensor_orientation_.cast<double>().normalized().toRotationMatrix();
   camera.T_world_camera.translation() = cloud.sensor_origin_.head<3>().cast<double>();
   return camera;
