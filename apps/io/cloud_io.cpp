@@ -11,6 +11,7 @@
 #include <cctype>
 #include <cmath>
 #include <cstdint>
+#include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -178,24 +179,60 @@ bool hasCompressedData(const std::string& path, std::size_t data_begin, std::siz
   return data_begin + sizeof sizes + sizes[0] <= std::filesystem::file_size(path) && sizes[1] == bytes;
 }
 
-/** \brief Whether the COUNT of a PCD's fields is one that there are: PCL's reader takes memory by it before anything else. */
-bool hasPossibleCounts(const std::string& path) {
-  constexpr double most_values = 1 << 20;
+/** \brief The numbers of a PCD's header by which PCL's reader takes memory before anything else. */
+struct PcdSize {
+  std::vector<double> sizes, counts;
+  double width{0}, height{1}, points{0};
+
+  void addLine(const std::string& keyword, std::istream& words) {
+    std::vector<double> numbers;
+    for (double number = 0; words >> number;) numbers.push_back(number);
+    if (keyword == "SIZE") sizes = numbers;
+    if (keyword == "COUNT") counts = numbers;
+    if (numbers.size() != 1) return;
+    if (keyword == "WIDTH") width = numbers[0];
+    if (keyword == "HEIGHT") height = numbers[0];
+    if (keyword == "POINTS") points = numbers[0];
+  }
+  bool hasPossibleCounts() const {
+    constexpr double most_values = 1 << 20;
+    return std::all_of(counts.begin(), counts.end(), [](double n) { return n >= 0 && n <= most_values; });
+  }
+  /** \brief The fewest that hold the points. \param data ascii, binary or binary_compressed */
+  double bytes(const std::string& data) const {
+    double of_point = 0;
+    for (std::size_t i = 0; i < sizes.size(); ++i) {
+      const double values = i < counts.size() ? std::max(1.0, counts[i]) : 1;
+      of_point += values * (data == "ascii" ? 2 : sizes[i]);  // as text a value and what ends it
+    }
+    const double all = of_point * std::max(points, width * height);
+    if (data == "ascii") return all - 1;                   // nothing need end the last
+    return data == "binary_compressed" ? all / 100 : all;  // LZF makes 264 bytes of 3 at best
+  }
+};
+
+/** \brief Whether a PCD may hold what its header says. */
+bool hasPossibleSize(const std::string& path) {
+  PcdSize size;
   std::ifstream file(path, std::ios::binary);
-  for (std::string line, keyword; std::getline(file, line);) {
+  for (std::string line, keyword, data; std::getline(file, line);) {
     std::istringstream words(line);
     if (!(words >> keyword)) continue;
-    if (keyword == "DATA") break;
-    if (keyword != "COUNT") continue;
-    for (double count = 0; words >> count;)
-      if (!(count >= 0 && count <= most_values)) return false;
+    if (keyword != "DATA") {
+      size.addLine(keyword, words);
+      continue;
+    }
+    words >> data;
+    const std::streamoff header_end = file.tellg();  // -1: nothing follows
+    const auto there = static_cast<double>(std::filesystem::file_size(path)) - static_cast<double>(header_end);
+    return size.hasPossibleCounts() && (header_end < 0 || size.bytes(data) <= there);
   }
-  return true;
+  return size.hasPossibleCounts();
 }
 
 /** \brief Whether a PCD's header is one that PCL's reader survives: it reads the data of any other without looking. */
 bool hasPcdHeader(const std::string& path) {
-  if (!hasPossibleCounts(path)) return false;
+  if (!hasPossibleSize(path)) return false;
   constexpr int compressed = 2;
   pcl::PCLPointCloud2 header;
   SensorPose pose;
@@ -211,17 +248,46 @@ bool hasPcdHeader(const std::string& path) {
   return data_type != compressed || points == 0 || hasCompressedData(path, data_begin, points * point_bytes);
 }
 
+std::size_t plyTypeSize(const std::string& type) {
+  for (const char* two : {"short", "ushort", "int16", "uint16"})
+    if (type == two) return 2;
+  for (const char* four : {"int", "uint", "int32", "uint32", "float", "float32"})
+    if (type == four) return 4;
+  return type == "double" || type == "float64" ? 8 : 1;
+}
+
+/** \brief The fewest bytes that hold what the header of a PLY tells of. */
+class PlySize {
+ public:
+  void addLine(const std::string& keyword, const std::string& type, const std::string& name) {
+    if (keyword == "format") is_text_ = type == "ascii";
+    if (keyword == "element") entries_ = std::strtod(name.c_str(), nullptr);
+    // As text a value and what ends it. Of a list "type" is list, then "name" is the type of its count, and it may be empty.
+    if (keyword == "property" && entries_ > 0)
+      bytes_ += entries_ * static_cast<double>(is_text_ ? 2 : plyTypeSize(type == "list" ? name : type));
+  }
+  /** \brief Behind the header; of text the last value needs nothing that ends it. */
+  double bytes() const { return is_text_ ? bytes_ - 1 : bytes_; }
+
+ private:
+  bool is_text_{false};
+  double entries_{0}, bytes_{0};
+};
+
 /** \brief Throws InputError for a PLY at which PCL's reader would end the program: with green or blue without red before it, with
- *  lists in its vertices, or with a grid of them, whose numbers it does not check. */
+ *  lists in its vertices, or with a grid of them, whose numbers it does not check. Also for one that is too short for what its
+ *  header tells of: the reader takes memory by that first. */
 void checkPlyHeader(const std::string& path) {
   const std::set<std::string> first{"red", "diffuse_red"};
   const std::set<std::string> later{"green", "blue", "diffuse_green", "diffuse_blue"};
   bool has_red = false;
   std::string element;
+  PlySize size;
   std::ifstream file(path, std::ios::binary);
   for (std::string line; std::getline(file, line) && line.rfind("end_header", 0) != 0;) {
     std::string keyword, type, name;
     std::istringstream(line) >> keyword >> type >> name;
+    size.addLine(keyword, type, name);
     if (keyword == "element") element = type;
     if (element == "range_grid") throw InputError(path + ": has a range_grid, must have vertices alone or with faces");
     if (keyword != "property") continue;
@@ -231,6 +297,10 @@ void checkPlyHeader(const std::string& path) {
     if (!has_red && later.count(name) > 0)
       throw InputError(path + ": has " + name + " without red before it, must be red, green, blue");
   }
+  const std::streamoff header_end = file.tellg();
+  if (header_end >= 0 &&
+      static_cast<double>(std::filesystem::file_size(path)) - static_cast<double>(header_end) < size.bytes())
+    throw InputError(path + ": is cut short: it holds fewer values than its header says");
 }
 
 /** \brief PCL's return code; its exceptions count as failure. */

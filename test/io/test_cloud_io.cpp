@@ -311,4 +311,37 @@ TEST_F(CloudIo, ACloudWithAnyByteChangedIsReadOrRefused) {
   }
 }
 
+/** \brief PCL's readers would take gigabytes first. */
+TEST_F(CloudIo, AHeaderThatPromisesMoreThanTheFileHoldsIsRefused) {
+  const std::string ply = "element vertex 1000000000\nproperty float x\nproperty float y\nproperty float z\n";
+  const std::string pcd =
+      "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 1000000000\nHEIGHT 1\n"
+      "VIEWPOINT 0 0 0 1 0 0 0\nPOINTS 1000000000\n";
+  pcl::PCLPointCloud2 cloud;
+  for (const auto& [name, bytes] : std::vector<std::pair<std::string, std::string>>{
+           {"a.ply", "ply\nformat binary_little_endian 1.0\n" + ply + "end_header\n" + record(1.0f, 2.0f, 3.0f)},
+           {"b.ply", "ply\nformat ascii 1.0\n" + ply + "end_header\n1 2 3\n"},
+           {"a.pcd", pcd + "DATA binary\n" + record(1.0f, 2.0f, 3.0f)},
+           {"b.pcd", pcd + "DATA ascii\n1 2 3\n"},
+           {"c.pcd", pcd + "DATA binary_compressed\n" + record(12u, 12u, 1.0f, 2.0f, 3.0f)}}) {
+    const std::string file = write(name, bytes);
+    EXPECT_TRUE(refuses([&] { io::readCloud(file, cloud); }, {file, "cut short"}));
+    EXPECT_EQ(cloud.data.size(), 0u) << name;
+  }
+}
+
+TEST_F(CloudIo, TextWithoutAByteTooManyIsWhole) {
+  pcl::PCLPointCloud2 cloud;
+  io::readCloud(write("a.ply",
+                      "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\nproperty float z\n"
+                      "element face 1\nproperty list uchar int vertex_indices\nend_header\n1 2 3\n4 5 6\n0\n"),
+                cloud);
+  EXPECT_EQ(cloud.width, 2u);
+  io::readCloud(write("a.pcd",
+                      "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 2\nHEIGHT 1\n"
+                      "VIEWPOINT 0 0 0 1 0 0 0\nPOINTS 2\nDATA ascii\n1 2 3\n4 5 6"),
+                cloud);
+  EXPECT_EQ(cloud.width, 2u);
+}
+
 }  // namespace
