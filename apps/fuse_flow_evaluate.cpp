@@ -3,6 +3,7 @@
 
 #include "command_line/option_checks.h"
 #include "command_line/quality_options.h"
+#include "command_line/threads.h"
 #include "command_line/tool.h"
 #include "drawing/clouds.h"
 #include "drawing/display.h"
@@ -264,6 +265,7 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   return command_line::runTool(app, argc, argv, [&] {
     takeInputs(inputs, options);
+    command_line::requireThreads(options.threads);
     return run(options);
   });
 }

@@ -4,6 +4,7 @@
 #include "command_line/option_checks.h"
 #include "command_line/quality_options.h"
 #include "command_line/recording_arguments.h"
+#include "command_line/threads.h"
 #include "command_line/tool.h"
 #include "io/cloud_io.h"
 #include "io/depth_in_range.h"
@@ -222,6 +223,7 @@ int main(int argc, char** argv) {
     options.method = method.method();
     options.method_options = method.options();
     options.method_options.normals = options.normals;
+    command_line::requireThreads(options.method_options.threads);
     return run(options);
   });
 }

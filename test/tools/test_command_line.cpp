@@ -286,5 +286,24 @@ TEST_F(CommandLine, AMistakeInAConfigFileIsNamed) {
   EXPECT_TRUE(isOneLineError(fuseWith({"--config", folder_.string()}), 1, {folder_.string()}));
 }
 
+/** \brief OpenMP would end the program with a message of its own. */
+TEST_F(CommandLine, ThreadsThatCannotBeStartedAreAnErrorOfOneLine) {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+  GTEST_SKIP() << "sanitizers take more addresses than are left here";
+#endif
+  ASSERT_TRUE(succeeded(fuseWith({"--frames", "0"})));
+  const std::string script = "ulimit -v 2000000; tool=$1; shift; exec \"$tool\" \"$@\" --threads 1024";
+  const auto limited = [&](const char* tool, const std::vector<std::string>& arguments) {
+    std::vector<std::string> all{"-c", script, "sh", tool};
+    all.insert(all.end(), arguments.begin(), arguments.end());
+    return runProgram("/bin/sh", all);
+  };
+  EXPECT_TRUE(isOneLineError(limited(FUSE_FLOW_FUSE_TOOL, {recording(), "-o", out("limited")}), 1,
+                             {"of 1024 threads only", "--threads"}));
+  EXPECT_FALSE(fs::exists(out("limited")));
+  EXPECT_TRUE(isOneLineError(limited(FUSE_FLOW_EVALUATE_TOOL, {recording(), out("out/000000.ply")}), 1,
+                             {"of 1024 threads only", "--threads"}));
+}
+
 }  // namespace
 }  // namespace tool_test
