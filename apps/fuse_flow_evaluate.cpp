@@ -217,7 +217,7 @@ int run(const Options& options) {
   }
   if (options.truth)
     std::cout << "\nAgainst the true surface\n" << simulation::truthHeader(width) << '\n' << truth_table;
-  if (!options.json.empty()) io::writeFile(options.json, json.dump(2) + "\n");
+  if (!options.json.empty()) io::writeFile(options.json, io::jsonText(json));
   if (!options.error_picture.empty()) {
     drawing::Viewpoint viewpoint;
     viewpoint.width = 800 * static_cast<int>(pictures.size());

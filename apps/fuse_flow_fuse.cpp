@@ -178,8 +178,7 @@ int run(const Options& options) {
   progress.endLine();
   if (!options.report.empty()) {
     makeFolderOf(options.report);
-    const std::string text = report.json().dump(2) + "\n";
-    io::writeFile(options.report, text);
+    io::writeFile(options.report, io::jsonText(report.json()));
   }
   std::cout << report.summary();
   for (const auto& [camera, message] : ended) std::cout << "  " << message << "\n";

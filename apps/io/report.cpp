@@ -49,6 +49,10 @@ std::string format(const char* pattern, double value) {
 
 }  // namespace
 
+std::string jsonText(const nlohmann::json& json) {
+  return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+}
+
 nlohmann::json qualityJson(const Quality& q) {
   return {{"points", q.points},
           {"multi_view_points", q.multi_view_points},

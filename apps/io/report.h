@@ -49,6 +49,9 @@ class Report {
   std::vector<Frame> frames_;
 };
 
+/** \brief A JSON file's text. Names of files need not be UTF-8, which JSON is: what is not becomes "�". */
+std::string jsonText(const nlohmann::json& json);
+
 /** \brief The quality figures as the tools print them; null where there was nothing to measure. */
 nlohmann::json qualityJson(const Quality& quality);
 /** \brief The header and a row of the table of quality figures, "-" where there was nothing to measure. */

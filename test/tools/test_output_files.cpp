@@ -79,6 +79,13 @@ TEST_F(OutputFiles, AnInputIsNotReplaced) {
   EXPECT_EQ(readText(view), bytes);
 }
 
+TEST_F(OutputFiles, ANameThatIsNotUtf8IsReadableInTheFigures) {
+  const std::string cloud = out("gr\xfc\xdf.ply");
+  ASSERT_TRUE(succeeded(fuse({recording(), "-o", cloud, "--frames", "0"})));
+  ASSERT_TRUE(succeeded(evaluate({recording(), cloud, "--json", out("a.json")})));
+  EXPECT_TRUE(nlohmann::json::parse(readText(out("a.json"))).contains(out("gr\xef\xbf\xbd\xef\xbf\xbd.ply")));
+}
+
 TEST_F(OutputFiles, ADeviceThatIsFullIsNamed) {
   if (!fs::exists("/dev/full")) GTEST_SKIP() << "there is no /dev/full";
   fs::create_symlink("/dev/full", folder_ / "full.ply");
