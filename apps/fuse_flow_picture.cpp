@@ -51,7 +51,7 @@ int main(int argc, char** argv) {
   CLI::App app("Draws clouds side by side, from one viewpoint, into a PNG. Needs a display, or xvfb-run.",
                "fuse_flow_picture");
   app.add_option("cloud", options.clouds, "PLY or PCD files")->required();
-  app.add_option("-o,--output", options.output, "PNG file")->required();
+  app.add_option("-o,--output", options.output, "PNG file")->check(command_line::path())->required();
   app.add_option("--from", options.viewpoint.from, "where the viewer stands, m; default: outside the bounding box")
       ->expected(3)
       ->check(command_line::finiteNumber());

@@ -1,6 +1,9 @@
 #include "command_line/method_arguments.h"
 
+#include "command_line/config_file.h"
 #include "command_line/option_checks.h"
+
+#include <memory>
 
 namespace fuse_flow::command_line {
 
@@ -19,7 +22,8 @@ MethodArguments::MethodArguments(CLI::App& app) {
       ->capture_default_str();
   addDeviceOption(app, options_.device, "fuse_flow runs, and poses are refined");
   app.add_option("--threads", options_.threads, "0: one per core")->check(threadCount())->capture_default_str();
-  app.set_config("--config", "", "read options from this file (name = value lines)");
+  app.set_config("--config", "", "read options from this file (name = value lines)")->check(path());
+  app.config_formatter(std::make_shared<ConfigFile>());
   app.allow_config_extras(CLI::config_extras_mode::error);
   parameters_.emplace(app);
 }

@@ -70,8 +70,8 @@ CLI::Validator trueOrFalse() {
 }
 
 CLI::Validator path() {
-  return makeCheck("a file or a folder",
-                   [](const std::string& text) { return !text.empty() && text.compare(0, 2, "--") != 0; });
+  return makeCheck("a file or a folder, one whose name begins with a dash as in ./-name",
+                   [](const std::string& text) { return !text.empty() && text[0] != '-'; });
 }
 
 CLI::Validator threadCount() { return wholeNumber(0, 1024); }

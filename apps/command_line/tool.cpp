@@ -18,9 +18,10 @@ int reportError(const CLI::App& app, std::string message, ExitCode code = kBadIn
 /** \brief A mistake in the file of --config, in CLI11's words or ours. */
 std::string describeConfigError(CLI::App& app, const std::string& message) {
   const std::string prefix = "INI was not able to parse ";
-  if (message.rfind(prefix, 0) != 0) return message;
   const std::string file = app.get_config_ptr() ? app.get_config_ptr()->as<std::string>() : "--config";
-  return file + ": '" + message.substr(prefix.size()) + "' is not an option, must be name = value; see --help";
+  if (message.rfind(prefix, 0) != 0) return file + ": " + message + "; see --help";
+  return file + ": '" + io::cutShort(message.substr(prefix.size())) +
+         "' is not an option, must be name = value; see --help";
 }
 
 }  // namespace

@@ -38,7 +38,7 @@ std::vector<double> readNumbers(const std::string& path) {
     for (std::string word; words >> word;) {
       char* end = nullptr;
       numbers.push_back(std::strtod(word.c_str(), &end));
-      if (*end != '\0') throw InputError(path + ": '" + word + "' is not a number");
+      if (*end != '\0') throw InputError(path + ": '" + cutShort(word) + "' is not a number");
     }
   }
   return numbers;
@@ -50,7 +50,7 @@ void checkSkew(const std::string& owner, double skew, double fx) {
   constexpr double a_pixel = 1e-3;  // at the side of the image, where it matters most
   if (std::fabs(skew) <= a_pixel * std::fabs(fx)) return;
   std::ostringstream message;
-  message << owner << ": the skew of the intrinsics, right of fx, is " << skew << ", must be 0";
+  message << owner << ": the skew of the intrinsics, beside fx or fy, is " << skew << ", must be 0";
   throw InputError(message.str());
 }
 

@@ -67,11 +67,37 @@ PngHeader checkPng(const std::string& path, const std::string& bytes) {
   return header;
 }
 
+namespace {
+
+/** \brief Where the next marker of a JPEG begins: 255 and what it marks. In image data 255 is followed by 0 where it is a value,
+ *  and restart markers lie in between; before a marker it may stand several times. */
+std::size_t nextMarker(const std::string& bytes, std::size_t at) {
+  for (; (at = bytes.find('\xff', at)) != std::string::npos && at + 1 < bytes.size(); ++at) {
+    const std::uint8_t marker = byteAt(bytes, at + 1);
+    const bool is_restart = marker >= 0xd0 && marker <= 0xd7;
+    if (marker != 0 && marker != 0xff && !is_restart) return at;
+  }
+  return bytes.size();
+}
+
+/** \brief Goes from segment to segment: those that hold a small picture hold its end, too. */
+bool hasEndOfJpeg(const std::string& bytes) {
+  constexpr std::uint8_t end_of_image = 0xd9;
+  for (std::size_t at = nextMarker(bytes, 2); at + 1 < bytes.size();) {
+    if (byteAt(bytes, at + 1) == end_of_image) return true;
+    if (bytes.size() < at + 4) return false;
+    const std::size_t length = std::size_t{byteAt(bytes, at + 2)} << 8 | byteAt(bytes, at + 3);
+    at = nextMarker(bytes, at + 2 + length);
+  }
+  return false;
+}
+
+}  // namespace
+
 void checkJpeg(const std::string& path, const std::string& bytes) {
   if (bytes.empty()) throw InputError(path + ": is empty, must be a PNG or JPEG image");
   if (bytes.compare(0, 3, "\xff\xd8\xff") != 0) throw InputError(path + ": is neither a PNG nor a JPEG image");
-  // Some cameras pad their files, or write their own data behind the image. The decoder sees whether all of that is there.
-  if (bytes.rfind("\xff\xd9") == std::string::npos)
+  if (!hasEndOfJpeg(bytes))
     throw InputError(path + ": is cut short after " + std::to_string(bytes.size()) + " bytes, must be a whole JPEG");
 }
 

@@ -20,7 +20,7 @@ bool isPng(const std::string& bytes);
  *  and says nothing. Throws InputError, naming path, unless the file is whole. */
 PngHeader checkPng(const std::string& path, const std::string& bytes);
 
-/** \brief Throws InputError unless the bytes begin and end as a JPEG does. */
+/** \brief Throws InputError unless the bytes begin as a JPEG does and hold its end; what cameras write behind that is no matter. */
 void checkJpeg(const std::string& path, const std::string& bytes);
 
 }  // namespace fuse_flow::io

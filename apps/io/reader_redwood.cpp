@@ -86,9 +86,10 @@ bool readIntrinsicsJson(const std::string& path, Intrinsics& K) {
     json = nlohmann::json::parse(readFile(path));
     if (!json.is_object() || !json.contains("intrinsic_matrix")) return false;
     const auto matrix = json["intrinsic_matrix"].get<std::vector<float>>();
-    if (matrix.size() != 9 || matrix[2] != 0 || matrix[5] != 0)
+    if (matrix.size() != 9 || matrix[2] != 0 || matrix[5] != 0 || matrix[8] != 1)
       throw InputError(path + ": intrinsic_matrix must have 9 numbers, column by column: fx 0 0 0 fy 0 cx cy 1");
-    checkSkew(path, static_cast<double>(matrix[3]), static_cast<double>(matrix[0]));
+    for (const float skew : {matrix[1], matrix[3]})
+      checkSkew(path, static_cast<double>(skew), static_cast<double>(matrix[0]));
     K.width = imageSide(path, json, "width");
     K.height = imageSide(path, json, "height");
     K.fx = matrix[0];

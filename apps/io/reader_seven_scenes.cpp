@@ -40,7 +40,7 @@ Intrinsics readIntrinsics(const std::string& path) {
     row << numbers[6] << ' ' << numbers[7] << ' ' << numbers[8];
     throw InputError(path + ": the last row is " + row.str() + ", must be 0 0 1");
   }
-  checkSkew(path, numbers[1], numbers[0]);
+  for (const double skew : {numbers[1], numbers[3]}) checkSkew(path, skew, numbers[0]);
   K.fx = static_cast<float>(numbers[0]);
   K.fy = static_cast<float>(numbers[4]);
   K.cx = static_cast<float>(numbers[2]);

@@ -29,7 +29,7 @@ std::map<double, std::string> readTimeline(const std::string& path) {
     double stamp = 0;
     std::string rest;
     if (!(words >> stamp) || !std::getline(words >> std::ws, rest))
-      throw InputError(path + ": line " + std::to_string(line_number) + " is '" + line +
+      throw InputError(path + ": line " + std::to_string(line_number) + " is '" + cutShort(line) +
                        "', must begin with a timestamp");
     entries[stamp] = rest;
   }
@@ -53,7 +53,7 @@ Eigen::Isometry3d parsePose(const std::string& path, const std::string& text) {
   for (double& value : q) words >> value;
   Eigen::Quaterniond rotation(q[3], q[0], q[1], q[2]);
   if (!words || std::abs(rotation.norm() - 1) > 1e-2)
-    throw InputError(path + ": has '" + text +
+    throw InputError(path + ": has '" + cutShort(text) +
                      "' after a timestamp, must be tx ty tz qx qy qz qw with a unit quaternion");
   rotation.normalize();
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();

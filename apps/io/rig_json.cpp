@@ -19,9 +19,7 @@ using Json = nlohmann::ordered_json;
 
 /** \brief A value as a message quotes it: not all of what somebody has put in the place of a number. */
 std::string quoted(const Json& value) {
-  constexpr std::size_t enough = 60;
-  const std::string text = value.dump(-1, ' ', false, Json::error_handler_t::replace);
-  return text.size() > enough ? text.substr(0, enough) + "..." : text;
+  return cutShort(value.dump(-1, ' ', false, Json::error_handler_t::replace));
 }
 
 /** \brief One JSON object, and what messages call it: "rig.json: camera 'left'". */

@@ -216,10 +216,25 @@ TEST_F(ImageIo, APngWithAnyByteChangedIsRefused) {
   }
 }
 
-TEST_F(ImageIo, WhatCamerasWriteBehindAJpegIsNoDamage) {
+TEST_F(ImageIo, BytesBehindTheEndOfAJpegAreNoDamage) {
+  for (const std::string& behind : {std::string("\n"), std::string("x"), "\xff\xd8" + std::string(100, 'x'),
+                                    std::string("a trailer of the camera's maker\0", 32)}) {
+    io::ColorImage image;
+    io::readColor(write("a.jpg", jpeg(1, {{77}}) + behind), image);
+    EXPECT_EQ(channels(image.at(7, 7)), (std::vector<int>{77, 77, 77})) << behind;
+  }
+}
+
+/** \brief A camera's small picture within the picture has an end of its own. */
+TEST_F(ImageIo, AJpegCutShortBehindThePictureWithinItIsRefused) {
+  const std::string whole = jpeg(1, {{77}}), small = jpeg(1, {{33}});
+  const std::string length{static_cast<char>((small.size() + 2) >> 8), static_cast<char>((small.size() + 2) & 0xff)};
+  const std::string both = whole.substr(0, 2) + "\xff\xe1" + length + small + whole.substr(2);
   io::ColorImage image;
-  io::readColor(write("a.jpg", jpeg(1, {{77}}) + "made by a camera"), image);
-  EXPECT_EQ(channels(image.at(3, 3)), (std::vector<int>{77, 77, 77}));
+  io::readColor(write("a.jpg", both), image);
+  EXPECT_EQ(channels(image.at(0, 0)), (std::vector<int>{77, 77, 77}));
+  const std::string file = write("a.jpg", both.substr(0, 6 + small.size()));
+  EXPECT_TRUE(refuses([&] { io::readColor(file, image); }, {file, "cut short"}));
 }
 
 TEST_F(ImageIo, AJpegCutShortAnywhereIsRefused) {

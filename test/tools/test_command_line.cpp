@@ -216,6 +216,16 @@ TEST_F(CommandLine, AnOutputThatIsNeitherAFileOfOursNorAFolderIsRefused) {
   EXPECT_EQ(listing(folder_ / "run.2"), (std::vector<std::string>{"000000.ply", "000001.ply"}));
 }
 
+TEST_F(CommandLine, AnEmptyNameAndTheNextOptionAreNoFile) {
+  for (const char* option : {"--report", "--poses", "--config"}) {
+    expectWrong({option, ""}, {option, "''", "must be a file"});
+    expectWrong({option, "--normals"}, {option, "'--normals'", "must be a file", "./-name"});
+  }
+  EXPECT_TRUE(isOneLineError(fuse({recording(), "-o", "--normals"}), 2, {"--output", "'--normals'"}));
+  for (const char* option : {"--json", "--error-picture", "--poses"})
+    EXPECT_TRUE(isOneLineError(evaluate({recording(), out("a.ply"), option, ""}), 2, {option, "''"})) << option;
+}
+
 TEST_F(CommandLine, AConfigFileIsWorthTheSameOptions) {
   const fs::path config = folder_ / "fuse.conf";
   writeText(config,
@@ -256,6 +266,23 @@ TEST_F(CommandLine, AConfigFileIsWorthTheSameOptions) {
   EXPECT_TRUE(fs::exists(out("config.json")));
 }
 
+TEST_F(CommandLine, AListInAConfigFileMayStandInBrackets) {
+  writeText(folder_ / "fuse.conf", "frames = [0, 2]  # the first and the third\r\n; another comment\r\n\r\n");
+  ASSERT_TRUE(succeeded(fuseWith({"--config", out("fuse.conf")})));
+  EXPECT_EQ(listing(out_), (std::vector<std::string>{"000000.ply", "000002.ply"}));
+}
+
+TEST_F(CommandLine, AConfigFileMayBeAPipe) {
+  const std::string script = "echo frames = 3 | \"$1\" \"$2\" -o \"$3\" --config /dev/stdin";
+  ASSERT_TRUE(succeeded(runProgram("/bin/sh", {"-c", script, "sh", FUSE_FLOW_FUSE_TOOL, recording(), out()})));
+  EXPECT_EQ(listing(out_), std::vector<std::string>{"000003.ply"});
+}
+
+TEST_F(CommandLine, AConfigFileWithoutAnEndIsRefused) {
+  if (!fs::exists("/dev/zero")) GTEST_SKIP() << "there is no /dev/zero";
+  expectWrong({"--config", "/dev/zero"}, {"/dev/zero", "longer than 1 MiB"});
+}
+
 TEST_F(CommandLine, AFlagInAConfigFileIsTheFlag) {
   writeText(folder_ / "fuse.conf", "published = true\nno-quality = true\n");
   ASSERT_TRUE(succeeded(fuseWith({"--config", out("fuse.conf"), "--report", out("report.json")})));
@@ -273,10 +300,19 @@ TEST_F(CommandLine, AnOptionGivenOutrightOverrulesTheConfigFile) {
 TEST_F(CommandLine, AMistakeInAConfigFileIsNamed) {
   const fs::path config = folder_ / "fuse.conf";
   const std::vector<std::pair<std::string, std::string>> cases = {
-      {"sigmma = 0.03\n", "sigmma"},  {"[fusion]\nsigma = 0.03\n", "fusion"},
-      {"sigma = -3\n", "--sigma"},    {"sigma = wide\n", "--sigma"},
-      {"sigma =\n", "--sigma"},       {"frames = 9\n", "--frames"},
-      {"sigma 0.03\n", "sigma 0.03"}, {"method = magic\n", "--method"},
+      {"sigmma = 0.03\n", "sigmma"},
+      {"[fusion]\nsigma = 0.03\n", "fusion"},
+      {"sigma = -3\n", "--sigma"},
+      {"sigma = wide\n", "--sigma"},
+      {"sigma =\n", "--sigma"},
+      {"frames = 9\n", "--frames"},
+      {"sigma 0.03\n", "sigma 0.03"},
+      {"method = magic\n", "--method"},
+      {"frames = 0\ns\n", "line 2 is 's', must be name = value"},
+      {"=3\n", "line 1 is '=3', must be name = value"},
+      {"o=\n", "line 1 is 'o=', must be name = value"},
+      {"views = [0,1\nsigma = 0.03]\n", "line 1 is 'views = [0,1', must close its list with ]"},
+      {std::string(2 << 20, '\n'), "is longer than 1 MiB"},
   };
   for (const auto& [text, word] : cases) {
     writeText(config, text);
