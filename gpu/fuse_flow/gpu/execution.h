@@ -1,6 +1,7 @@
 #pragma once
 
 #include <fuse_flow/gpu/memory.h>
+#include <fuse_flow/gpu/value_bytes.h>
 
 #include <thrust/copy.h>
 #include <thrust/scan.h>
@@ -151,7 +152,7 @@ class Execution {
   bool noted(const Values&... values) {
 #if FUSE_FLOW_CUDA
     if (note_ == nullptr) return false;
-    (writeDown(values), ...);
+    (appendBytes(values, *note_), ...);
     return true;
 #else
     ((void)values, ...);
@@ -173,12 +174,6 @@ class Execution {
   }
 
 #if FUSE_FLOW_CUDA
-  template <typename Value>
-  void writeDown(const Value& value) {
-    const char* bytes = reinterpret_cast<const char*>(&value);
-    note_->insert(note_->end(), bytes, bytes + sizeof(value));
-  }
-
   std::vector<char>* note_{nullptr};
 
   template <typename Algorithm>

@@ -20,7 +20,7 @@ class FramePipeline {
  public:
   FuseFlowParameters parameters;
   FrameStatistics statistics;
-  /** \brief Host threads that copy pageable images to pinned memory. */
+  /** \brief Host threads that copy pageable images to pinned memory, and points into clouds. */
   int threads{1};
   Execution run;
   StageTimes times;

@@ -21,21 +21,20 @@ template <typename PointT>
 class FrameQueue {
  public:
   explicit FrameQueue(std::size_t lanes) {
-    for (std::size_t k = 0; k < lanes; ++k) {
-      workers_.push_back(std::make_unique<Worker>());
-      workers_.back()->copy_threads = std::max(1, host::resolveThreads(0) / static_cast<int>(lanes));
-    }
+    for (std::size_t k = 0; k < lanes; ++k) workers_.push_back(std::make_unique<Worker>());
   }
 
   std::size_t lanes() const { return workers_.size(); }
   std::size_t inFlight() const { return submitted_ - taken_; }
 
-  /** \brief prepare(lane) sets the lane's parameters; the images must stay alive until the frame has been taken. The lane must
+  /** \brief prepare(lane) sets the lane's parameters, of whose host threads all lanes get their share; the images must stay alive until the frame has been taken. The lane must
    *  be free: fewer frames in flight than lanes. \param after a stream whose work, as it is by now, comes first */
   template <typename Prepare>
   void submit(const RigFrame& frame, Delivery delivery, Stream after, const Prepare& prepare) {
     Worker& worker = *workers_[submitted_ % lanes()];
     prepare(worker.lane);
+    int& threads = worker.lane.pipeline.threads;
+    threads = std::max(1, threads / static_cast<int>(lanes()));
     worker.delivery = delivery;
     worker.order.put(after, worker.stream.get());
     worker.start(frame);
@@ -61,7 +60,6 @@ class FrameQueue {
     RigFrame frame;
     PointSpan<PointT> points;
     Delivery delivery{Delivery::Pinned};
-    int copy_threads{1};  ///< into the cloud: all lanes together have as many as there are cores
     pcl::PointCloud<PointT> cloud;
 
     Worker() {
@@ -130,7 +128,7 @@ class FrameQueue {
         return;
       }
       points = lane.fusePinned(frame);
-      if (delivery == Delivery::Cloud) toCloud(points, frame.stamp, copy_threads, streamCopy, cloud);
+      if (delivery == Delivery::Cloud) toCloud(points, frame.stamp, lane.pipeline.threads, streamCopy, cloud);
     }
 
     std::mutex mutex_;

@@ -2,6 +2,7 @@
 
 #include <fuse_flow/gpu/device_view.h>
 #include <fuse_flow/gpu/execution.h>
+#include <fuse_flow/gpu/stream_copy.h>
 #include <fuse_flow/gpu/tiles.h>
 #include <fuse_flow/impl/host/parallel.hpp>
 #include <fuse_flow/impl/host/rig_geometry.hpp>
@@ -148,6 +149,12 @@ class FrameViews {
     std::size_t row_bytes, rows, stride;
     std::size_t place;
     Memory memory;
+
+    std::size_t bytes() const { return row_bytes * rows; }
+  };
+  /** \brief Rows of an image that one thread copies. */
+  struct Block {
+    std::size_t image, row, rows;
   };
 
   void layOutImages(const RigFrame& frame, bool with_color) {
@@ -177,33 +184,58 @@ class FrameViews {
       on_device.data = reinterpret_cast<decltype(image.data)>(images_.data() + transfer.place);
       on_device.row_stride = transfer.row_bytes;
     });
-    for (const Transfer& transfer : transfers_) upload(run, transfer, threads);
+    for (std::size_t k = 0; k < transfers_.size();) {
+      if (transfers_[k].memory == Memory::Pageable) {
+        k = uploadThroughStaging(run, k, threads);
+      } else {
+        upload(run, transfers_[k++]);
+      }
+    }
   }
 
-  void upload(Execution& run, const Transfer& transfer, int threads) {
-    const std::size_t bytes = transfer.row_bytes * transfer.rows;
-    if (transfer.memory == Memory::Pageable) {
-      char* staged = staging_.data() + transfer.place;
-      constexpr std::size_t tasks = 4;
-      host::parallelFor(threads, tasks, [&](std::size_t task, int) {
-        const std::size_t begin = transfer.rows * task / tasks, end = transfer.rows * (task + 1) / tasks;
-        if (transfer.stride == transfer.row_bytes) {
-          std::memcpy(staged + begin * transfer.row_bytes, transfer.from + begin * transfer.stride,
-                      (end - begin) * transfer.row_bytes);
-        } else {
-          for (std::size_t row = begin; row < end; ++row)
-            std::memcpy(staged + row * transfer.row_bytes, transfer.from + row * transfer.stride, transfer.row_bytes);
-        }
-      });
-      run.copy(images_.data() + transfer.place, static_cast<const char*>(staged), bytes);
-    } else if (transfer.memory == Memory::Pinned && transfer.stride == transfer.row_bytes) {
-      run.copy(images_.data() + transfer.place, transfer.from, bytes);
-    } else if (transfer.memory == Memory::Pinned) {
+  /** \brief From where the device reaches it. */
+  void upload(Execution& run, const Transfer& transfer) {
+    if (transfer.memory == Memory::Device) return;
+    char* to = images_.data() + transfer.place;
+    if (transfer.stride == transfer.row_bytes) {
+      run.copy(to, transfer.from, transfer.bytes());
+      return;
+    }
 #if FUSE_FLOW_CUDA
-      check(cudaMemcpy2DAsync(images_.data() + transfer.place, transfer.row_bytes, transfer.from, transfer.stride,
-                              transfer.row_bytes, transfer.rows, cudaMemcpyHostToDevice, run.stream),
-            "cudaMemcpy2DAsync");
+    check(cudaMemcpy2DAsync(to, transfer.row_bytes, transfer.from, transfer.stride, transfer.row_bytes, transfer.rows,
+                            cudaMemcpyHostToDevice, run.stream),
+          "cudaMemcpy2DAsync");
 #endif
+  }
+
+  /** \brief Some megabytes of pageable images, from number first on, by all threads; while they are on the bus the next ones are
+   *  staged. \return the number of the image after them */
+  std::size_t uploadThroughStaging(Execution& run, std::size_t first, int threads) {
+    constexpr std::size_t piece = 2 << 20, block = 1 << 17;
+    blocks_.clear();
+    const std::size_t begin = transfers_[first].place;
+    std::size_t end = begin, next = first;
+    for (; next < transfers_.size() && transfers_[next].memory == Memory::Pageable && end < begin + piece; ++next) {
+      const Transfer& image = transfers_[next];
+      const std::size_t rows = std::max<std::size_t>(1, block / image.row_bytes);
+      for (std::size_t row = 0; row < image.rows; row += rows)
+        blocks_.push_back({next, row, std::min(rows, image.rows - row)});
+      end = image.place + image.bytes();
+    }
+    host::parallelFor(threads, blocks_.size(), [&](std::size_t k, int) { stage(blocks_[k]); });
+    run.copy(images_.data() + begin, std::as_const(staging_).data() + begin, end - begin);
+    return next;
+  }
+
+  void stage(const Block& block) {
+    const Transfer& image = transfers_[block.image];
+    char* to = staging_.data() + image.place + block.row * image.row_bytes;
+    const char* from = image.from + block.row * image.stride;
+    if (image.stride == image.row_bytes) {
+      streamCopy(to, from, block.rows * image.row_bytes);
+    } else {
+      for (std::size_t row = 0; row < block.rows; ++row)
+        streamCopy(to + row * image.row_bytes, from + row * image.stride, image.row_bytes);
     }
   }
 
@@ -214,6 +246,7 @@ class FrameViews {
   std::vector<std::uint32_t> neighbour_counts_;
   PinnedBuffer<std::uint32_t> host_neighbours_;
   std::vector<Transfer> transfers_;
+  std::vector<Block> blocks_;
   PinnedBuffer<DeviceView> views_;
   PinnedBuffer<std::uint32_t> offsets_;
   PinnedBuffer<char> staging_;

@@ -12,7 +12,7 @@ namespace fuse_flow {
 namespace gpu {
 
 /** \brief memcpy() that writes past the caches. An ordinary store first fetches the line that it is going to replace: a third of
- *  the traffic of a copy that is too large for the caches, and frames a second into clouds are limited by just that. */
+ *  the traffic of a copy that is too large for the caches, and that limits frames a second from pageable images and into clouds. */
 inline void streamCopy(void* to, const void* from, std::size_t bytes) {
 #if defined(__SSE2__)
   constexpr std::size_t line = 64;
