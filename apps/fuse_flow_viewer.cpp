@@ -126,8 +126,15 @@ int run(const Options& options) {
 template <typename Choice>
 CLI::Validator inWords(const std::map<std::string, Choice>& choices) {
   std::string names;
-  for (const auto& [name, choice] : choices) names += (names.empty() ? "{" : ",") + name;
-  return CLI::CheckedTransformer(choices).description(names + "}");
+  for (const auto& [name, choice] : choices) names += (names.empty() ? "" : ",") + name;
+  return CLI::Validator(
+      [=](std::string& text) {
+        const auto chosen = choices.find(text);
+        if (chosen == choices.end()) return "'" + text + "' was given, must be one of " + names;
+        text = std::to_string(static_cast<int>(chosen->second));
+        return std::string();
+      },
+      "{" + names + "}", "");
 }
 
 void addViewOptions(CLI::App& app, Options& options) {
@@ -189,7 +196,7 @@ void addExportOptions(CLI::App& app, Options& options) {
   app.add_option("--film-format", v.film_format, "of the films that the key Ctrl p makes: a video, or a folder of PNGs")
       ->check(CLI::IsMember({"ogv", "png"}))
       ->capture_default_str();
-  app.add_flag("--offscreen", v.offscreen, "no window: write what follows, and end");
+  app.add_flag("--offscreen", v.offscreen, "no window: write what follows, and end. OpenGL wants a display even so: xvfb-run -a gives one");
   app.add_option("--screenshot", options.screenshot, ".png or .jpg file");
   app.add_option("--save-cloud", options.cloud, ".ply, .pcd, .vtk, .ifs or .obj file");
   app.add_option("--orbit", options.orbit, "once around the cloud: a .ogv video, or a folder of numbered PNGs");

@@ -40,6 +40,8 @@ std::unique_ptr<Recording> openUnposed(const std::vector<std::string>& inputs, c
         ": several inputs must all be .pcd files, one for each camera; of recordings only one can be given");
   if (fs::is_directory(inputs[0])) return openFolder(inputs[0], options);
   if (fs::path(inputs[0]).extension() == ".json") return openRig(inputs[0], options);
+  if (fs::path(inputs[0]).extension() == ".ply")
+    throw InputError(inputs[0] + ": is a cloud, which pcl_viewer shows, and no recording; " + recognised);
   throw InputError(inputs[0] + ": is not a recording; " + recognised);
 }
 

@@ -113,6 +113,7 @@ bool endsWith(const std::string& path, const std::string& line) {
 
 /** \brief Whether it could. */
 bool writeWithPcl(const std::string& path, const std::string& extension, const Cloud& cloud) {
+  if (extension == ".ifs") std::ofstream{path};  // with the rights of any file; PCL makes one that only its owner reads
   if (extension == ".ifs") return pcl::io::saveIFSFile(path, positionsOf(cloud)) == 0;
   if (extension == ".obj") {
     pcl::PolygonMesh mesh;  // without polygons: PCL writes OBJ for meshes only

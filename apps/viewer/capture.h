@@ -46,6 +46,8 @@ class Orbit {
   bool done() const { return taken_ == pictures_; }
   /** \brief Takes a picture of the window, which shows what it should, and moves the camera on. */
   void step(vtkRenderWindow* window, vtkCamera* camera);
+  /** \brief Where the camera was before the first picture. */
+  void goBack(vtkCamera* camera) const { camera->Azimuth(-360.0 / pictures_ * taken_); }
 
  private:
   std::unique_ptr<PictureSequence> sequence_;

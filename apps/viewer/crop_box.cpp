@@ -38,9 +38,11 @@ void CropBox::setColor(double r, double g, double b) {
 
 void CropBox::hide() { widget_->Off(); }
 
-void CropBox::moved(vtkObject*, unsigned long, void*) {
+Eigen::AlignedBox3d CropBox::box() {
   const double* b = representation_->GetBounds();
-  on_change_(Eigen::AlignedBox3d(Eigen::Vector3d(b[0], b[2], b[4]), Eigen::Vector3d(b[1], b[3], b[5])).cast<float>());
+  return {Eigen::Vector3d(b[0], b[2], b[4]), Eigen::Vector3d(b[1], b[3], b[5])};
 }
+
+void CropBox::moved(vtkObject*, unsigned long, void*) { on_change_(box().cast<float>()); }
 
 }  // namespace fuse_flow::viewing

@@ -27,6 +27,7 @@ class CropBox {
   void setColor(double r, double g, double b);
   void hide();
   bool visible() { return widget_->GetEnabled() != 0; }
+  Eigen::AlignedBox3d box();
 
  private:
   void moved(vtkObject* widget, unsigned long event, void* data);

@@ -16,6 +16,7 @@ namespace {
 
 constexpr float kDepth = 0.25f;  // metres: of the drawn frusta
 constexpr int kNameSize = 13;    // points
+constexpr float kDots = 6;       // pixels, where frusta are drawn as dots
 
 bool same(const std::vector<Camera>& a, const std::vector<Camera>& b) {
   return std::equal(a.begin(), a.end(), b.begin(), b.end(),
@@ -75,6 +76,7 @@ Frusta::Frusta(Panes& panes)
   lines_mapper_->SetInputData(frustumLines({}, kDepth));
   lines_->SetMapper(lines_mapper_);
   lines_->GetProperty()->SetLighting(false);
+  lines_->GetProperty()->SetPointSize(kDots);
   lines_->PickableOff();
   for (std::size_t k = 0; k < kPanes; ++k) panes_.renderer(k)->AddViewProp(lines_);
 }

@@ -18,7 +18,7 @@ constexpr int kNamePlace = 6;          // pixels, from an image's border
 constexpr int kLegendWidth = 130;      // pixels
 constexpr double kLegendShare = 0.35;  // of the window's height
 constexpr int kSmallestText = 6;       // pixels
-constexpr int kTitles = 72;            // pixels above the strip: over the timeline
+constexpr int kTitles = 72;            // pixels above the strip: over the timeline and its label
 constexpr double kStripShare = 0.2;    // of the window's height, at most
 
 vtkSmartPointer<vtkImageData> toImageData(const io::ColorImage& image) {

@@ -42,6 +42,7 @@ class Overlay {
   void setImages(const std::vector<io::ColorImage>& thumbnails, const std::vector<std::string>& names);
   vtkTextActor* imageName(std::size_t camera) { return image_names_[camera]; }
 
+  void showMessage(bool visible) { message_->SetVisibility(visible); }
   void showStatus(bool visible) { status_->SetVisibility(visible); }
   void showLegend(bool visible) { legend_visible_ = visible; }
   void showImages(bool visible);

@@ -3,13 +3,14 @@
 #include "viewer/point_data.h"
 
 #include <vtkActor2D.h>
-#include <vtkActorCollection.h>
+#include <vtkBillboardTextActor3D.h>
 #include <vtkBoundingBox.h>
 #include <vtkCoordinate.h>
 #include <vtkLineSource.h>
 #include <vtkMath.h>
 #include <vtkNew.h>
 #include <vtkPolyDataMapper2D.h>
+#include <vtkPropCollection.h>
 #include <vtkProperty2D.h>
 #include <vtkRendererCollection.h>
 
@@ -236,11 +237,16 @@ void Panes::setPointSize(double pixels) {
 
 void Panes::setForm(Form form) {
   const int representation = form == Form::Points ? VTK_POINTS : form == Form::Lines ? VTK_WIREFRAME : VTK_SURFACE;
+  vtkNew<vtkPropCollection> parts;
   for (const auto& renderer : renderers_) {
-    vtkActorCollection* actors = renderer->GetActors();
-    actors->InitTraversal();
-    while (vtkActor* actor = actors->GetNextActor()) actor->GetProperty()->SetRepresentation(representation);
+    vtkPropCollection* props = renderer->GetViewProps();
+    props->InitTraversal();
+    while (vtkProp* prop = props->GetNextProp())
+      if (!vtkBillboardTextActor3D::SafeDownCast(prop)) prop->GetActors(parts);  // a name is to be read
   }
+  parts->InitTraversal();
+  while (vtkProp* part = parts->GetNextProp())
+    if (vtkActor* actor = vtkActor::SafeDownCast(part)) actor->GetProperty()->SetRepresentation(representation);
 }
 
 void Panes::setBackground(double r, double g, double b) { window_.visualizer().setBackgroundColor(r, g, b, 0); }

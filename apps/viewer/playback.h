@@ -36,6 +36,8 @@ class Playback {
   bool playing() const { return playing_; }
   bool loop() const { return loop_; }
   double speed() const { return speed_; }
+  /** \brief At speed 1. */
+  double framesPerSecond() const { return frames_per_second_; }
 
  private:
   double last() const { return static_cast<double>(*frames_ - 1); }

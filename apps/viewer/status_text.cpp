@@ -26,6 +26,12 @@ std::string millimetres(double metres) {
   return text.str();
 }
 
+std::string rate(double frames_per_second) {
+  std::ostringstream text;
+  text << std::setprecision(3) << frames_per_second << " frames/s";
+  return text.str();
+}
+
 }  // namespace
 
 std::string refinementText(const RefinedExtrinsics& refined, const std::vector<Camera>& cameras) {
@@ -51,7 +57,7 @@ std::string cloudText(const FusedCloud& cloud) {
   if (!cloud.why_empty.empty()) text << ", " << cloud.why_empty;
   if (cloud.truth_distance && !cloud.cloud->empty()) text << ", " << millimetres(*cloud.truth_distance) << " off truth";
   if (cloud.quality && !cloud.cloud->empty())
-    text << ", E_MC " << millimetres(cloud.quality->error) << " (2+ views "
+    text << (cloud.truth_distance ? "; beside the noisy depth" : ",") << " E_MC " << millimetres(cloud.quality->error) << " (2+ views "
          << millimetres(cloud.quality->multi_view_error) << "), covers " << 100 * cloud.quality->coverage() << " %";
   const FrameStatistics& s = cloud.statistics;
   text << "\n  total " << s.total_ms << " ms";
@@ -67,7 +73,8 @@ std::string statusText(const Playback& playback, const Rates& rates, const Fused
   std::ostringstream text = fixedPoint(1);
   text << (playback.frames() ? frameName(shown.frame, *playback.frames()) : frameName(shown.frame));
   text << (playback.playing() ? ", playing" : ", paused") << " at " << std::setprecision(playback.speed() < 1 ? 3 : 1)
-       << playback.speed() << "x" << (playback.loop() ? ", looping" : "") << std::setprecision(1)
+       << playback.speed() << "x (" << rate(playback.speed() * playback.framesPerSecond()) << ")"
+       << (playback.loop() && playback.frames() ? ", looping" : "") << std::setprecision(1)
        << (awaited ? "; the next picture is being fused ..." : "") << "\n";
   if (rates.pictures > 0)
     text << (playback.playing() ? "" : "played at ") << rates.clouds << " clouds/s, " << rates.pictures

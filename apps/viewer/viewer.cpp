@@ -207,7 +207,7 @@ void Viewer::arrange() {
   updateHeadings();
   overlay_.arrange(panes_, sliders_.visible() ? sliders_.takenWidth() : 0);
   sliders_.arrange(overlay_.aboveTitles());
-  timeline_.arrange(overlay_.aboveImages() + 34);
+  timeline_.arrange(overlay_.aboveImages() + 18);
   redraw();
 }
 
@@ -222,7 +222,10 @@ void Viewer::updateHeadings() {
   for (std::size_t k = 0; k < kPanes; ++k) {
     const std::shared_ptr<const FusedCloud>& cloud = panes_.cloud(k);
     const bool drawn = shown_ && cloud && (k == 0 || panes_.comparing());
-    overlay_.setTitle(k, drawn ? headingOf(*cloud, shown_->color_by, panes_.comparing()) : "");
+    const bool awaited = shown_ && !cloud && k == 1 && controls_.comparison();
+    overlay_.setTitle(k, drawn     ? headingOf(*cloud, shown_->color_by, panes_.comparing())
+                         : awaited ? controls_.comparison()->title + ": being fused ..."
+                                   : "");
   }
 }
 

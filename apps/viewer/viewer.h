@@ -101,6 +101,7 @@ class Viewer {
   ///@{
   /** \brief What the keys do. */
   void changeSpeed(double factor);
+  void seekEnd();
   void toggle(Component component);
   void resetParameters();
   void toggleRefinement();
@@ -137,6 +138,8 @@ class Viewer {
 
   /** \brief Draws the window as it now is. */
   void render();
+  /** \brief Draws it for a picture to keep, and takes that. */
+  void withoutMessage(const std::function<void()>& take_picture);
   /** \brief The next tick() draws the window. */
   void redraw() { dirty_ = outdated_ = true; }
   /** \brief Says something in the overlay. */

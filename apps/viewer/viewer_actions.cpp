@@ -23,6 +23,11 @@ std::string fileNameOf(std::string title) {
 
 void Viewer::changeSpeed(double factor) { playback_.setSpeed(factor * playback_.speed()); }
 
+void Viewer::seekEnd() {
+  if (!playback_.frames()) return say("simulated cameras have no last frame");
+  playback_.seekEnd();
+}
+
 void Viewer::changeParameters(const std::function<void(FuseFlowParameters&)>& apply) {
   controls_.change(apply);
   viewMoves();  // a slider is dragged, and each move is drawn
@@ -85,6 +90,7 @@ void Viewer::toggleLayout() {
 void Viewer::colorBy(ColorBy what) {
   if (what == ColorBy::TruthDistance && !knows_truth_) return say("the truth of this recording is not known");
   color_by_ = what;
+  if (what == ColorBy::Normal) say("normal: red along x, green along y, blue along z");
 }
 
 void Viewer::listColors() {
@@ -99,12 +105,16 @@ void Viewer::listColors() {
 void Viewer::toggleLegend() {
   show_legend_ = !show_legend_;
   overlay_.showLegend(show_legend_);
+  const bool has_legend = color_by_ != ColorBy::Rgb && color_by_ != ColorBy::Normal;
+  say(!show_legend_ ? "legend off" : has_legend ? "legend on" : "legend on; of these colours there is none");
   arrange();
 }
 
 void Viewer::resetView() {
   if (!shown_ || !shown_->clouds[0]) return;
   Viewpoint view = startViewpoint(*shown_->clouds[0]->cloud, shown_->cameras);
+  if (crop_box_.visible()) view = lookingAtAllOf(crop_box_.box(), view);
+  if (!options_.from.empty() || !options_.at.empty()) view.angle = Viewpoint().angle;
   const auto given = [](const std::vector<double>& v, Eigen::Vector3d& place) {
     if (v.size() == 3) place = Eigen::Vector3d(v[0], v[1], v[2]);
   };
@@ -115,7 +125,7 @@ void Viewer::resetView() {
   camera->SetPosition(view.from.data());
   camera->SetFocalPoint(view.at.data());
   camera->SetViewUp(view.up.data());
-  camera->SetViewAngle(30 / options_.zoom);
+  camera->SetViewAngle(view.angle / options_.zoom);
   panes_.fitClippingRange();
   redraw();
 }
@@ -214,12 +224,15 @@ void Viewer::markCursor() {
 
 void Viewer::clearMarks() {
   probe_.clear();
+  selecting_ = false;
+  say("");
   probeCursor();
 }
 
 void Viewer::toggleSelecting() {
   selecting_ = !selecting_;
-  say(selecting_ ? "the left button drags a rectangle; x: it turns the view again" : "the left button turns the view");
+  if (!selecting_) say("the left button turns the view");
+  probeCursor();
 }
 
 std::string Viewer::unusedPath(const std::string& stem, const std::string& extension) const {
@@ -246,7 +259,7 @@ void Viewer::exportClouds() {
 
 void Viewer::exportScreenshot() {
   const std::string path = unusedPath("screenshot", ".png");
-  writeScreenshot(path, window_.renderWindow());
+  withoutMessage([&] { writeScreenshot(path, window_.renderWindow()); });
   const std::string camera = fs::path(path).replace_extension(".cam").string();
   if (!window_.style()->saveCameraParameters(camera)) throw io::OutputError(camera + ": cannot be written");
   say("wrote " + path);
@@ -254,7 +267,9 @@ void Viewer::exportScreenshot() {
 
 void Viewer::toggleOrbit() {
   if (orbit_) {
+    orbit_->goBack(panes_.camera());
     orbit_.reset();
+    panes_.fitClippingRange();
     return say("the film ends here");
   }
   const std::string path = unusedPath("film", options_.film_format == "ogv" ? ".ogv" : "");
@@ -270,14 +285,27 @@ void Viewer::film(const std::string& path) {
   }
 }
 
+/** \brief What is said in passing is for whoever sits before the window. */
+void Viewer::withoutMessage(const std::function<void()>& take_picture) {
+  struct Shown {
+    Viewer& viewer;
+    ~Shown() {
+      viewer.overlay_.showMessage(true);
+      viewer.dirty_ = true;
+    }
+  } const again{*this};
+  overlay_.showMessage(false);
+  render();
+  take_picture();
+}
+
 /** \brief A film shows each frame as long as the recording does, however long it takes to fuse. */
 void Viewer::stepOrbit() {
   if (answered_ != posted_->number) return;
   panes_.setCoarse(false);
   refine_in_ = -1;
-  render();
   try {
-    orbit_->step(window_.renderWindow(), panes_.camera());
+    withoutMessage([&] { orbit_->step(window_.renderWindow(), panes_.camera()); });
   } catch (const std::exception&) {
     orbit_.reset();
     throw;

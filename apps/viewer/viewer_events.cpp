@@ -142,6 +142,7 @@ void Viewer::updateReadout(const std::optional<PickedPoint>& point) {
   } else if (probe_.marks() == 1) {
     marked = "marked: one point; a second one tells their distance";
   }
+  if (selecting_) marked += std::string(marked.empty() ? "" : "\n") + "x: the left button drags a rectangle";
   if (!marked.empty()) text += (text.empty() ? "" : "\n") + marked;
   if (text == overlay_.readout()) return;
   overlay_.setReadout(text);

@@ -8,7 +8,10 @@ namespace {
 
 constexpr double kAside = 0.45;    // radians, from the first camera's direction …
 constexpr double kAbove = 0.25;    // … and upwards: the parallax shows that it is no photograph
-constexpr double kDistance = 2.2;  // radii of the cloud
+constexpr double kDistance = 2.2;  // radii of the cloud, for all of it …
+constexpr double kShown = 0.6;     // … of which the view then has that much to either side
+constexpr double kWithin = 0.5;    // radii: a camera nearer to the middle than that stands within the cloud
+constexpr double kWidest = 65;     // degrees
 
 /** \brief Of each coordinate, which a few far-off points do not move as they move the mean. */
 Eigen::Vector3d median(const Cloud& cloud) {
@@ -49,8 +52,21 @@ Viewpoint startViewpoint(const Cloud& cloud, const std::vector<Camera>& cameras)
   level.normalize();
   const Eigen::Vector3d aside = Eigen::AngleAxisd(kAside, view.up) * level;
   const Eigen::Vector3d direction = std::cos(kAbove) * aside + std::sin(kAbove) * view.up;
-  view.from = view.at + kDistance * radiusAround(view.at, cloud) * direction;
+  const double radius = radiusAround(view.at, cloud);
+  double distance = kDistance * radius;
+  const double reach = towards.norm();
+  if (!cameras.empty() && reach > kWithin * radius) distance = std::min(distance, reach);  // else it looks outwards
+  view.from = view.at + distance * direction;
+  view.angle = std::clamp(2 * std::atan(kShown * radius / distance) * 180 / M_PI, view.angle, kWidest);
   return view;
+}
+
+Viewpoint lookingAtAllOf(const Eigen::AlignedBox3d& box, const Viewpoint& view) {
+  const double half = view.angle / 2 * M_PI / 180;
+  Viewpoint result = view;
+  result.at = box.center();
+  result.from = result.at + box.diagonal().norm() / 2 / std::sin(half) * (view.from - view.at).normalized();
+  return result;
 }
 
 }  // namespace fuse_flow::viewing

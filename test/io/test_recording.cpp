@@ -170,6 +170,8 @@ TEST_F(Recording, WhatIsNoRecordingIsNamedWithWhatIs) {
   write("notes.txt", "");
   EXPECT_TRUE(names(folder_.string(), "is not a recording"));
   EXPECT_TRUE(names(path("notes.txt"), "is not a recording"));
+  write("cloud.ply", "ply\n");
+  EXPECT_TRUE(names(path("cloud.ply"), "is a cloud, which pcl_viewer shows"));
   EXPECT_TRUE(refuses([&] { io::openRecording({}); }, {"no input was given"}));
 }
 

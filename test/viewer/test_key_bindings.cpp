@@ -123,6 +123,7 @@ TEST_P(EveryKey, DoesSomething) {
   if (GetParam() == "ctrl+r") viewer_->window().pressKey("ctrl+s");
   if (GetParam() == "w" || GetParam() == "s") viewer_->window().pressKey("p");
   if (GetParam() == "ctrl+r" || GetParam() == "r") viewer_->panes().camera()->Azimuth(40);
+  viewer_->panes().camera()->SetViewAngle(110);  // the cameras, too
   viewer_->settle();
   const std::string before = state();
   testing::internal::CaptureStderr();

@@ -69,6 +69,49 @@ TEST(Viewpoint, LooksAtTheCloudFromTheCamerasSideAndUprightAsTheyAre) {
   EXPECT_LT((view.from - view.at).norm(), 3);
 }
 
+/** \brief A room 8 m wide, seen from cameras within it. */
+TEST(Viewpoint, IsNotBehindTheWallsThatTheCamerasStandWithin) {
+  Cloud room;
+  for (int k = 0; k < 3600; ++k) {
+    const double angle = k * M_PI / 1800;
+    PointFused p;
+    p.x = static_cast<float>(4 * std::cos(angle));
+    p.y = static_cast<float>(4 * std::sin(angle));
+    p.z = 0.001f * static_cast<float>(k % 1000);
+    room.push_back(p);
+  }
+  const auto cameraAt = [](double x) {
+    Camera camera = WallSource::camera(0);
+    camera.T_world_camera.linear() << 0, 0, -1, -1, 0, 0, 0, -1, 0;  // looks along -x, upright
+    camera.T_world_camera.translation() << x, 0, 1;
+    return camera;
+  };
+  const Viewpoint within = startViewpoint(room, {cameraAt(3), cameraAt(-3)});
+  EXPECT_LT((within.from - within.at).norm(), 3.2);
+  EXPECT_GT(within.angle, 50);
+  const Viewpoint outwards = startViewpoint(room, {cameraAt(0.3)});
+  EXPECT_GT((outwards.from - outwards.at).norm(), 8) << "there is no place from which one sees more";
+  EXPECT_NEAR(outwards.angle, 30, 2);
+}
+
+TEST(Viewpoint, ShowsAllOfABox) {
+  Viewpoint view;
+  view.from = {5, 0, 3};
+  view.angle = 50;
+  const Eigen::AlignedBox3d box(Eigen::Vector3d(-1, 2, 0), Eigen::Vector3d(1, 3, 0.5));
+  const Viewpoint closer = lookingAtAllOf(box, view);
+  EXPECT_TRUE(closer.at.isApprox(box.center()));
+  const Eigen::Vector3d towards = (closer.at - closer.from).normalized();
+  EXPECT_TRUE(towards.isApprox((view.at - view.from).normalized()));
+  double widest = 0;
+  for (int k = 0; k < 8; ++k) {
+    const Eigen::Vector3d to = box.corner(static_cast<Eigen::AlignedBox3d::CornerType>(k)) - closer.from;
+    widest = std::max(widest, std::acos(to.normalized().dot(towards)) * 180 / M_PI);
+  }
+  EXPECT_LT(widest, 25);
+  EXPECT_GT(widest, 15);
+}
+
 TEST(Viewpoint, ExistsForAnEmptyCloudAndNoCamera) { EXPECT_TRUE(startViewpoint(Cloud(), {}).from.allFinite()); }
 
 TEST(StatusText, SaysWhatIsShown) {
@@ -97,14 +140,14 @@ TEST(StatusText, SaysWhatIsShown) {
   frame.clouds[0] = cloud;
   const std::string text = statusText(playback, {2.5, 40}, frame, false);
   for (const char* words :
-       {"frame 8 of 12 (000007), playing at 0.500x, looping", "2.5 clouds/s, 40.0 pictures/s, reading 12.3 ms",
+       {"frame 8 of 12 (000007), playing at 0.500x (15 frames/s), looping", "2.5 clouds/s, 40.0 pictures/s, reading 12.3 ms",
         "1 MF on  2 DC OFF  3 SA on", "FUSE-Flow: 85 points, E_MC 4.1 mm (2+ views -), covers 75.0 %",
         "total 40.0 ms = prepare 1.0, generate 2.0, merge 3.0, fuse 30.0, output 4.0"})
     EXPECT_NE(text.find(words), std::string::npos) << "'" << words << "' is not in\n" << text;
   EXPECT_NE(text.find("0 poses given"), std::string::npos) << text;
   EXPECT_EQ(text.find("off truth"), std::string::npos) << "nobody said what is true";
   cloud->truth_distance = 0.0025;
-  EXPECT_NE(cloudText(*cloud).find("85 points, 2.5 mm off truth, E_MC"), std::string::npos) << cloudText(*cloud);
+  EXPECT_NE(cloudText(*cloud).find("85 points, 2.5 mm off truth; beside the noisy depth E_MC"), std::string::npos) << cloudText(*cloud);
   EXPECT_EQ(text.find("being fused"), std::string::npos);
   playback.pause();
   const std::string standing = statusText(playback, {2.5, 40}, frame, true);

@@ -2,7 +2,10 @@
 #include "viewer_fixture.h"
 
 #include <vtkBillboardTextActor3D.h>
+#include <vtkNew.h>
+#include <vtkPolyData.h>
 #include <vtkPropCollection.h>
+#include <vtkProperty.h>
 #include <vtkTextProperty.h>
 
 #include <map>
@@ -210,6 +213,35 @@ TEST_F(ViewerWindow, EachCameraHasItsNameInTheWorldAndOverItsImage) {
   EXPECT_EQ(names, (std::vector<std::string>{"left", "right"}));
   EXPECT_STREQ(viewer_->overlay().imageName(0)->GetInput(), "left");
   EXPECT_STREQ(viewer_->overlay().imageName(1)->GetInput(), "right");
+}
+
+TEST_F(ViewerWindow, CamerasAsDotsAndLinesAreSeenAndTheirNamesStayReadable) {
+  openWall();
+  for (const auto& [key, form] :
+       std::map<std::string, int>{{"p", VTK_POINTS}, {"w", VTK_WIREFRAME}, {"s", VTK_SURFACE}}) {
+    press(key);
+    int names = 0, frusta = 0;
+    vtkPropCollection* props = viewer_->panes().renderer(0)->GetViewProps();
+    props->InitTraversal();
+    while (vtkProp* prop = props->GetNextProp()) {
+      vtkNew<vtkPropCollection> parts;
+      prop->GetActors(parts);
+      parts->InitTraversal();
+      while (auto* actor = vtkActor::SafeDownCast(parts->GetNextProp())) {
+        auto* lines = vtkPolyData::SafeDownCast(actor->GetMapper() ? actor->GetMapper()->GetInput() : nullptr);
+        if (vtkBillboardTextActor3D::SafeDownCast(prop)) {
+          ++names;
+          EXPECT_EQ(actor->GetProperty()->GetRepresentation(), VTK_SURFACE) << key;
+        } else if (lines && lines->GetNumberOfLines() == 2 * 8) {
+          ++frusta;
+          EXPECT_EQ(actor->GetProperty()->GetRepresentation(), form) << key;
+          EXPECT_GT(actor->GetProperty()->GetPointSize(), 3);
+        }
+      }
+    }
+    EXPECT_EQ(names, 2);
+    EXPECT_EQ(frusta, 1);
+  }
 }
 
 TEST_F(ViewerWindow, NoWallHidesTheNamesOfTheCamerasBehindIt) {

@@ -272,6 +272,7 @@ TEST_F(ViewerProgram, TheHelpOfItsCommandLineIsInWords) {
 TEST_F(ViewerProgram, AnOptionThatCannotBeUsedIsNamed) {
   expectError(view({"--start", "4"}), 2, {"--start", "4"});
   expectError(view({"--press", "space,F12"}), 2, {"--press", "F12"});
+  expectError(view({"--color-by", "heat"}), 2, {"--color-by", "'heat'", "must be one of camera,confidence,"});
   expectError(view({"--color-by", "truth"}), 2, {"--color-by truth", "not known"});
   expectError(view({"--press", "3:x"}), 2, {"--press", "3:x"});
   expectError(view({"--screenshot", path("shot.png")}), 2, {"--offscreen"});

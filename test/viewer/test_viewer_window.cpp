@@ -266,6 +266,13 @@ TEST_F(ViewerWindow, DraggingAHandleOfTheCropBoxCropsTheCloud) {
   ASSERT_TRUE(crop) << "the handle on top of the box was not met";
   EXPECT_LT(crop->max().z(), box.max().z() - 0.2f * box.sizes().z());
   for (const PointFused& p : *viewer_->panes().cloud(0)->cloud) EXPECT_LE(p.z, crop->max().z() + 0.03f);
+  press("r");
+  for (int axis = 0; axis < 3; ++axis)
+    for (const float side : {-0.5f, 0.5f}) {
+      const std::array<int, 2> handle =
+          drawnAt((crop->center() + side * crop->sizes()[axis] * Eigen::Vector3f::Unit(axis)).cast<double>());
+      EXPECT_TRUE(handle[0] > 0 && handle[0] < kWidth && handle[1] > 0 && handle[1] < kHeight) << axis;
+    }
   press("b");
   EXPECT_FALSE(viewer_->controls().parameters().crop_box);
 }
@@ -360,9 +367,15 @@ TEST_F(ViewerWindow, ADraggedRectangleTellsWhatIsInIt) {
   }
   EXPECT_NEAR(points, expected, 0.03 * expected) << "but for the rectangle's border";
   EXPECT_EQ(Eigen::Vector3d(viewer_->panes().camera()->GetPosition()), before);
-  press("x");
-  drag(100, 100, 300, 200);
-  EXPECT_GT((Eigen::Vector3d(viewer_->panes().camera()->GetPosition()) - before).norm(), 0.1) << "it turns again";
+  EXPECT_NE(viewer_->overlay().readout().find("x: the left button drags a rectangle"), std::string::npos);
+  for (const std::string key : {"x", "Escape"}) {
+    press("x");
+    if (key == "Escape") press(key);
+    EXPECT_EQ(viewer_->overlay().readout().find("rectangle"), std::string::npos) << key;
+    drag(100, 100, 300, 200);
+    EXPECT_GT((Eigen::Vector3d(viewer_->panes().camera()->GetPosition()) - before).norm(), 0.1) << "it turns again";
+    viewer_->panes().camera()->SetPosition(before.data());
+  }
 }
 
 TEST_F(ViewerWindow, AltRGoesToTheCamerasOfTheRigOneAfterAnother) {
@@ -449,7 +462,7 @@ TEST_F(ViewerWindow, TitlesAndFiguresAreOfWhatIsShownNotOfWhatIsAskedFor) {
   const auto title = [this](std::size_t pane) { return std::string(viewer_->overlay().title(pane)->GetInput()); };
   viewer_->window().pressKey("v");
   EXPECT_EQ(title(0), "FUSE-Flow");
-  EXPECT_EQ(title(1), "") << "there is no cloud yet";
+  EXPECT_EQ(title(1), "concatenated: being fused ...");
   viewer_->settle();
   EXPECT_EQ(title(1), "concatenated");
   viewer_->window().pressKey("v");
@@ -464,6 +477,17 @@ TEST_F(ViewerWindow, TitlesAndFiguresAreOfWhatIsShownNotOfWhatIsAskedFor) {
   EXPECT_NE(viewer_->overlay().status().find("1 MF OFF"), std::string::npos) << viewer_->overlay().status();
   EXPECT_EQ(viewer_->overlay().status().rfind("frame 2 of 20", 0), 0u) << viewer_->overlay().status();
   EXPECT_EQ(viewer_->overlay().status().find("being fused"), std::string::npos) << viewer_->overlay().status();
+}
+
+TEST_F(ViewerWindow, KeysThatCanDoNothingHereSaySo) {
+  openTable();
+  press("End");
+  EXPECT_EQ(viewer_->message(), "simulated cameras have no last frame");
+  EXPECT_EQ(viewer_->overlay().status().find("looping"), std::string::npos);
+  for (const std::string said : {"legend off", "legend on; of these colours there is none"}) {
+    press("u");
+    EXPECT_EQ(viewer_->message(), said);
+  }
 }
 
 TEST_F(ViewerWindow, WhatLeavesNoPointIsSaid) {
@@ -599,9 +623,23 @@ TEST_F(ViewerWindow, AScreenshotIsWhatTheWindowShowsAndOverwritesNothing) {
   io::ColorImage written;
   io::readColor((folder_ / "screenshot_000.png").string(), written);
   EXPECT_EQ(difference(written, shown), 0);
+  EXPECT_EQ(viewer_->message(), "wrote " + (folder_ / "screenshot_001.png").string());
+  io::readColor((folder_ / "screenshot_001.png").string(), written);
+  EXPECT_EQ(difference(written, shown), 0) << "what was said of the first one is not in the second one";
+  EXPECT_GT(difference(picture(), shown), 0) << "but in the window";
   writeScreenshot((folder_ / "shot.jpg").string(), viewer_->window().renderWindow());
   io::readColor((folder_ / "shot.jpg").string(), written);
   EXPECT_EQ(written.width, kWidth);
+}
+
+TEST_F(ViewerWindow, WrittenCloudsMayBeReadByWhoeverMayReadFilesOfThisUser) {
+  openWall();
+  const auto rights = [&](const std::string& name) { return fs::status(folder_ / name).permissions(); };
+  std::ofstream(folder_ / "any");
+  for (const std::string& format : cloudFormats()) {
+    writeShownCloud((folder_ / ("cloud." + format)).string(), *viewer_->shown()->clouds[0]->cloud);
+    EXPECT_EQ(rights("cloud." + format), rights("any")) << format;
+  }
 }
 
 TEST_F(ViewerWindow, AnExportThatCannotBeWrittenIsSaidInTheWindow) {
@@ -643,6 +681,23 @@ TEST_F(ViewerWindow, TheKeyOfFilmsMakesNumberedPicturesWhereTheyAreAskedFor) {
   }
   EXPECT_FALSE(viewer_->filming());
   EXPECT_TRUE(fs::exists(folder_ / "film_000" / "000003.png"));
+  io::ColorImage written;
+  io::readColor((folder_ / "film_000" / "000000.png").string(), written);
+  viewer_->say("");
+  EXPECT_EQ(difference(written, picture()), 0) << "the film's name is not in it";
+}
+
+TEST_F(ViewerWindow, AFilmThatIsStoppedLeavesTheCameraWhereItWas) {
+  options_.film_format = "png";
+  openWall();
+  const Eigen::Vector3d start(viewer_->panes().camera()->GetPosition());
+  viewer_->window().pressKey("ctrl+p");
+  viewer_->settle();
+  viewer_->tick(0);
+  EXPECT_GT((Eigen::Vector3d(viewer_->panes().camera()->GetPosition()) - start).norm(), 0.1);
+  press("ctrl+p");
+  EXPECT_FALSE(viewer_->filming());
+  EXPECT_NEAR((Eigen::Vector3d(viewer_->panes().camera()->GetPosition()) - start).norm(), 0, 1e-6);
 }
 
 TEST_F(ViewerWindow, TruthIsShownWhereItIsKnownElseThatIsSaid) {
