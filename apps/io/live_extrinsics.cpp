@@ -14,7 +14,9 @@ constexpr double kDeviation = 0.005;  // metres: of poses that one frame told
 
 void LiveExtrinsics::place(RigFrame& frame) {
   if (!tracking_) {
-    const std::unique_ptr<PoseEstimation> estimation = makePoseEstimation(device_);
+    ExtrinsicParameters parameters;
+    parameters.gauge = Gauge::Mean;  // no camera's pose was given better than the others'
+    const std::unique_ptr<PoseEstimation> estimation = makePoseEstimation(device_, parameters);
     estimation->addFrame(frame);
     std::vector<Eigen::Isometry3d> given;
     for (const Camera& camera : frame.cameras) given.push_back(camera.T_world_camera);
