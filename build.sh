@@ -83,7 +83,7 @@ step() {
 # person who walks through a room. The same bytes on every machine.
 simulate_demo() {
   rm -rf "$1"
-  build/bin/fuse_flow_simulate --scene person --rig ring-4 --sensor structured_light --frames 4 --fps 3 \
+  build/bin/fuse_flow_simulate --scene person --rig ring-4 --sensor structured_light --frames 8 --fps 5 \
     --position-error 2 --rotation-error 0.1 -o "$1"
 }
 
@@ -105,7 +105,7 @@ demo() {
       fuse_demo "$recording" "$out/$method" "$method"
   done
   step "$out/fused_beside_concatenated.png" "$bin/fuse_flow_picture" "$out/concatenate.log" "$out/fuse_flow.log" -- \
-    with_display "$bin/fuse_flow_picture" "$out/concatenate/000003.ply" "$out/fuse_flow/000003.ply" \
+    with_display "$bin/fuse_flow_picture" "$out/concatenate/000005.ply" "$out/fuse_flow/000005.ply" \
     -o "$out/fused_beside_concatenated.png" --from 2.2 -1.3 1.9 --at -0.2 0.1 0.8 --zoom 0.62 --point-size 5
   echo
   step "$out/errors.png" "$bin/fuse_flow_evaluate" "${logs[@]}" -- \
@@ -127,7 +127,7 @@ screenshots() {
   mkdir -p build/demo
   step "$recording" build/bin/fuse_flow_simulate -- simulate_demo "$recording"
   shot() {  # shot NAME ZOOM OPTION…
-    with_display build/bin/fuse_flow_viewer "$recording" --device cpu --paused --start 3 --width 1000 --height 600 \
+    with_display build/bin/fuse_flow_viewer "$recording" --device cpu --paused --start 5 --width 1000 --height 600 \
       --point-size 3 --from -2.3 -1.9 1.9 --at 0 0 0.9 --up 0 0 1 --zoom "$2" --press i "${@:3}" \
       --offscreen --screenshot "doc/images/viewer_$1.jpg"
     echo "doc/images/viewer_$1.jpg"

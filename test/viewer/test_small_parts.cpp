@@ -147,7 +147,7 @@ TEST(StatusText, SaysWhatIsShown) {
   EXPECT_NE(text.find("0 poses given"), std::string::npos) << text;
   EXPECT_EQ(text.find("off truth"), std::string::npos) << "nobody said what is true";
   cloud->truth_distance = 0.0025;
-  EXPECT_NE(cloudText(*cloud).find("85 points, 2.5 mm off truth; beside the noisy depth E_MC"), std::string::npos) << cloudText(*cloud);
+  EXPECT_NE(cloudText(*cloud).find("85 points, 2.5 mm off truth; off noisy depth: E_MC"), std::string::npos) << cloudText(*cloud);
   EXPECT_EQ(text.find("being fused"), std::string::npos);
   playback.pause();
   const std::string standing = statusText(playback, {2.5, 40}, frame, true);
