@@ -57,8 +57,9 @@ std::string cloudText(const FusedCloud& cloud) {
   if (!cloud.why_empty.empty()) text << ", " << cloud.why_empty;
   if (cloud.truth_distance && !cloud.cloud->empty()) text << ", " << millimetres(*cloud.truth_distance) << " off truth";
   if (cloud.quality && !cloud.cloud->empty())
-    text << (cloud.truth_distance ? "; off noisy depth:" : ",") << " E_MC " << millimetres(cloud.quality->error) << " (2+ views "
-         << millimetres(cloud.quality->multi_view_error) << "), covers " << 100 * cloud.quality->coverage() << " %";
+    text << (cloud.truth_distance ? "; off noisy depth:" : ",") << " E_MC " << millimetres(cloud.quality->error)
+         << " (2+ views " << millimetres(cloud.quality->multi_view_error) << "), covers "
+         << 100 * cloud.quality->coverage() << " %";
   const FrameStatistics& s = cloud.statistics;
   text << "\n  total " << s.total_ms << " ms";
   if (cloud.setting->method != "fuse_flow")

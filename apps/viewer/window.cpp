@@ -26,6 +26,9 @@ Window::Window(const std::string& title, int width, int height, bool offscreen)
   style_->UseTimersOff();
 }
 
+/** \brief PCL's style holds the window, which holds the interactor, which holds the style: none of them would ever go. */
+Window::~Window() { interactor_->SetInteractorStyle(nullptr); }
+
 void Window::pressKey(const std::string& key) {
   const bool ctrl = key.rfind("ctrl+", 0) == 0, alt = key.rfind("alt+", 0) == 0;
   const std::string name = key.substr(ctrl ? 5 : alt ? 4 : 0);

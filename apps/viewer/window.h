@@ -20,6 +20,9 @@ class Window {
  public:
   /** \brief \param offscreen without a window and without events from outside; the display must exist all the same */
   Window(const std::string& title, int width, int height, bool offscreen);
+  ~Window();
+  Window(const Window&) = delete;
+  Window& operator=(const Window&) = delete;
 
   pcl::visualization::PCLVisualizer& visualizer() { return *visualizer_; }
   vtkRenderWindow* renderWindow() { return visualizer_->getRenderWindow(); }

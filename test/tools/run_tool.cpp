@@ -48,6 +48,8 @@ Channel makeTerminal() {
     const rlimit no_core{0, 0};
     setrlimit(RLIMIT_CORE, &no_core);
   }
+  // Whoever started the tests in the background, or with nohup, has had them ignored.
+  for (const int number : {SIGINT, SIGQUIT, SIGHUP}) signal(number, SIG_DFL);
   execv(path, arguments);
   _exit(127);
 }

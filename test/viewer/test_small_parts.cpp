@@ -139,15 +139,16 @@ TEST(StatusText, SaysWhatIsShown) {
   cloud->quality->covered_pixels = 3;
   frame.clouds[0] = cloud;
   const std::string text = statusText(playback, {2.5, 40}, frame, false);
-  for (const char* words :
-       {"frame 8 of 12 (000007), playing at 0.500x (15 frames/s), looping", "2.5 clouds/s, 40.0 pictures/s, reading 12.3 ms",
-        "1 MF on  2 DC OFF  3 SA on", "FUSE-Flow: 85 points, E_MC 4.1 mm (2+ views -), covers 75.0 %",
-        "total 40.0 ms = prepare 1.0, generate 2.0, merge 3.0, fuse 30.0, output 4.0"})
+  for (const char* words : {"frame 8 of 12 (000007), playing at 0.500x (15 frames/s), looping",
+                            "2.5 clouds/s, 40.0 pictures/s, reading 12.3 ms", "1 MF on  2 DC OFF  3 SA on",
+                            "FUSE-Flow: 85 points, E_MC 4.1 mm (2+ views -), covers 75.0 %",
+                            "total 40.0 ms = prepare 1.0, generate 2.0, merge 3.0, fuse 30.0, output 4.0"})
     EXPECT_NE(text.find(words), std::string::npos) << "'" << words << "' is not in\n" << text;
   EXPECT_NE(text.find("0 poses given"), std::string::npos) << text;
   EXPECT_EQ(text.find("off truth"), std::string::npos) << "nobody said what is true";
   cloud->truth_distance = 0.0025;
-  EXPECT_NE(cloudText(*cloud).find("85 points, 2.5 mm off truth; off noisy depth: E_MC"), std::string::npos) << cloudText(*cloud);
+  EXPECT_NE(cloudText(*cloud).find("85 points, 2.5 mm off truth; off noisy depth: E_MC"), std::string::npos)
+      << cloudText(*cloud);
   EXPECT_EQ(text.find("being fused"), std::string::npos);
   playback.pause();
   const std::string standing = statusText(playback, {2.5, 40}, frame, true);

@@ -4,6 +4,7 @@
 
 #include <pcl/io/ifs_io.h>
 #include <pcl/io/obj_io.h>
+#include <vtkWeakPointer.h>
 
 namespace viewer_test {
 namespace {
@@ -814,6 +815,21 @@ TEST_F(ViewerWindow, ANewTextOverAPictureOfAllPointsThatIsAbandonedLeavesItAsItI
   EXPECT_FALSE(viewer_->panes().coarse()) << "all points are in the window";
   viewer_->tick(0.3);
   EXPECT_FALSE(viewer_->panes().coarse());
+}
+
+TEST_F(ViewerWindow, NothingOfItIsLeftWhenTheViewerIsGone) {
+  openWall();
+  press("v");
+  press("b");
+  press("k");
+  const vtkWeakPointer<vtkRenderWindow> window = viewer_->window().renderWindow();
+  const vtkWeakPointer<ViewerStyle> style = viewer_->window().style();
+  const vtkWeakPointer<vtkPolyData> points = viewer_->panes().cloud(1)->slices[0].Get();
+  ASSERT_TRUE(window && style && points);
+  viewer_.reset();
+  EXPECT_FALSE(window);
+  EXPECT_FALSE(style);
+  EXPECT_FALSE(points);
 }
 
 TEST_F(ViewerWindow, ClosingTheWindowEndsTheViewer) {
