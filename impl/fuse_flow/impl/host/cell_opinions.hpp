@@ -1,5 +1,6 @@
 #pragma once
 
+#include <fuse_flow/impl/host/wide_vectors.hpp>
 #include <fuse_flow/math/confidence.h>
 #include <fuse_flow/math/confirmation.h>
 #include <fuse_flow/math/consistency.h>
@@ -50,8 +51,10 @@ class CellOpinions {
    *  \param views points that so many views have said something about ask no more  \param stride of the depth map */
   void locate(const ViewModel& view, std::uint32_t j, const std::uint32_t* camera, int views, int stride) {
     if (view.ideal) {
-      locateIdeal(n_, view.P, view.intrinsics, X_.data(), Y_.data(), Z_.data(), x_.data(), y_.data(), z_.data(),
-                  pixel_.data());
+      inWideVectors([&] {
+        locateIdeal(n_, view.P, view.intrinsics, X_.data(), Y_.data(), Z_.data(), x_.data(), y_.data(), z_.data(),
+                    pixel_.data());
+      });
     } else {
       for (std::size_t k = 0; k < n_; ++k) {
         const bool inside = view.locate({X_[k], Y_[k], Z_[k]}, x_[k], y_[k], z_[k]);
@@ -85,8 +88,10 @@ class CellOpinions {
 
   /** \brief Eq. 5–6, with d along the ray. \param noise_scale of the view; 0: its noise is not known */
   void addAlongRay(const ConsistencyParameters& p, const ConfidenceParameters& noise_model, float noise_scale) {
-    addAlongRay(n_, p, noise_model, noise_scale, z_.data(), depth_.data(), sum_.data(), agreeing_.data(),
-                seeing_through_.data());
+    inWideVectors([&] {
+      addAlongRay(n_, p, noise_model, noise_scale, z_.data(), depth_.data(), sum_.data(), agreeing_.data(),
+                  seeing_through_.data());
+    });
   }
 
   /** \brief The same with any opinion(number of the point, pixel u, pixel v, its depth in the view, measured depth). */
