@@ -216,9 +216,12 @@ int run(const Options& options) {
     if (!options.error_picture.empty()) pictures.push_back(std::move(e.errors));
   }
   if (options.truth)
-    std::cout << "\nAgainst the true surface\n" << simulation::truthHeader(width) << '\n' << truth_table
-              << "E_MC and coverage tell how near a cloud is to what the cameras measured, noise and all, and points as "
-                 "measured are nearest;\nthese figures tell how near it is to the surface.\n";
+    std::cout
+        << "\nAgainst the true surface\n"
+        << simulation::truthHeader(width) << '\n'
+        << truth_table
+        << "E_MC and coverage tell how near a cloud is to what the cameras measured, noise and all, and points as "
+           "measured are nearest;\nthese figures tell how near it is to the surface.\n";
   if (!options.json.empty()) io::writeFile(options.json, io::jsonText(json));
   if (!options.error_picture.empty()) {
     drawing::Viewpoint viewpoint;
@@ -247,7 +250,8 @@ int main(int argc, char** argv) {
   app.add_option("--error-picture", options.error_picture,
                  "with --truth: PNG of the first clouds, blue on the true surface to red 20 mm or more from it")
       ->check(command_line::path());
-  app.add_option("--views", options.recording_options.views, "frames that act as the cameras of one instant; of a rig recording, the cameras to use");
+  app.add_option("--views", options.recording_options.views,
+                 "frames that act as the cameras of one instant; of a rig recording, the cameras to use");
   app.add_option("--slide", options.recording_options.slide, "move those views on by this many frames a frame")
       ->check(command_line::wholeNumber(0, std::numeric_limits<int>::max()));
   app.add_option("--poses", options.recording_options.poses, "rig.json whose poses replace the recording's")

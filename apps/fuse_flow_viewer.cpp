@@ -196,7 +196,8 @@ void addExportOptions(CLI::App& app, Options& options) {
   app.add_option("--film-format", v.film_format, "of the films that the key Ctrl p makes: a video, or a folder of PNGs")
       ->check(CLI::IsMember({"ogv", "png"}))
       ->capture_default_str();
-  app.add_flag("--offscreen", v.offscreen, "no window: write what follows, and end. OpenGL wants a display even so: xvfb-run -a gives one");
+  app.add_flag("--offscreen", v.offscreen,
+               "no window: write what follows, and end. OpenGL wants a display even so: xvfb-run -a gives one");
   app.add_option("--screenshot", options.screenshot, ".png or .jpg file");
   app.add_option("--save-cloud", options.cloud, ".ply, .pcd, .vtk, .ifs or .obj file");
   app.add_option("--orbit", options.orbit, "once around the cloud: a .ogv video, or a folder of numbered PNGs");

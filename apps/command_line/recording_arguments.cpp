@@ -10,7 +10,9 @@ RecordingArguments::RecordingArguments(CLI::App& app) {
   input_ = app.add_option(
       "input", inputs_,
       "a rig recording (folder with rig.json), a 7-Scenes, TUM RGB-D or Redwood folder, or organised PCD files");
-  app.add_option("--views", options_.views, "frames that act as the cameras of one instant: 0,60,120 or A:B:STEP; of a rig recording, the cameras to use")
+  app.add_option(
+         "--views", options_.views,
+         "frames that act as the cameras of one instant: 0,60,120 or A:B:STEP; of a rig recording, the cameras to use")
       ->multi_option_policy(CLI::MultiOptionPolicy::Join);
   app.add_option("--slide", options_.slide, "move those views on by this many frames, again and again")
       ->check(wholeNumber(0, std::numeric_limits<int>::max()));

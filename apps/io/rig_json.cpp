@@ -18,9 +18,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 /** \brief A value as a message quotes it: not all of what somebody has put in the place of a number. */
-std::string quoted(const Json& value) {
-  return cutShort(value.dump(-1, ' ', false, Json::error_handler_t::replace));
-}
+std::string quoted(const Json& value) { return cutShort(value.dump(-1, ' ', false, Json::error_handler_t::replace)); }
 
 /** \brief One JSON object, and what messages call it: "rig.json: camera 'left'". */
 struct Entry {
