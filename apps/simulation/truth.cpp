@@ -10,6 +10,7 @@
 #include <pcl/PolygonMesh.h>
 #include <pcl/io/ply_io.h>
 
+#include <algorithm>
 #include <cstring>
 #include <filesystem>
 #include <iterator>
@@ -40,12 +41,14 @@ Json objectJson(const Object& object, bool moving) {
           {"infrared", m.infrared}};
 }
 
-Object objectOf(const Json& json) {
+Object objectOf(const Json& json, const std::string& path) {
   Object object;
   object.name = json.at("name").get<std::string>();
   const std::string pattern = json.at("pattern").get<std::string>();
-  for (std::size_t k = 0; k < std::size(kPatterns); ++k)
-    if (pattern == kPatterns[k]) object.material.pattern = static_cast<Material::Pattern>(k);
+  const auto known = std::find(std::begin(kPatterns), std::end(kPatterns), pattern);
+  if (known == std::end(kPatterns))
+    throw io::InputError(path + ": pattern is '" + io::cutShort(pattern) + "', which is none of fuse_flow_simulate");
+  object.material.pattern = static_cast<Material::Pattern>(known - std::begin(kPatterns));
   object.material.first = colorOf(json.at("first"));
   object.material.second = colorOf(json.at("second"));
   object.material.size = json.at("size").get<float>();
@@ -168,8 +171,16 @@ void readMeshes(const std::string& path, std::size_t first, std::vector<Object>&
   for (const pcl::Vertices& face : file.polygons) {
     if (face.vertices.size() != 3) throw io::InputError(path + ": has a face that is not a triangle");
     std::array<std::uint32_t, 3> corners;
-    for (std::size_t k = 0; k < 3; ++k) corners[k] = local.at(static_cast<std::size_t>(face.vertices[k]));
-    objectAt(static_cast<std::size_t>(face.vertices[0])).mesh.triangles.push_back(corners);
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto corner = static_cast<std::size_t>(face.vertices[k]);  // a negative one becomes a large one
+      if (corner >= count) throw io::InputError(path + ": has a face whose corners are none of its vertices");
+      corners[k] = local[corner];
+    }
+    Object& object = objectAt(static_cast<std::size_t>(face.vertices[0]));
+    for (std::size_t k = 1; k < 3; ++k)
+      if (&objectAt(static_cast<std::size_t>(face.vertices[k])) != &object)
+        throw io::InputError(path + ": has a face of more than one object");
+    object.mesh.triangles.push_back(corners);
   }
 }
 
@@ -197,7 +208,7 @@ Truth::Truth(const std::string& recording) : folder_(recording) {
     min_range_ = json.at("min_range").get<float>();
     max_range_ = json.at("max_range").get<float>();
     for (const Json& object : json.at("objects"))
-      (object.at("moving").get<bool>() ? moving_ : fixed_).push_back(objectOf(object));
+      (object.at("moving").get<bool>() ? moving_ : fixed_).push_back(objectOf(object, path));
   } catch (const nlohmann::json::exception& error) {
     throw io::InputError(path + ": " + error.what());
   }

@@ -1,10 +1,12 @@
 #include "mesh_checks.h"
 
 #include "io/error.h"
+#include "io/file_io.h"
 #include "simulation/simulator.h"
 #include "simulation/truth.h"
 
 #include <cmath>
+#include <cstring>
 #include <filesystem>
 #include <set>
 #include <string>
@@ -219,7 +221,23 @@ TEST_F(TruthFiles, ThatAreMissingOrDamagedAreRefused) {
   EXPECT_THROW(Truth(folder_.string()), fuse_flow::io::InputError);
   writeTruth(folder_.string(), Simulator(smallRig("table")));
   EXPECT_NO_THROW(Truth(folder_.string()));
-  fs::resize_file(folder_ / "truth" / "simulation.json", 100);
+  const std::string mesh = (folder_ / "truth" / "fixed.ply").string(),
+                    json = (folder_ / "truth" / "simulation.json").string();
+  const std::string whole = fuse_flow::io::readFile(mesh), described = fuse_flow::io::readFile(json);
+  for (const std::uint32_t corner : {0u, 1000000000u, 0xffffffffu}) {  // of another object, of none, of none
+    std::string damaged = whole;
+    std::memcpy(&damaged[damaged.size() - sizeof corner], &corner, sizeof corner);
+    fuse_flow::io::writeFile(mesh, damaged);
+    EXPECT_THROW(Truth(folder_.string()), fuse_flow::io::InputError) << corner;
+  }
+  fuse_flow::io::writeFile(mesh, whole);
+  std::string unknown = described;
+  unknown.replace(unknown.find("\"plain\""), 7, "\"plaid\"");
+  fuse_flow::io::writeFile(json, unknown);
+  EXPECT_THROW(Truth(folder_.string()), fuse_flow::io::InputError);
+  fuse_flow::io::writeFile(json, described);
+  EXPECT_NO_THROW(Truth(folder_.string()));
+  fs::resize_file(json, 100);
   EXPECT_THROW(Truth(folder_.string()), fuse_flow::io::InputError);
 }
 
