@@ -289,6 +289,19 @@ TEST_F(ViewerProgram, AnOptionThatCannotBeUsedIsNamed) {
   expectError(runProgram(FUSE_FLOW_VIEWER_TOOL, {"--simulate", "nowhere"}), 2, {"--simulate", "nowhere", "room"});
 }
 
+/** \brief Such a server goes with its last client; others, xvfb-run's too, begin anew then, and sometimes too late. */
+TEST_F(ViewerProgram, NeverLeavesTheDisplayWithoutAClient) {
+  const std::string script =
+      "timeout 60 Xvfb -displayfd 3 -terminate -screen 0 640x480x24 -nolisten tcp 3> \"$1\" 2> /dev/null & "
+      "while ! [ -s \"$1\" ]; do sleep 0.05; done; shift; DISPLAY=:$(cat \"$0\") exec \"$@\"";
+  const ToolResult result =
+      runProgram("/bin/sh", {"-c", script, path("display"), path("display"), FUSE_FLOW_VIEWER_TOOL, path("recording"),
+                             "--device", "cpu", "--width", "320", "--height", "240", "--paused", "--offscreen",
+                             "--screenshot", path("a.png")});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_TRUE(fs::exists(path("a.png")));
+}
+
 /** \brief The text is white on what is dark: more of it is more white. */
 TEST_F(ViewerProgram, ACameraWhoseFilesEndEarlyIsNamedInTheText) {
   const auto white = [&](const std::string& name) {
