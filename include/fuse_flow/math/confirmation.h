@@ -4,34 +4,42 @@
 
 namespace fuse_flow {
 
+/** \brief Whether two neighbouring pixels show one surface. \param here depth of the one, metres  \param there of the other; 0: none
+ *  \param jump those that differ by this much, metres, are of different surfaces */
+FUSE_FLOW_HD bool isSameSurface(float here, float there, float jump) {
+  const float step = here - there;
+  return (there > 0) & (step < jump) & (step > -jump);
+}
+
 /** \brief The depth of a view between its pixels, metres: 1/z is taken as an affine function of the pixel, as it is on planes. 0
  *  where neither neighbour in a row, or in a column, is of the pixel's surface.
- *  \param du how far right of the centre of its pixel the place is, pixels, −½ … ½  \param dv how far down
- *  \param jump pixels that differ by this much, metres, are of different surfaces
- *  \param depth depth(a, b): of the pixel a columns to the right and b rows down; 0: none */
+ *  \param x how far the place is from the centre of its pixel along the row, pixels, 0 … ½  \param y the same along the column
+ *  \param jump see isSameSurface()  \param here depth of the pixel; 0: none
+ *  \param beside of its neighbour on the place's side  \param opposite of the one on the other side, which stands in for it
+ *  \param below of the neighbour in the column on the place's side  \param above of the one on the other side */
+FUSE_FLOW_HD float depthBetween(float x, float y, float jump, float here, float beside, float opposite, float below,
+                                float above) {
+  // Without branches, so that loops over it become vector code.
+  const bool has_beside = isSameSurface(here, beside, jump), has_below = isSameSurface(here, below, jump);
+  const bool has_row = has_beside | isSameSurface(here, opposite, jump);
+  const bool has_column = has_below | isSameSurface(here, above, jump);
+  const float row = has_beside ? beside : opposite, along = has_beside ? x : -x;
+  const float column = has_below ? below : above, down = has_below ? y : -y;
+  // here / (1 + x (here − row) / row + y (here − column) / column), with one division
+  const float product = row * column;
+  const float depth = here * product / (product + (along * (here - row) * column + down * (here - column) * row));
+  return has_row & has_column ? depth : 0.0f;
+}
+
+/** \brief The same of an image. \param du how far right of the centre of its pixel the place is, pixels, −½ … ½
+ *  \param dv how far down  \param depth depth(a, b): of the pixel a columns to the right and b rows down; 0: none */
 template <typename Depth>
 FUSE_FLOW_HD float depthBetween(float du, float dv, float jump, const Depth& depth) {
-  const float here = depth(0, 0);
-  const auto same = [here, jump](float there) {
-    const float step = here - there;
-    return (there > 0) & (step < jump) & (step > -jump);
-  };
   const int right = du < 0 ? -1 : 1, down = dv < 0 ? -1 : 1;
-  float x = du < 0 ? -du : du, y = dv < 0 ? -dv : dv;
-  float beside = depth(right, 0), below = depth(0, down);
-  if (!same(beside)) {  // the pixel on the other side stands in
-    beside = depth(-right, 0);
-    if (!same(beside)) return 0;
-    x = -x;
-  }
-  if (!same(below)) {
-    below = depth(0, -down);
-    if (!same(below)) return 0;
-    y = -y;
-  }
-  // here / (1 + x (here − beside) / beside + y (here − below) / below), with one division
-  const float product = beside * below;
-  return here * product / (product + (x * (here - beside) * below + y * (here - below) * beside));
+  const float here = depth(0, 0), beside = depth(right, 0), below = depth(0, down);
+  const float opposite = isSameSurface(here, beside, jump) ? 0.0f : depth(-right, 0);  // seldom looked at
+  const float above = isSameSurface(here, below, jump) ? 0.0f : depth(0, -down);
+  return depthBetween(du < 0 ? -du : du, dv < 0 ? -dv : dv, jump, here, beside, opposite, below, above);
 }
 
 /** \brief Where other views confirm a cell's point, their refined depth says where it lies: a cell has the measurements that
@@ -50,10 +58,16 @@ struct Confirmation {
   float total{0};      ///< Σ w
   float agreement{1};  ///< min a
 
-  /** \brief One view more, which measured a surface at the point. \param from_centre p − c_j, world axes, metres
-   *  \param z_J the point's depth in that view, metres  \param refined D^r there, metres; 0: the view says nothing
+  /** \brief What one view adds to it. */
+  struct Share {
+    float a, w;
+    float pull;  ///< w e / z
+  };
+
+  /** \brief Of a view that measured a surface at the point. \param z_J the point's depth in that view, metres
+   *  \param refined D^r there, metres; 0: the view says nothing
    *  \param noise_weight of what it measured; [0, 1]  \param per_reach 1 / r, 1/metres; > 0 */
-  FUSE_FLOW_HD void add(const Vec3& from_centre, float z_J, float refined, float noise_weight, float per_reach) {
+  FUSE_FLOW_HD static Share share(float z_J, float refined, float noise_weight, float per_reach) {
     // Without branches: which way they would go is anyone's guess.
     const bool known = refined > 0;
     const float e = known ? refined - z_J : 0.0f;
@@ -62,9 +76,19 @@ struct Confirmation {
     const float inside = rest > 0 ? rest : 0.0f;
     const float a = inside * inside;
     const float w = known ? a * noise_weight : 0.0f;
-    agreement = a < agreement ? a : agreement;
-    sum = sum + (w * e / z_J) * from_centre;
-    total += w;
+    return {a, w, w * e / z_J};
+  }
+
+  /** \brief One view more. \param from_centre p − c_j, world axes, metres */
+  FUSE_FLOW_HD void add(const Vec3& from_centre, const Share& said) {
+    agreement = said.a < agreement ? said.a : agreement;
+    sum = sum + said.pull * from_centre;
+    total += said.w;
+  }
+
+  /** \brief The same with the parameters of share(). */
+  FUSE_FLOW_HD void add(const Vec3& from_centre, float z_J, float refined, float noise_weight, float per_reach) {
+    add(from_centre, share(z_J, refined, noise_weight, per_reach));
   }
 
   /** \brief Where the point then lies. \param p where its own measurements put it  \param weight ω */

@@ -18,6 +18,13 @@ struct Child {
   explicit Child(std::uint32_t where) : position(where) {}
 };
 
+/** \brief A fused point that stays only where nothing better does. */
+struct WeakPoint {
+  float weight;
+  std::uint32_t position;  ///< of its child
+  std::uint32_t number;
+};
+
 /** \brief Per-thread memory of fuseCell(); kept from frame to frame. */
 struct CellScratch {
   std::vector<std::uint32_t> slot;  // child position → 1 + number of the child
@@ -25,18 +32,19 @@ struct CellScratch {
   std::vector<Vec3> judged;  // where V is measured, child after child
   std::vector<std::uint32_t> judged_camera;
   CellOpinions opinions;
+  CellConfirmations confirmations;
   std::vector<float> V;
   std::vector<FusedPoint> fused;
   std::vector<float> omega;  // of each fused point, before one V of the child's has multiplied it
   std::vector<std::uint8_t> kept;
-  std::vector<std::uint32_t> weak;
+  std::vector<WeakPoint> weak;
   std::vector<FusedPoint> output;
 };
 
 /** \brief Section 5 (2) b: V of every representative, or of every cell's mean, child after child; and what other views
  *  confirm there. */
-inline void measureConsistency(ConsistencyAt at, const Vec3& corner, const ConsistencyEvaluator* evaluator,
-                               CellScratch& scratch) {
+inline void measureConsistency(ConsistencyAt at, const Vec3& corner, float cell_size,
+                               const ConsistencyEvaluator* evaluator, CellScratch& scratch) {
   scratch.judged.clear();
   scratch.judged_camera.clear();
   for (Child& child : scratch.children) {
@@ -54,8 +62,10 @@ inline void measureConsistency(ConsistencyAt at, const Vec3& corner, const Consi
   }
   scratch.V.assign(scratch.judged.size(), 1.0f);
   if (evaluator == nullptr) return;
-  evaluator->evaluate(scratch.judged.data(), scratch.judged_camera.data(), scratch.judged.size(), scratch.opinions,
-                      scratch.V.data());
+  const float half = 0.5f * cell_size;
+  const Bounds cell{corner + Vec3{half, half, half}, {half, half, half}};
+  evaluator->evaluate(cell, scratch.judged.data(), scratch.judged_camera.data(), scratch.judged.size(),
+                      scratch.opinions, scratch.V.data());
 }
 
 /** \brief Whether a kept point lies in one of the 26 children around position. */
@@ -83,17 +93,27 @@ inline void selectPoints(const AggregationParameters& p, int level, CellScratch&
   for (std::uint32_t k = 0; k < fused.size(); ++k) {
     if (!(fused[k].weight > 0) || fused[k].weight < p.min_weight) continue;
     if (fused[k].weight < p.weak_weight) {
-      scratch.weak.push_back(k);
+      scratch.weak.push_back({fused[k].weight, scratch.children[k].position, k});
     } else {
       scratch.kept[k] = 1;
     }
   }
-  std::sort(scratch.weak.begin(), scratch.weak.end(), [&](std::uint32_t a, std::uint32_t b) {
-    if (fused[a].weight != fused[b].weight) return fused[a].weight > fused[b].weight;
-    return scratch.children[a].position < scratch.children[b].position;
+  std::sort(scratch.weak.begin(), scratch.weak.end(), [](const WeakPoint& a, const WeakPoint& b) {
+    return a.weight != b.weight ? a.weight > b.weight : a.position < b.position;
   });
-  for (const std::uint32_t k : scratch.weak)
-    scratch.kept[k] = hasKeptNeighbour(scratch, scratch.children[k].position, level) ? 0 : 1;
+  for (const WeakPoint& point : scratch.weak)
+    scratch.kept[point.number] = hasKeptNeighbour(scratch, point.position, level) ? 0 : 1;
+}
+
+/** \brief What other views confirm about the points that stay, point after point. */
+inline void readConfirmed(const ConsistencyEvaluator& evaluator, CellScratch& scratch) {
+  scratch.confirmations.clear();
+  scratch.confirmations.reserve(Confirmation::kViews * scratch.kept.size());
+  for (std::size_t k = 0; k < scratch.kept.size(); ++k)
+    if (scratch.kept[k]) evaluator.prefetchConfirmed(scratch.opinions, k);
+  for (std::size_t k = 0; k < scratch.kept.size(); ++k)
+    if (scratch.kept[k]) evaluator.readConfirmed(scratch.opinions, k, scratch.confirmations);
+  evaluator.weighConfirmed(scratch.confirmations);
 }
 
 /** \brief All of section 5 for one coarse cell; appends to scratch.output. Nothing here depends on the rest of the
@@ -128,7 +148,7 @@ void fuseCell(const AggregationParameters& p, int max_level, const CoarseGrid& g
       scratch.children[slot - 1].chosen.add(mode, relative, points[index].C, index, camera);
     }
   }
-  measureConsistency(p.consistency_at, corner, evaluator, scratch);
+  measureConsistency(p.consistency_at, corner, p.cell_size, evaluator, scratch);
   scratch.fused.clear();
   scratch.omega.clear();
   const bool each = p.consistency_at == ConsistencyAt::Representatives;
@@ -141,13 +161,13 @@ void fuseCell(const AggregationParameters& p, int max_level, const CoarseGrid& g
     V += each ? child.chosen.count() : 1;
   }
   selectPoints(p, level, scratch);
-  if (confirmed)
-    for (std::size_t k = 0; k < scratch.fused.size(); ++k)
-      if (scratch.kept[k]) evaluator->prefetchConfirmed(scratch.opinions, k);
+  if (confirmed) readConfirmed(*evaluator, scratch);
+  std::size_t share = 0;
   for (std::size_t k = 0; k < scratch.fused.size(); ++k) {
     if (!scratch.kept[k]) continue;
     FusedPoint& fused = scratch.fused[k];
-    if (confirmed) fused.p = evaluator->confirmed(fused.p, scratch.omega[k], scratch.opinions, k);
+    if (confirmed)
+      fused.p = evaluator->confirmed(fused.p, scratch.omega[k], scratch.opinions, k, scratch.confirmations, share);
     scratch.output.push_back(fused);
   }
   for (const Child& child : scratch.children) scratch.slot[child.position] = 0;
@@ -208,11 +228,12 @@ class HashAggregation {
   /** \brief Which thread fuses which block changes from frame to frame: every thread gets the memory that any may need,
    *  so that a warm frame allocates nothing. */
   void reserveForAnyThread() {
-    std::size_t children = 0, slots = 0, judged = 0;
+    std::size_t children = 0, slots = 0, judged = 0, confirmations = 0;
     for (const CellScratch& s : scratch_) {
       judged = std::max(judged, s.judged.capacity());
       children = std::max(children, s.children.capacity());
       slots = std::max(slots, s.slot.size());
+      confirmations = std::max(confirmations, s.confirmations.capacity());
     }
     for (CellScratch& s : scratch_) {
       s.output.reserve(total_);
@@ -220,6 +241,7 @@ class HashAggregation {
       s.judged.reserve(judged);
       s.judged_camera.reserve(judged);
       s.opinions.reserve(judged);
+      s.confirmations.reserve(confirmations);
       s.V.reserve(judged);
       s.fused.reserve(children);
       s.omega.reserve(children);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <fuse_flow/impl/host/cell_confirmations.hpp>
 #include <fuse_flow/impl/host/cell_opinions.hpp>
 #include <fuse_flow/impl/host/depth_map.hpp>
 #include <fuse_flow/impl/host/rig_geometry.hpp>
@@ -29,7 +30,6 @@ class ConsistencyEvaluator {
   void setRefined(const std::vector<DepthMap>& refined, float reach, float half_weight_noise) {
     refined_ = &refined;
     reach_ = reach;
-    per_reach_ = 1.0f / reach;
     per_half_ = half_weight_noise > 0 ? 1.0f / half_weight_noise : 0.0f;
   }
 
@@ -66,7 +66,8 @@ class ConsistencyEvaluator {
   /** \brief Eq. 7 for the points of one coarse cell: V[k] of p[k], which camera[k] measured. All of them walk one list, that
    *  of the first point's camera, view by view: neighbouring points fall on neighbouring pixels, so that each view's
    *  matrix and its few pixels stay at hand. \param opinions is overwritten */
-  void evaluate(const Vec3* p, const std::uint32_t* camera, std::size_t n, CellOpinions& opinions, float* V) const {
+  void evaluate(const Bounds& cell, const Vec3* p, const std::uint32_t* camera, std::size_t n, CellOpinions& opinions,
+                float* V) const {
     opinions.assign(p, n);
     const std::uint32_t first = camera[0];
     bool open = askAbout(first, p, camera, opinions);
@@ -74,7 +75,7 @@ class ConsistencyEvaluator {
     for (const std::uint32_t j : (*rig_)[first].neighbours) {
       if ((*depths_)[j].empty()) continue;
       if (!open || ++candidates > parameters_.max_candidates) break;
-      open = askAbout(j, p, camera, opinions);
+      if ((*rig_)[j].frustum.mayShow(cell)) open = askAbout(j, p, camera, opinions);
     }
     for (std::size_t k = 0; k < n; ++k) V[k] = consistency(parameters_, opinions[k]);
   }
@@ -90,11 +91,26 @@ class ConsistencyEvaluator {
 #endif
   }
 
-  /** \brief Where a point of weight ω lies by what the views confirm that agreed with it in evaluate(). \param k its number there */
-  Vec3 confirmed(const Vec3& p_W, float weight, const CellOpinions& opinions, std::size_t k) const {
+  /** \brief Reads the refined depth where views agreed with a point in evaluate(). \param k its number there */
+  void readConfirmed(const CellOpinions& opinions, std::size_t k, CellConfirmations& confirmations) const {
+    const int n = std::min(opinions[k].agreeing, Confirmation::kViews);
+    for (int a = 0; a < n; ++a) {
+      const CellOpinions::Sight& sight = opinions.sight(k, a);
+      const float noise_scale = noise_scales_ != nullptr ? (*noise_scales_)[sight.view] : 1.0f;
+      confirmations.add((*refined_)[sight.view], sight.x, sight.y, sight.z, noise_scale * per_half_);
+    }
+  }
+
+  /** \brief After the last readConfirmed(). */
+  void weighConfirmed(CellConfirmations& confirmations) const { confirmations.weigh(noise_model_, reach_); }
+
+  /** \brief Where a point of weight ω lies by what the views confirm. \param first of its shares; moved on to the next point's */
+  Vec3 confirmed(const Vec3& p_W, float weight, const CellOpinions& opinions, std::size_t k,
+                 const CellConfirmations& confirmations, std::size_t& first) const {
     Confirmation confirmation;
     const int n = std::min(opinions[k].agreeing, Confirmation::kViews);
-    for (int a = 0; a < n; ++a) confirm(p_W, opinions.sight(k, a), confirmation);
+    for (int a = 0; a < n; ++a)
+      confirmation.add(p_W - (*rig_)[opinions.sight(k, a).view].T_world_camera.t, confirmations[first++]);
     return confirmation.moved(p_W, weight);
   }
 
@@ -115,24 +131,6 @@ class ConsistencyEvaluator {
       points.add([&](std::size_t k, int u, int v, float z, float D) { return opinion(j, p[k], u, v, z, D); });
     }
     return points.anyBelow(parameters_.max_views - 1);
-  }
-
-  /** \brief Depths of the pixels around one. Not a lambda, which nvcc lets no function call that is for both sides. */
-  struct DepthsAround {
-    const float* here;
-    int stride;
-    FUSE_FLOW_HD float operator()(int a, int b) const { return here[a + b * stride]; }
-  };
-
-  void confirm(const Vec3& p_W, const CellOpinions::Sight& sight, Confirmation& confirmation) const {
-    const DepthMap& map = (*refined_)[sight.view];
-    const int u = static_cast<int>(sight.x), v = static_cast<int>(sight.y);
-    const float du = sight.x - 0.5f - static_cast<float>(u), dv = sight.y - 0.5f - static_cast<float>(v);
-    const float* here = map.row(v) + u;  // zeros around the image stand for no measurement
-    const float refined = depthBetween(du, dv, reach_, DepthsAround{here, map.stride()});
-    const float noise_scale = noise_scales_ != nullptr ? (*noise_scales_)[sight.view] : 1.0f;
-    confirmation.add(p_W - (*rig_)[sight.view].T_world_camera.t, sight.z, refined,
-                     noiseWeight(axialNoise(noise_model_, *here), noise_scale * per_half_), per_reach_);
   }
 
   ViewOpinion opinion(std::uint32_t j, const Vec3& p_W, int u, int v, float z, float D) const {
@@ -164,7 +162,6 @@ class ConsistencyEvaluator {
   const std::vector<float>* noise_scales_{nullptr};
   const std::vector<DepthMap>* refined_{nullptr};
   float reach_{0};
-  float per_reach_{0};
   float per_half_{0};
 };
 

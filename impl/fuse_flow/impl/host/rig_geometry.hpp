@@ -1,5 +1,6 @@
 #pragma once
 
+#include <fuse_flow/impl/host/view_frustum.hpp>
 #include <fuse_flow/math/view.h>
 #include <fuse_flow/rig_frame.h>
 
@@ -14,6 +15,7 @@ namespace host {
 struct ViewGeometry : ViewModel {
   /** \brief The other cameras, nearest first: the order in which a point asks them (section 5 (2) b). */
   std::vector<std::uint32_t> neighbours;
+  ViewFrustum frustum;
 
   void assign(const Camera& camera) {
     const bool same_lens = !column_x_.empty() && detail::sameIntrinsics(intrinsics, camera.intrinsics);
@@ -28,19 +30,8 @@ struct ViewGeometry : ViewModel {
       T_color_depth = toRigidTransform(camera.color->T_depth_color.inverse());
     }
     P = projectionMatrix(intrinsics, T_camera_world);
-    if (same_lens) return;  // the camera has moved
-    ideal = isIdeal(intrinsics.distortion);
-    const auto w = static_cast<std::size_t>(intrinsics.width);
-    const auto h = static_cast<std::size_t>(intrinsics.height);
-    column_x_.resize(w);
-    for (std::size_t u = 0; u < w; ++u) column_x_[u] = (static_cast<float>(u) - intrinsics.cx) / intrinsics.fx;
-    rays_.resize(ideal ? 0 : w * h);
-    if (!ideal)
-      for (std::size_t v = 0; v < h; ++v)
-        for (std::size_t u = 0; u < w; ++u)
-          rays_[v * w + u] = unproject(intrinsics, {static_cast<float>(u), static_cast<float>(v)});
-    max_squared_radius = 0;
-    for (const Ray& r : rays_) max_squared_radius = std::max(max_squared_radius, r.x * r.x + r.y * r.y);
+    if (!same_lens) tabulateRays();
+    frustum = ViewFrustum(*this);
   }
 
   /** \brief unproject() of an integer pixel, from a table. */
@@ -57,6 +48,21 @@ struct ViewGeometry : ViewModel {
   const std::vector<Ray>& rays() const { return rays_; }
 
  private:
+  void tabulateRays() {
+    ideal = isIdeal(intrinsics.distortion);
+    const auto w = static_cast<std::size_t>(intrinsics.width);
+    const auto h = static_cast<std::size_t>(intrinsics.height);
+    column_x_.resize(w);
+    for (std::size_t u = 0; u < w; ++u) column_x_[u] = (static_cast<float>(u) - intrinsics.cx) / intrinsics.fx;
+    rays_.resize(ideal ? 0 : w * h);
+    if (!ideal)
+      for (std::size_t v = 0; v < h; ++v)
+        for (std::size_t u = 0; u < w; ++u)
+          rays_[v * w + u] = unproject(intrinsics, {static_cast<float>(u), static_cast<float>(v)});
+    max_squared_radius = 0;
+    for (const Ray& r : rays_) max_squared_radius = std::max(max_squared_radius, r.x * r.x + r.y * r.y);
+  }
+
   /** \brief Of the rays of an image's border, which are the outermost; 0 for an ideal lens. */
   static float largestSquaredRadius(const Intrinsics& K) {
     if (isIdeal(K.distortion)) return 0;

@@ -1,0 +1,85 @@
+#pragma once
+
+#include <fuse_flow/impl/host/depth_map.hpp>
+#include <fuse_flow/impl/host/wide_vectors.hpp>
+#include <fuse_flow/math/confidence.h>
+#include <fuse_flow/math/confirmation.h>
+
+#include <cstddef>
+#include <vector>
+
+namespace fuse_flow {
+namespace host {
+
+/** \brief What views confirm about the points of one coarse cell. First all that was measured there is read, then all of it is
+ *  weighed, in arrays and a loop without branches, which compilers vectorise. */
+class CellConfirmations {
+ public:
+  void clear() { n_ = 0; }
+  std::size_t size() const { return n_; }
+
+  std::size_t capacity() const { return x_.size(); }
+  /** \brief Room for n shares; never less than before. */
+  void reserve(std::size_t n) {
+    if (n <= capacity()) return;
+    for (std::vector<float>* a :
+         {&x_, &y_, &z_, &here_, &beside_, &opposite_, &below_, &above_, &per_half_, &a_, &w_, &pull_})
+      a->resize(n);
+  }
+
+  /** \brief One share more, for which there must be room. \param refined D^r of the view, with zeros around it
+   *  \param x,y,z of ViewModel::locate()  \param per_half the view's noise scale / half_weight_noise, 1/metres */
+  void add(const DepthMap& refined, float x, float y, float z, float per_half) {
+    const int u = static_cast<int>(x), v = static_cast<int>(y);
+    const float du = x - 0.5f - static_cast<float>(u), dv = y - 0.5f - static_cast<float>(v);
+    const int right = du < 0 ? -1 : 1, down = dv < 0 ? -refined.stride() : refined.stride();
+    const float* here = refined.row(v) + u;
+    x_[n_] = du < 0 ? -du : du;
+    y_[n_] = dv < 0 ? -dv : dv;
+    z_[n_] = z;
+    here_[n_] = *here;
+    beside_[n_] = here[right];
+    opposite_[n_] = here[-right];
+    below_[n_] = here[down];
+    above_[n_] = here[-down];
+    per_half_[n_] = per_half;
+    ++n_;
+  }
+
+  /** \brief After the last share. \param reach r, metres; > 0 */
+  void weigh(const ConfidenceParameters& noise_model, float reach) {
+    inWideVectors([&] {
+      weigh(n_, noise_model, reach, x_.data(), y_.data(), z_.data(), here_.data(), beside_.data(), opposite_.data(),
+            below_.data(), above_.data(), per_half_.data(), a_.data(), w_.data(), pull_.data());
+    });
+  }
+
+  /** \brief The k-th that was added, after weigh(). */
+  Confirmation::Share operator[](std::size_t k) const { return {a_[k], w_[k], pull_[k]}; }
+
+ private:
+  static void weigh(std::size_t n, ConfidenceParameters noise_model, float reach, const float* __restrict x,
+                    const float* __restrict y, const float* __restrict z, const float* __restrict here,
+                    const float* __restrict beside, const float* __restrict opposite, const float* __restrict below,
+                    const float* __restrict above, const float* __restrict per_half, float* __restrict a,
+                    float* __restrict w, float* __restrict pull) {
+    const float per_reach = 1.0f / reach;
+    for (std::size_t k = 0; k < n; ++k) {
+      const float refined = depthBetween(x[k], y[k], reach, here[k], beside[k], opposite[k], below[k], above[k]);
+      const Confirmation::Share share =
+          Confirmation::share(z[k], refined, noiseWeight(axialNoise(noise_model, here[k]), per_half[k]), per_reach);
+      a[k] = share.a;
+      w[k] = share.w;
+      pull[k] = share.pull;
+    }
+  }
+
+  std::size_t n_{0};
+  std::vector<float> x_, y_, z_;  // in the view: pixels from the centre of one, metres
+  std::vector<float> here_, beside_, opposite_, below_, above_;
+  std::vector<float> per_half_;
+  std::vector<float> a_, w_, pull_;
+};
+
+}  // namespace host
+}  // namespace fuse_flow
