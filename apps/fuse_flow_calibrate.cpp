@@ -15,6 +15,7 @@
 #include "io/rig_json.h"
 
 #include <fuse_flow/coarse_alignment.h>
+#include <fuse_flow/depth_correction_estimation.h>
 #include <fuse_flow/impl/host/parallel.hpp>
 
 #include <nlohmann/json.hpp>
@@ -38,6 +39,7 @@ struct Options {
   std::string device{"auto"};
   unsigned int threads{0};
   bool from_scratch{false};
+  std::string depth_correction{"none"};
   double board{0};
   std::string board_family{"tag36h11"};
   io::RecordingOptions recording;
@@ -86,6 +88,36 @@ void print(const std::vector<Camera>& cameras, const ExtrinsicResult& result) {
                 o.matches, 1000 * o.residual_before, 1000 * o.residual);
   std::printf("\nsurfaces disagree by %.2f mm before, %.2f mm after (root mean square); %s after %d iterations\n",
               1000 * result.residual_before, 1000 * result.residual, result.converged ? "at rest" : "still moving",
+              result.iterations);
+}
+
+/** \brief Of a correction, at a depth: how far it moves what is measured there, metres. */
+struct CorrectionAt {
+  double mean_square{0};
+  double most{0};
+};
+CorrectionAt correctionAt(const DepthCorrection& correction, double z) {
+  CorrectionAt result;
+  for (std::size_t k = 0; k < correction.relative.size(); ++k) {
+    const double by =
+        z * (static_cast<double>(correction.relative[k]) + z * static_cast<double>(correction.per_metre[k]));
+    result.mean_square += by * by / static_cast<double>(correction.relative.size());
+    result.most = std::max(result.most, std::fabs(by));
+  }
+  return result;
+}
+
+void print(const std::vector<Camera>& cameras, const DepthCorrectionResult& result) {
+  std::printf("\n%-20s %12s %12s %12s %12s\n", "depth correction", "at 1 m, rms", "at 2 m, rms", "most", "knots told");
+  for (std::size_t i = 0; i < cameras.size(); ++i) {
+    const CorrectionAt near = correctionAt(cameras[i].depth_correction, 1);
+    const CorrectionAt far = correctionAt(cameras[i].depth_correction, 2);
+    std::printf("%-20s %9.2f mm %9.2f mm %9.2f mm %10.0f %%\n", cameras[i].name.c_str(),
+                1000 * std::sqrt(near.mean_square), 1000 * std::sqrt(far.mean_square), 1000 * far.most,
+                100 * result.told[i]);
+  }
+  std::printf("\nwith corrections surfaces disagree by %.2f mm (%.2f mm before); %s after %d iterations\n",
+              1000 * result.residual, 1000 * result.residual_before, result.converged ? "at rest" : "still moving",
               result.iterations);
 }
 
@@ -182,6 +214,15 @@ int run(Options options) {
 
   CoarseAlignment coarse;
   coarse.setNumberOfThreads(options.threads);
+  std::optional<DepthCorrectionEstimation> correction;
+  if (options.depth_correction != "none") {
+    DepthCorrectionParameters parameters;
+    parameters.shared = options.depth_correction == "shared";
+    parameters.views.gauge = options.parameters.gauge;
+    correction.emplace();
+    correction->setParameters(parameters);
+    correction->setNumberOfThreads(options.threads);
+  }
   io::LoadedFrame loaded;
   std::vector<float> depth_scales(recording->cameras().size(), DepthView().depth_scale);
   for (const std::size_t frame : frames) {
@@ -191,6 +232,7 @@ int run(Options options) {
     estimation->addFrame(loaded.rig);
     if (options.from_scratch) coarse.addFrame(loaded.rig);
     if (board) board->addFrame(loaded);
+    if (correction) correction->addFrame(loaded.rig);
   }
   const std::vector<Camera> before = recording->cameras();
   std::vector<Eigen::Isometry3d> initial;
@@ -199,19 +241,22 @@ int run(Options options) {
   io::MarkerRig markers;
   if (board) initial = (markers = board->place(before)).T_world_camera;
   const ExtrinsicResult result = estimation->estimate(initial);
+  std::vector<Camera> after = before;
+  place(result.T_world_camera, after);
+  DepthCorrectionResult corrected;
+  if (correction) after = (corrected = correction->estimate(result.T_world_camera)).cameras;
 
   if (!options.json.empty()) io::writeFile(options.json, toJson(before, result).dump(2) + "\n");
   if (!options.picture.empty()) {
     place(initial, loaded.rig.cameras);
     std::vector<drawing::ColoredPoints> clouds{byCamera(loaded.rig)};
-    place(result.T_world_camera, loaded.rig.cameras);
+    loaded.rig.cameras = after;
     clouds.push_back(byCamera(loaded.rig));
     io::writeColorPng(options.picture, drawing::drawClouds(clouds, options.viewpoint));
   }
   io::RigDescription rig{{}, recording->framesPerSecond()};
   for (std::size_t i = 0; i < before.size(); ++i) {
-    rig.cameras.push_back({before[i], depth_scales[i]});
-    rig.cameras[i].camera.T_world_camera = result.T_world_camera[i];
+    rig.cameras.push_back({after[i], depth_scales[i]});
   }
   io::writeRigJson(options.output, rig);
   if (options.from_scratch)
@@ -222,6 +267,7 @@ int run(Options options) {
     std::printf("Poses found from %zu markers that several cameras saw; corners fit to %.2f pixels.\n\n",
                 markers.markers, markers.residual);
   print(before, result);
+  if (correction) print(after, corrected);
   return command_line::kSuccess;
 }
 
@@ -245,6 +291,11 @@ int main(int argc, char** argv) {
       ->multi_option_policy(CLI::MultiOptionPolicy::Join);
   app.add_flag("--from-scratch", options.from_scratch,
                "ignore the given poses and find all of them from what upright cameras see; the first camera stays");
+  app.add_option("--depth-correction", options.depth_correction,
+                 "find what the depth cameras measure wrong, too: of each on its own, or shared, one for all views, "
+                 "which one sensor took that was carried around")
+      ->check(command_line::oneOf({"none", "each", "shared"}))
+      ->capture_default_str();
   CLI::Option* board =
       app.add_option("--board", options.board,
                      "begin with AprilTags whose black square has this side, m, wherever the colour images "

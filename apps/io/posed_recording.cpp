@@ -12,8 +12,7 @@ class PosedRecording : public Recording {
  public:
   PosedRecording(std::unique_ptr<Recording> recording, const std::string& rig_json)
       : recording_(std::move(recording)), rig_json_(rig_json), cameras_(recording_->cameras()) {
-    for (const RigCamera& entry : readRigJson(rig_json).cameras)
-      poses_[entry.camera.name] = entry.camera.T_world_camera;
+    for (const RigCamera& entry : readRigJson(rig_json).cameras) calibrations_[entry.camera.name] = entry.camera;
     place(cameras_);
   }
 
@@ -29,17 +28,18 @@ class PosedRecording : public Recording {
  private:
   void place(std::vector<Camera>& cameras) const {
     for (Camera& camera : cameras) {
-      const auto pose = poses_.find(camera.name);
-      if (pose == poses_.end())
+      const auto found = calibrations_.find(camera.name);
+      if (found == calibrations_.end())
         throw InputError(rig_json_ + ": has no camera '" + camera.name + "', which the recording has");
-      camera.T_world_camera = pose->second;
+      camera.T_world_camera = found->second.T_world_camera;
+      camera.depth_correction = found->second.depth_correction;
     }
   }
 
   std::unique_ptr<Recording> recording_;
   std::string rig_json_;
   std::vector<Camera> cameras_;
-  std::map<std::string, Eigen::Isometry3d> poses_;
+  std::map<std::string, Camera> calibrations_;
 };
 
 }  // namespace

@@ -76,6 +76,16 @@ Intrinsics parseIntrinsics(const Entry& entry) {
   return K;
 }
 
+DepthCorrection parseDepthCorrection(const Entry& entry) {
+  DepthCorrection correction;
+  correction.columns = entry.size("columns");
+  correction.rows = entry.size("rows");
+  const std::size_t knots = static_cast<std::size_t>(correction.columns) * static_cast<std::size_t>(correction.rows);
+  for (const double a : entry.numbers("relative", knots)) correction.relative.push_back(static_cast<float>(a));
+  for (const double b : entry.numbers("per_metre", knots)) correction.per_metre.push_back(static_cast<float>(b));
+  return correction;
+}
+
 RigCamera parseCamera(const Entry& entry, const std::string& name) {
   RigCamera result;
   result.camera.name = name;
@@ -84,6 +94,12 @@ RigCamera parseCamera(const Entry& entry, const std::string& name) {
   if (!std::isfinite(result.depth_scale) || result.depth_scale == 0)
     entry.fail("depth_scale", "is " + quoted(entry.object["depth_scale"]) + ", must be metres per unit, like 0.001");
   result.camera.T_world_camera = rigidPose(entry.owner + ": T_world_camera", entry.numbers("T_world_camera", 16));
+  if (entry.has("depth_correction")) {
+    const Entry correction{entry.object["depth_correction"], entry.owner + " depth_correction"};
+    if (!correction.object.is_object())
+      entry.fail("depth_correction", "must be an object with columns, rows, relative, per_metre");
+    result.camera.depth_correction = parseDepthCorrection(correction);
+  }
   if (entry.has("color")) {
     const Entry color{entry.object["color"], entry.owner + " color"};
     if (!color.object.is_object())
@@ -179,6 +195,13 @@ void writeRigJson(const std::string& path, const RigDescription& rig) {
     if (rig_camera.camera.color) {
       putIntrinsics(entry["color"], rig_camera.camera.color->intrinsics);
       entry["color"]["T_depth_color"] = poseNumbers(rig_camera.camera.color->T_depth_color);
+    }
+    if (const DepthCorrection& correction = rig_camera.camera.depth_correction; !correction.empty()) {
+      Json& knots = entry["depth_correction"];
+      knots["columns"] = correction.columns;
+      knots["rows"] = correction.rows;
+      for (const float a : correction.relative) knots["relative"].push_back(shortest(a));
+      for (const float b : correction.per_metre) knots["per_metre"].push_back(shortest(b));
     }
     json["cameras"].push_back(std::move(entry));
   }

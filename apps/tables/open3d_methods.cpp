@@ -86,7 +86,7 @@ class Tsdf : public io::Method {
     ScalableTSDFVolume volume(static_cast<double>(options_.leaf_size), 0.04, TSDFVolumeColorType::RGB8);
     for (std::size_t i = 0; i < frame.cameras.size(); ++i) {
       if (frame.views[i].missing()) continue;
-      const open3d::geometry::RGBDImage image = imageOf(frame.views[i]);
+      const open3d::geometry::RGBDImage image = imageOf(frame.cameras[i], frame.views[i]);
       const Intrinsics& K = frame.cameras[i].intrinsics;
       const Eigen::Matrix4d T_camera_world = frame.cameras[i].T_world_camera.inverse().matrix();
       const Clock::time_point start = Clock::now();
@@ -104,13 +104,16 @@ class Tsdf : public io::Method {
   }
 
  private:
-  open3d::geometry::RGBDImage imageOf(const DepthView& view) const {
+  open3d::geometry::RGBDImage imageOf(const Camera& camera, const DepthView& view) const {
+    host::ViewGeometry geometry;
+    geometry.assign(camera);
     open3d::geometry::RGBDImage image;
     image.depth_.Prepare(view.width(), view.height(), 1, sizeof(float));
     image.color_.Prepare(view.width(), view.height(), 3, 1);
     for (int v = 0; v < view.height(); ++v) {
       const PreprocessingParameters& range = options_.parameters.preprocessing;
-      host::convertDepthRow(view, range.min_range, range.max_range, v, image.depth_.PointerAt<float>(0, v));
+      host::convertDepthRow(view, range.min_range, range.max_range, v, geometry.corrections(v),
+                            image.depth_.PointerAt<float>(0, v));
       if (view.color)
         std::memcpy(image.color_.PointerAt<std::uint8_t>(0, v, 0), view.color.row(v),
                     3 * static_cast<std::size_t>(view.width()));

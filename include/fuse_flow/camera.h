@@ -1,5 +1,6 @@
 #pragma once
 
+#include <fuse_flow/depth_correction.h>
 #include <fuse_flow/math/pinhole.h>
 
 #include <Eigen/Geometry>
@@ -26,10 +27,12 @@ struct Camera {
   Eigen::Isometry3d T_world_camera = Eigen::Isometry3d::Identity();
   /** \brief Absent: the colour image has the depth image's size and viewpoint. */
   std::optional<ColorCamera> color;
+  /** \brief Of what it measures; none unless given. Ranges in metres, as in PreprocessingParameters, are of what it measures, before. */
+  DepthCorrection depth_correction;
 };
 
 /** \brief Throws pcl::BadArgumentException, naming the camera and the value, unless sizes and focal lengths are
- *  positive, all numbers finite, and the poses rigid (rotation orthonormal to 1e-3, determinant +1). */
+ *  positive, all numbers finite, depth_correction within its ranges, and the poses rigid (rotation orthonormal to 1e-3, determinant +1). */
 inline void checkCamera(const Camera& camera);
 
 /** \brief An Eigen pose as the plain numbers that the per-pixel maths uses. */

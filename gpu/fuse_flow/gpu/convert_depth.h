@@ -37,6 +37,7 @@ struct ConvertDepth {
         out.value[k] =
             a.u + static_cast<int>(k) < view.model.intrinsics.width ? metres(raw[k], min_range, max_range) : 0.0f;
     }
+    if (view.corrections != nullptr) correct(view, a, out);
     *reinterpret_cast<Metres*>(z + index) = out;
     if (q == nullptr) return;
     for (float& value : out.value) value = value > 0 ? 1.0f / value : 0.0f;
@@ -44,6 +45,14 @@ struct ConvertDepth {
   }
 
  private:
+  FUSE_FLOW_HD static void correct(const DeviceView& view, const PixelAddress& a, Metres& out) {
+    const int width = view.model.intrinsics.width;
+    const DepthCorrectionTerms* terms =
+        view.corrections + static_cast<std::size_t>(a.v) * static_cast<std::size_t>(width) + a.u;
+    for (std::uint32_t k = 0; k < kPixels; ++k)
+      if (a.u + static_cast<int>(k) < width) out.value[k] = correctedDepth(out.value[k], terms[k]);
+  }
+
   /** \brief Zeros beyond the end of the row. */
   FUSE_FLOW_HD static Raw16 read(const std::uint16_t* raw, int left) {
     if (left >= static_cast<int>(kPixels) && (reinterpret_cast<std::uintptr_t>(raw) & 15u) == 0)

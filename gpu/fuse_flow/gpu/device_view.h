@@ -2,6 +2,7 @@
 
 #include <fuse_flow/gpu/system.h>
 #include <fuse_flow/math/confidence.h>
+#include <fuse_flow/math/depth_correction.h>
 #include <fuse_flow/math/view.h>
 
 #include <cstddef>
@@ -17,6 +18,8 @@ struct DeviceView {
   ViewModel model;
   /** \brief unproject() of every pixel; null for an ideal lens. */
   const Ray* rays{nullptr};
+  /** \brief Of the depth of every pixel; null where it is right. */
+  const DepthCorrectionTerms* corrections{nullptr};
   /** \brief The other cameras that are present, nearest first. */
   const std::uint32_t* neighbours{nullptr};
   std::uint32_t neighbour_count{0};

@@ -44,7 +44,12 @@ class FrameViews {
     // A frame that ran out of memory here may have left half of it: then all is uploaded again.
     const bool calibrated = rig_.update(frame.cameras) || !geometry_uploaded_;
     geometry_uploaded_ = false;
-    if (calibrated) uploadRays(run);
+    if (calibrated) {
+      uploadTables(
+          run, [](const auto& view) -> const auto& { return view.rays(); }, ray_offsets_, rays_);
+      uploadTables(
+          run, [](const auto& view) -> const auto& { return view.corrections(); }, correction_offsets_, corrections_);
+    }
     if (updatePresence(frame) || calibrated) uploadNeighbours(run);
     geometry_uploaded_ = true;
     views_.resize(n);
@@ -55,6 +60,7 @@ class FrameViews {
       view = {};
       view.model = geometry;
       view.rays = geometry.ideal ? nullptr : rays_.data() + ray_offsets_[i];
+      view.corrections = geometry.corrections().empty() ? nullptr : corrections_.data() + correction_offsets_[i];
       view.neighbours = neighbours_.data() + i * (n - 1);
       view.neighbour_count = neighbour_counts_[i];
       view.slope = slopeScale(confidence, 1.0f / geometry.intrinsics.fx);
@@ -89,7 +95,8 @@ class FrameViews {
   std::size_t uploadedBytes() const { return uploaded_; }
   const host::RigGeometry& rig() const { return rig_; }
   std::size_t bytes() const {
-    return device_views_.bytes() + rays_.bytes() + neighbours_.bytes() + images_.bytes() + device_offsets_.bytes();
+    return device_views_.bytes() + rays_.bytes() + corrections_.bytes() + neighbours_.bytes() + images_.bytes() +
+           device_offsets_.bytes();
   }
 
  private:
@@ -105,17 +112,20 @@ class FrameViews {
     return changed;
   }
 
-  void uploadRays(Execution& run) {
+  /** \brief Tables of all views, one after the other, of what geometry knows of each pixel; most views have none. */
+  template <typename Entry, typename TableOf>
+  void uploadTables(Execution& run, const TableOf& table_of, std::vector<std::size_t>& offsets,
+                    DeviceBuffer<Entry>& on_device) {
     const std::size_t n = rig_.size();
-    ray_offsets_.assign(n + 1, 0);
-    for (std::size_t i = 0; i < n; ++i) ray_offsets_[i + 1] = ray_offsets_[i] + rig_[i].rays().size();
-    PinnedBuffer<Ray> rays;
-    rays.resize(ray_offsets_[n]);
+    offsets.assign(n + 1, 0);
+    for (std::size_t i = 0; i < n; ++i) offsets[i + 1] = offsets[i] + table_of(rig_[i]).size();
+    PinnedBuffer<Entry> tables;
+    tables.resize(offsets[n]);
     for (std::size_t i = 0; i < n; ++i)
-      std::copy(rig_[i].rays().begin(), rig_[i].rays().end(), rays.data() + ray_offsets_[i]);
+      std::copy(table_of(rig_[i]).begin(), table_of(rig_[i]).end(), tables.data() + offsets[i]);
     run.wait();  // for the last frame that used what is there
-    rays_.resize(ray_offsets_[n]);
-    run.copy(rays_.data(), rays.data(), ray_offsets_[n]);
+    on_device.resize(offsets[n]);
+    run.copy(on_device.data(), tables.data(), offsets[n]);
     run.wait();
   }
 
@@ -241,7 +251,7 @@ class FrameViews {
 
   host::RigGeometry rig_;
   bool geometry_uploaded_{false};
-  std::vector<std::size_t> ray_offsets_;
+  std::vector<std::size_t> ray_offsets_, correction_offsets_;
   std::vector<std::uint8_t> present_;
   std::vector<std::uint32_t> neighbour_counts_;
   PinnedBuffer<std::uint32_t> host_neighbours_;
@@ -253,6 +263,7 @@ class FrameViews {
   DeviceBuffer<DeviceView> device_views_;
   DeviceBuffer<std::uint32_t> device_offsets_, neighbours_;
   DeviceBuffer<Ray> rays_;
+  DeviceBuffer<DepthCorrectionTerms> corrections_;
   DeviceBuffer<char> images_;
   std::uint32_t pixels_{0};
   std::uint32_t tiles_{0};

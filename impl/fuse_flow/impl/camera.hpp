@@ -57,12 +57,31 @@ inline bool sameIntrinsics(const Intrinsics& a, const Intrinsics& b) {
          d.k6 == e.k6;
 }
 
+inline void checkDepthCorrection(const Owner& owner, const DepthCorrection& correction) {
+  if (correction.empty() && correction.rows == 0 && correction.relative.empty() && correction.per_metre.empty()) return;
+  constexpr int most = 64;
+  if (correction.columns < 2 || correction.rows < 2 || correction.columns > most || correction.rows > most)
+    throwBadArgument(owner, ": depth_correction has ", correction.columns, "x", correction.rows,
+                     " knots, must be 2x2 to ", most, "x", most);
+  const std::size_t knots = static_cast<std::size_t>(correction.columns) * static_cast<std::size_t>(correction.rows);
+  const auto check = [&](const char* name, const std::vector<float>& values) {
+    if (values.size() != knots)
+      throwBadArgument(owner, ": depth_correction.", name, " has ", values.size(), " numbers, must be ", knots);
+    for (const float value : values)
+      if (!(value >= -0.5f && value <= 0.5f))
+        throwBadArgument(owner, ": depth_correction.", name, " has ", value, ", must be -0.5 to 0.5");
+  };
+  check("relative", correction.relative);
+  check("per_metre", correction.per_metre);
+}
+
 }  // namespace detail
 
 inline void checkCamera(const Camera& camera) {
   const detail::Owner owner{"fuse_flow::Camera '", camera.name, "'"};
   detail::checkIntrinsics(owner, camera.intrinsics);
   detail::checkPose(owner, "T_world_camera", camera.T_world_camera);
+  detail::checkDepthCorrection(owner, camera.depth_correction);
   if (camera.color) {
     const detail::Owner color{"fuse_flow::Camera '", camera.name, "' color"};
     detail::checkIntrinsics(color, camera.color->intrinsics);
@@ -83,7 +102,7 @@ namespace detail {
 
 /** \brief Whether all of the calibration but the pose in the world is the same. */
 inline bool sameInside(const Camera& a, const Camera& b) {
-  if (!sameIntrinsics(a.intrinsics, b.intrinsics)) return false;
+  if (!sameIntrinsics(a.intrinsics, b.intrinsics) || a.depth_correction != b.depth_correction) return false;
   if (a.color.has_value() != b.color.has_value()) return false;
   return !a.color || (sameIntrinsics(a.color->intrinsics, b.color->intrinsics) &&
                       a.color->T_depth_color.matrix() == b.color->T_depth_color.matrix());

@@ -38,9 +38,9 @@ void DepthBackprojection<PointT, device::Host>::setParameters(const Preprocessin
 template <typename PointT>
 void DepthBackprojection<PointT, device::Host>::computePoints(const DepthView& view, float* z, Vec3* points) {
   host::DepthMap depth;
-  host::makeDepthMap(parameters_, view, depth);
   host::ViewGeometry geometry;
   geometry.assign(camera_);
+  host::makeDepthMap(parameters_, geometry, view, depth);
   const int width = depth.width();
   host::parallelFor(host::resolveThreads(threads_), static_cast<std::size_t>(depth.height()),
                     [&](std::size_t row, int) {

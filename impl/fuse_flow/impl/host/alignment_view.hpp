@@ -21,7 +21,7 @@ class AlignmentView {
   AlignmentView(const AlignmentView&) = delete;  // the blocks of a copy would be the original's
 
   void assign(const ViewGeometry& geometry, const DepthView& view, const ExtrinsicParameters& p) {
-    makeDepthMap(p.preprocessing, view, full_);
+    makeDepthMap(p.preprocessing, geometry, view, full_);
     const float noise_scale = measureNoiseScale(p.noise, full_);
     begin(geometry, p, blockReduction(p, full_.width(), noise_scale));
     average(p, noise_scale);

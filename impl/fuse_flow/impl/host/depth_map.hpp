@@ -4,6 +4,7 @@
 #include <fuse_flow/impl/host/wide_vectors.hpp>
 #include <fuse_flow/math/confidence.h>
 #include <fuse_flow/math/depth.h>
+#include <fuse_flow/math/depth_correction.h>
 #include <fuse_flow/math/noise_scale.h>
 #include <fuse_flow/math/smoothing.h>
 
@@ -45,8 +46,9 @@ class DepthMap {
   std::vector<float> z_;
 };
 
-/** \brief One row of a view in metres; what is outside [min_range, max_range] becomes 0. */
-inline void convertDepthRow(const DepthView& view, float min_range, float max_range, int v, float* z) {
+/** \brief One row of a view in metres; what is outside [min_range, max_range] becomes 0. \param terms of the row's pixels; null: none */
+inline void convertDepthRow(const DepthView& view, float min_range, float max_range, int v,
+                            const DepthCorrectionTerms* terms, float* z) {
   inWideVectors([=, &view] {
     const int width = view.width();
     if (view.depth16) {
@@ -57,6 +59,10 @@ inline void convertDepthRow(const DepthView& view, float min_range, float max_ra
       const float* raw = view.depth32.row(v);
       for (int u = 0; u < width; ++u) z[u] = metres(raw[u], min_range, max_range);
     }
+    if (terms == nullptr) return;
+    const DepthCorrectionTerms* __restrict of_pixel = terms;
+    float* __restrict corrected = z;
+    for (int u = 0; u < width; ++u) corrected[u] = correctedDepth(corrected[u], of_pixel[u]);
   });
 }
 

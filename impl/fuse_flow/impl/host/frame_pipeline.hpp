@@ -158,7 +158,7 @@ class FramePipeline {
   void preprocess() {
     const PreprocessingParameters& p = parameters.preprocessing;
     forEachRow([&](std::size_t i, int v) {
-      convertDepthRow(frame_->views[i], p.min_range, p.max_range, v, depths_[i].row(v));
+      convertDepthRow(frame_->views[i], p.min_range, p.max_range, v, rig_[i].corrections(v), depths_[i].row(v));
     });
     const bool whole_images = p.fill_neighbours != 0 || p.bilateral;
     if (whole_images || parameters.adapt_noise)

@@ -19,7 +19,7 @@ struct FrameViews {
       if (frame.views[i].missing()) {
         depths[i].clear();
       } else {
-        makeDepthMap(preprocessing, frame.views[i], depths[i]);
+        makeDepthMap(preprocessing, rig[i], frame.views[i], depths[i]);
       }
     });
   }

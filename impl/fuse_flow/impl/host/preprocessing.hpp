@@ -1,6 +1,7 @@
 #pragma once
 
 #include <fuse_flow/impl/host/depth_map.hpp>
+#include <fuse_flow/impl/host/rig_geometry.hpp>
 #include <fuse_flow/preprocessing.h>
 
 #include <pcl/filters/fast_bilateral.h>
@@ -65,9 +66,11 @@ inline void preprocessDepthMap(const PreprocessingParameters& p, DepthMap& depth
 }
 
 /** \brief D^r of eq. 8 for one view. */
-inline void makeDepthMap(const PreprocessingParameters& p, const DepthView& view, DepthMap& depth) {
+inline void makeDepthMap(const PreprocessingParameters& p, const ViewGeometry& geometry, const DepthView& view,
+                         DepthMap& depth) {
   depth.resize(view.width(), view.height());
-  for (int v = 0; v < view.height(); ++v) convertDepthRow(view, p.min_range, p.max_range, v, depth.row(v));
+  for (int v = 0; v < view.height(); ++v)
+    convertDepthRow(view, p.min_range, p.max_range, v, geometry.corrections(v), depth.row(v));
   preprocessDepthMap(p, depth);
 }
 

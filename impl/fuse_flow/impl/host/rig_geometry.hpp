@@ -19,6 +19,7 @@ struct ViewGeometry : ViewModel {
 
   void assign(const Camera& camera) {
     const bool same_lens = !column_x_.empty() && detail::sameIntrinsics(intrinsics, camera.intrinsics);
+    const bool same_correction = same_lens && depth_correction_ == camera.depth_correction;
     intrinsics = camera.intrinsics;
     T_world_camera = toRigidTransform(camera.T_world_camera);
     T_camera_world = toRigidTransform(camera.T_world_camera.inverse());
@@ -31,6 +32,7 @@ struct ViewGeometry : ViewModel {
     }
     P = projectionMatrix(intrinsics, T_camera_world);
     if (!same_lens) tabulateRays();
+    if (!same_correction) tabulateCorrection(camera.depth_correction);
     frustum = ViewFrustum(*this);
   }
 
@@ -47,6 +49,13 @@ struct ViewGeometry : ViewModel {
   /** \brief The table of a lens with distortion, row by row; empty for an ideal one. */
   const std::vector<Ray>& rays() const { return rays_; }
 
+  /** \brief Of the camera's depth, row by row; empty where it is right. */
+  const std::vector<DepthCorrectionTerms>& corrections() const { return corrections_; }
+  /** \brief Of row v; null where the camera's depth is right. */
+  const DepthCorrectionTerms* corrections(int v) const {
+    return corrections_.empty() ? nullptr : corrections_.data() + static_cast<std::ptrdiff_t>(v) * intrinsics.width;
+  }
+
  private:
   void tabulateRays() {
     ideal = isIdeal(intrinsics.distortion);
@@ -61,6 +70,15 @@ struct ViewGeometry : ViewModel {
           rays_[v * w + u] = unproject(intrinsics, {static_cast<float>(u), static_cast<float>(v)});
     max_squared_radius = 0;
     for (const Ray& r : rays_) max_squared_radius = std::max(max_squared_radius, r.x * r.x + r.y * r.y);
+  }
+
+  void tabulateCorrection(const DepthCorrection& correction) {
+    depth_correction_ = correction;
+    corrections_.clear();
+    if (correction.empty()) return;
+    for (int v = 0; v < intrinsics.height; ++v)
+      for (int u = 0; u < intrinsics.width; ++u)
+        corrections_.push_back(correction.at(u, v, intrinsics.width, intrinsics.height));
   }
 
   /** \brief Of the rays of an image's border, which are the outermost; 0 for an ideal lens. */
@@ -84,6 +102,8 @@ struct ViewGeometry : ViewModel {
 
   std::vector<float> column_x_;
   std::vector<Ray> rays_;
+  DepthCorrection depth_correction_;
+  std::vector<DepthCorrectionTerms> corrections_;
 };
 
 /** \brief The geometry of all cameras of a rig; recomputed only when the calibration changes. */

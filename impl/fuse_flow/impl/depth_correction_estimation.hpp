@@ -1,0 +1,55 @@
+#pragma once
+
+#include <fuse_flow/depth_correction_estimation.h>
+#include <fuse_flow/impl/extrinsic_estimation.hpp>
+#include <fuse_flow/impl/host/correction_search.hpp>
+
+namespace fuse_flow {
+
+FUSE_FLOW_INLINE void checkParameters(const DepthCorrectionParameters& p) {
+  constexpr const char* owner = "fuse_flow::DepthCorrectionEstimation";
+  checkParameters(p.views);
+  detail::checkRange(owner, "columns", p.columns, 2, 64);
+  detail::checkRange(owner, "rows", p.rows, 2, 64);
+  detail::checkPositive(owner, "magnitude", p.magnitude);
+  detail::checkPositive(owner, "roughness", p.roughness);
+  detail::checkPositive(owner, "pose_deviation", p.pose_deviation);
+  detail::checkRange(owner, "redundancy", p.redundancy, 1.0f, 1e6f);
+}
+
+FUSE_FLOW_INLINE DepthCorrectionEstimation::DepthCorrectionEstimation()
+    : system_(std::make_unique<host::AlignmentSystem>()) {}
+FUSE_FLOW_INLINE DepthCorrectionEstimation::~DepthCorrectionEstimation() = default;
+
+FUSE_FLOW_INLINE void DepthCorrectionEstimation::setParameters(const DepthCorrectionParameters& parameters) {
+  checkParameters(parameters);
+  parameters_ = parameters;
+}
+
+FUSE_FLOW_INLINE void DepthCorrectionEstimation::clear() {
+  cameras_.clear();
+  system_->clear();
+}
+
+FUSE_FLOW_INLINE void DepthCorrectionEstimation::addFrame(const RigFrame& frame) {
+  RigFrame raw = frame;
+  for (Camera& camera : raw.cameras) camera.depth_correction = {};
+  detail::takeCameras(raw, cameras_);
+  ExtrinsicParameters views = parameters_.views;
+  views.use_color = false;
+  system_->setThreads(host::resolveThreads(threads_));
+  system_->add(raw, views);
+}
+
+FUSE_FLOW_INLINE DepthCorrectionResult DepthCorrectionEstimation::estimate() {
+  return estimate(detail::posesOf(cameras_));
+}
+
+FUSE_FLOW_INLINE DepthCorrectionResult
+DepthCorrectionEstimation::estimate(const std::vector<Eigen::Isometry3d>& initial) {
+  detail::checkInitialPoses(cameras_, system_->instants(), initial);
+  system_->setThreads(host::resolveThreads(threads_));
+  return host::CorrectionSearch(*system_, parameters_, cameras_, initial, host::resolveThreads(threads_)).run();
+}
+
+}  // namespace fuse_flow
