@@ -5,6 +5,7 @@
 
 #include <fuse_flow/fuse_flow.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 #include <string>
@@ -72,11 +73,21 @@ class RandomFrame {
       camera.color->intrinsics.height = 1 + random.below(max_side);
       camera.color->T_depth_color.translation().x() = random.uniform(-0.05, 0.05);
     }
+    if (random.oneIn(4)) drawCorrection(random, camera.depth_correction, scale);
     camera.T_world_camera.linear() = (Eigen::AngleAxisd(random.uniform(-0.2, 0.2), Eigen::Vector3d::UnitX()) *
                                       Eigen::AngleAxisd(random.uniform(-0.2, 0.2), Eigen::Vector3d::UnitY()))
                                          .toRotationMatrix();
     camera.T_world_camera.translation() << random.uniform(-0.3, 0.3) * scale, random.uniform(-0.3, 0.3) * scale,
         random.uniform(-0.15, 0.15) * scale;
+  }
+
+  static void drawCorrection(Random& random, fuse_flow::DepthCorrection& correction, double scale) {
+    correction = {2 + random.below(4), 2 + random.below(4), {}, {}};
+    const float most = 0.02f, per_metre = std::min(0.4f, most / static_cast<float>(scale));
+    for (int k = 0; k < correction.columns * correction.rows; ++k) {
+      correction.relative.push_back(random.uniform(-most, most));
+      correction.per_metre.push_back(random.uniform(-per_metre, per_metre));
+    }
   }
 
   void drawImages(Random& random, std::size_t i, double scale) {

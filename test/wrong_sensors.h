@@ -1,0 +1,32 @@
+#pragma once
+
+/** \file
+ *  \brief Depth cameras that measure wrong. */
+
+#include "scenes.h"
+
+namespace scenes {
+
+/** \brief What a sensor that needs a correction measures: the z for which z (1 + a + b z) is the truth. */
+inline float mismeasured(float truth, const fuse_flow::DepthCorrectionTerms& terms) {
+  const double a = 1 + static_cast<double>(terms.relative), b = terms.per_metre, t = truth;
+  return static_cast<float>(std::fabs(b) < 1e-9 ? t / a : (std::sqrt(a * a + 4 * b * t) - a) / (2 * b));
+}
+
+/** \brief What a sensor that needs a correction makes of an exact image. */
+inline void mismeasure(fuse_flow::io::FloatImage& depth, const fuse_flow::DepthCorrection& correction) {
+  for (int v = 0; v < depth.height; ++v)
+    for (int u = 0; u < depth.width; ++u)
+      depth.at(u, v) = mismeasured(depth.at(u, v), correction.at(u, v, depth.width, depth.height));
+}
+
+/** \brief Makes all cameras measure wrong, and say how. */
+inline void distort(Scene& scene, const fuse_flow::DepthCorrection& correction) {
+  for (std::size_t i = 0; i < scene.depth.size(); ++i) {
+    mismeasure(scene.depth[i], correction);
+    scene.rig.cameras[i].depth_correction = correction;
+  }
+  scene.attach();
+}
+
+}  // namespace scenes
