@@ -16,12 +16,11 @@ check() {  # check TOOL TEST
   # One test runs out of memory, which memcheck takes for a mistake.
   if [ "$1" = memcheck ]; then options=(--report-api-errors no); fi
   if [ "$1" = racecheck ]; then export FUSE_FLOW_TEST_WARM=1; fi
-  for go in 1 2 3; do
-    # Of several threads that launch at once racecheck at times loses a launch, and fails by that: then one launch at a time.
-    if [ "$go" != 1 ]; then options+=(--force-blocking-launches yes); fi
+  for _ in 1 2 3; do
     result=0
     CUDA_VISIBLE_DEVICES=$((${slot:-0} % gpus)) timeout 300 compute-sanitizer --tool "$1" "${options[@]}" --error-exitcode 9 \
       "$tests" --gtest_brief=1 --gtest_filter="$2" > "$log.part" 2>&1 || result=$?
+    # Of several threads that launch at once racecheck at times loses a launch, and fails by that.
     if ! grep -q "Internal Sanitizer Error" "$log.part"; then break; fi
   done
   unset FUSE_FLOW_TEST_WARM
