@@ -107,18 +107,33 @@ CorrectionAt correctionAt(const DepthCorrection& correction, double z) {
   return result;
 }
 
-void print(const std::vector<Camera>& cameras, const DepthCorrectionResult& result) {
-  std::printf("\n%-20s %12s %12s %12s %12s\n", "depth correction", "at 1 m, rms", "at 2 m, rms", "most", "knots told");
-  for (std::size_t i = 0; i < cameras.size(); ++i) {
-    const CorrectionAt near = correctionAt(cameras[i].depth_correction, 1);
-    const CorrectionAt far = correctionAt(cameras[i].depth_correction, 2);
-    std::printf("%-20s %9.2f mm %9.2f mm %9.2f mm %10.0f %%\n", cameras[i].name.c_str(),
+void print(const std::vector<Eigen::Isometry3d>& initial, const DepthCorrectionResult& result) {
+  std::printf("\n%-20s %12s %12s %12s %12s %12s\n", "depth correction", "moved", "at 1 m, rms", "at 2 m, rms", "most",
+              "knots told");
+  for (std::size_t i = 0; i < initial.size(); ++i) {
+    const Camera& camera = result.cameras[i];
+    const CorrectionAt near = correctionAt(camera.depth_correction, 1);
+    const CorrectionAt far = correctionAt(camera.depth_correction, 2);
+    std::printf("%-20s %9.2f mm %9.2f mm %9.2f mm %9.2f mm %10.0f %%\n", camera.name.c_str(),
+                1000 * (camera.T_world_camera.translation() - initial[i].translation()).norm(),
                 1000 * std::sqrt(near.mean_square), 1000 * std::sqrt(far.mean_square), 1000 * far.most,
                 100 * result.told[i]);
   }
   std::printf("\nwith corrections surfaces disagree by %.2f mm (%.2f mm before); %s after %d iterations\n",
               1000 * result.residual, 1000 * result.residual_before, result.converged ? "at rest" : "still moving",
               result.iterations);
+}
+
+void addTo(nlohmann::json& j, const DepthCorrectionResult& result) {
+  j["with_corrections"] = {{"residual_before_mm", 1000 * result.residual_before},
+                           {"residual_mm", 1000 * result.residual},
+                           {"iterations", result.iterations},
+                           {"converged", result.converged}};
+  for (std::size_t i = 0; i < result.cameras.size(); ++i) {
+    const CorrectionAt at = correctionAt(result.cameras[i].depth_correction, 2);
+    j["cameras"][i]["depth_correction_at_2_m_mm"] = 1000 * std::sqrt(at.mean_square);
+    j["cameras"][i]["knots_told"] = result.told[i];
+  }
 }
 
 nlohmann::json toJson(const std::vector<Camera>& cameras, const ExtrinsicResult& result) {
@@ -244,9 +259,13 @@ int run(Options options) {
   std::vector<Camera> after = before;
   place(result.T_world_camera, after);
   DepthCorrectionResult corrected;
-  if (correction) after = (corrected = correction->estimate(result.T_world_camera)).cameras;
+  if (correction) after = (corrected = correction->estimate(initial)).cameras;
 
-  if (!options.json.empty()) io::writeFile(options.json, toJson(before, result).dump(2) + "\n");
+  if (!options.json.empty()) {
+    nlohmann::json figures = toJson(before, result);
+    if (correction) addTo(figures, corrected);
+    io::writeFile(options.json, figures.dump(2) + "\n");
+  }
   if (!options.picture.empty()) {
     place(initial, loaded.rig.cameras);
     std::vector<drawing::ColoredPoints> clouds{byCamera(loaded.rig)};
@@ -267,7 +286,7 @@ int run(Options options) {
     std::printf("Poses found from %zu markers that several cameras saw; corners fit to %.2f pixels.\n\n",
                 markers.markers, markers.residual);
   print(before, result);
-  if (correction) print(after, corrected);
+  if (correction) print(initial, corrected);
   return command_line::kSuccess;
 }
 

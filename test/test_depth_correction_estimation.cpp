@@ -83,7 +83,8 @@ double misplaced(const std::vector<Camera>& found, const std::vector<Camera>& tr
       for (int v = 4; v < 116; v += 7)
         for (int u = 4; u < 156; u += 7) {
           if (exact.depth[i].at(u, v) > 3.5f) continue;  // a glance at a wall: few samples are so far away
-          const float z = mismeasured(exact.depth[i].at(u, v), sensors[i].at(u, v, 160, 120));
+          const auto z = static_cast<float>(
+              simulation::mismeasured(static_cast<double>(exact.depth[i].at(u, v)), sensors[i].at(u, v, 160, 120)));
           const Intrinsics& K = truth[i].intrinsics;
           const Ray r = unproject(K, {static_cast<float>(u), static_cast<float>(v)});
           const Vector3d ray(static_cast<double>(r.x), static_cast<double>(r.y), 1);

@@ -4,20 +4,16 @@
  *  \brief Depth cameras that measure wrong. */
 
 #include "scenes.h"
+#include "simulation/depth_distortion.h"
 
 namespace scenes {
-
-/** \brief What a sensor that needs a correction measures: the z for which z (1 + a + b z) is the truth. */
-inline float mismeasured(float truth, const fuse_flow::DepthCorrectionTerms& terms) {
-  const double a = 1 + static_cast<double>(terms.relative), b = terms.per_metre, t = truth;
-  return static_cast<float>(std::fabs(b) < 1e-9 ? t / a : (std::sqrt(a * a + 4 * b * t) - a) / (2 * b));
-}
 
 /** \brief What a sensor that needs a correction makes of an exact image. */
 inline void mismeasure(fuse_flow::io::FloatImage& depth, const fuse_flow::DepthCorrection& correction) {
   for (int v = 0; v < depth.height; ++v)
     for (int u = 0; u < depth.width; ++u)
-      depth.at(u, v) = mismeasured(depth.at(u, v), correction.at(u, v, depth.width, depth.height));
+      depth.at(u, v) = static_cast<float>(fuse_flow::simulation::mismeasured(
+          static_cast<double>(depth.at(u, v)), correction.at(u, v, depth.width, depth.height)));
 }
 
 /** \brief Makes all cameras measure wrong, and say how. */

@@ -24,6 +24,8 @@ SimulationArguments::SimulationArguments(CLI::App& app) {
       app.add_option("--rotation-error", rotation_error_deg_, "calibrated orientations are off by this, degrees"));
   given_.push_back(
       app.add_option("--depth-bias", depth_bias_mm_, "each camera's depth is off by a constant in +- this, mm"));
+  given_.push_back(app.add_option("--depth-distortion", depth_distortion_mm_,
+                                  "each camera bends what it measures in a way of its own, by about this at 2 m, mm"));
   given_.push_back(app.add_option("--knock", knock_mm_,
                                   "from --knock-frame on the last camera stands this far from where it stood, mm"));
   given_.push_back(app.add_option("--knock-rotation", knock_deg_, "and is turned by this, degrees"));
@@ -48,6 +50,7 @@ simulation::SimulationOptions SimulationArguments::options() const {
   result.faults.position_error = 0.001 * position_error_mm_;
   result.faults.rotation_error = rotation_error_deg_ * 3.14159265358979323846 / 180;
   result.faults.depth_bias = 0.001 * depth_bias_mm_;
+  result.faults.depth_distortion = 0.001 * depth_distortion_mm_;
   result.faults.knock = 0.001 * knock_mm_;
   result.faults.knock_rotation = knock_deg_ * 3.14159265358979323846 / 180;
   result.faults.out_of_sync = 0.001 * out_of_sync_ms_;

@@ -31,6 +31,7 @@ class SimulationArguments {
   double position_error_mm_{0};
   double rotation_error_deg_{0};
   double depth_bias_mm_{0};
+  double depth_distortion_mm_{0};
   double knock_mm_{0};
   double knock_deg_{0};
   double out_of_sync_ms_{0};

@@ -1,6 +1,7 @@
 #include "simulation/simulator.h"
 
 #include "io/error.h"
+#include "simulation/depth_distortion.h"
 #include "simulation/marker.h"
 #include "simulation/random.h"
 #include "simulation/rig_layout.h"
@@ -33,6 +34,8 @@ void check(const SimulationOptions& o) {
           "in [0, 0.8]");
   require(o.faults.depth_bias >= 0 && o.faults.depth_bias <= 0.5, "depth bias in metres", o.faults.depth_bias,
           "in [0, 0.5]");
+  require(o.faults.depth_distortion >= 0 && o.faults.depth_distortion <= 0.1, "depth distortion in metres",
+          o.faults.depth_distortion, "in [0, 0.1]");
   require(o.faults.drop_rate >= 0 && o.faults.drop_rate <= 1, "drop rate", o.faults.drop_rate, "in [0, 1]");
   require(o.marker >= 0 && o.marker <= 2, "side of the marker in metres", o.marker, "in [0, 2]");
   require(o.faults.out_of_sync >= 0 && o.faults.out_of_sync <= 1, "time out of sync in seconds", o.faults.out_of_sync,
@@ -55,15 +58,18 @@ Eigen::Isometry3d disturbed(const Eigen::Isometry3d& T, double metres, double ra
 }
 
 /** \brief Metres to the sensor's units; out of its range: 0. */
-void encode(const io::FloatImage& metres, double bias, const Sensor& sensor, io::DepthImage& depth) {
+void encode(const io::FloatImage& metres, double bias, const DepthCorrection& correction, const Sensor& sensor,
+            io::DepthImage& depth) {
   depth.resize(metres.width, metres.height);
   const double per_unit = 1.0 / static_cast<double>(sensor.depthScale());
-  for (std::size_t k = 0; k < metres.data.size(); ++k) {
-    const float z = metres.data[k];
-    const bool measured = z >= sensor.minRange() && z <= sensor.maxRange();
-    const double units = measured ? std::floor((static_cast<double>(z) + bias) * per_unit + 0.5) : 0.0;
-    depth.data[k] = units > 0 && units < 65535 ? static_cast<std::uint16_t>(units) : std::uint16_t{0};
-  }
+  for (int v = 0; v < metres.height; ++v)
+    for (int u = 0; u < metres.width; ++u) {
+      const float z = metres.at(u, v);
+      const bool measured = z >= sensor.minRange() && z <= sensor.maxRange();
+      const double bent = mismeasured(static_cast<double>(z), correction.at(u, v, metres.width, metres.height));
+      const double units = measured ? std::floor((bent + bias) * per_unit + 0.5) : 0.0;
+      depth.at(u, v) = units > 0 && units < 65535 ? static_cast<std::uint16_t>(units) : std::uint16_t{0};
+    }
 }
 
 std::string cameraName(std::size_t k) {
@@ -84,7 +90,12 @@ Simulator::Simulator(const SimulationOptions& options) : options_(options) {
     camera.name = cameraName(k);
     camera.intrinsics = sensor_->intrinsics();
     camera.T_world_camera = poses[k];
+    if (options_.faults.depth_distortion > 0) {
+      Random random(options_.seed, kOnce, k, 1);
+      camera.depth_correction = randomCorrection(options_.faults.depth_distortion, random);
+    }
     true_cameras_.push_back(camera);
+    camera.depth_correction = {};
     Random random(options_.seed, kOnce, k, 0);
     camera.T_world_camera = disturbed(poses[k], options_.faults.position_error, options_.faults.rotation_error, random);
     cameras_.push_back(camera);
@@ -130,7 +141,7 @@ void Simulator::measure(std::size_t frame, io::LoadedFrame& out) {
     const Eigen::Isometry3d& pose = truePose(frame, k);
     sensor_->measure(rays_, pose, shot, options_.threads, metres);
     io::LoadedView& images = out.images[k];
-    encode(metres, bias_[k], *sensor_, images.depth16);
+    encode(metres, bias_[k], true_cameras_[k].depth_correction, *sensor_, images.depth16);
     DepthView& view = out.rig.views[k];
     view.depth16 = images.depth16.view();
     view.depth_scale = sensor_->depthScale();

@@ -21,6 +21,8 @@ struct Faults {
   double rotation_error{0};
   /** \brief Each camera adds a constant to its depth, uniform in ± this, metres. */
   double depth_bias{0};
+  /** \brief Each camera bends what it measures in a way of its own, by about this at 2 m, metres; see randomCorrection(). */
+  double depth_distortion{0};
   /** \brief Probability that a camera's frame is lost; [0, 1]. */
   double drop_rate{0};
   /** \brief From frame knock_frame on the last camera stands this far from where it stood, metres, in a random direction … */
@@ -57,6 +59,7 @@ class Simulator {
   const Sensor& sensor() const { return *sensor_; }
   /** \brief As calibrated. */
   const std::vector<Camera>& cameras() const { return cameras_; }
+  /** \brief Where they stand at first, and what puts their depth right. */
   const std::vector<Camera>& trueCameras() const { return true_cameras_; }
   /** \brief Where a camera stands in a frame: as trueCameras() says until it is knocked. */
   const Eigen::Isometry3d& truePose(std::size_t frame, std::size_t camera) const;

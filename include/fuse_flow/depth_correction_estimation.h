@@ -39,7 +39,7 @@ struct DepthCorrectionParameters {
     ExtrinsicParameters p;
     p.samples = 6000;
     p.max_distance = 0.15f;
-    p.max_iterations = 30;
+    p.max_iterations = 60;
     p.use_color = false;
     return p;
   }

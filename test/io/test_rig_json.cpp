@@ -119,6 +119,7 @@ TEST_F(RigJson, WhatIsWrittenReadsBackTheSame) {
   right.camera.name = "right";
   right.camera.color.reset();
   right.camera.intrinsics.distortion = {};
+  camera.depth_correction = {3, 2, {0.01f, -0.02f, 1.0f / 300, 0, 0.1f, -0.5f}, {0, 1e-5f, 0.02f, -0.3f, 0.5f, 0}};
   cameras.push_back(right);  // from here on camera is no more
   io::writeRigJson(path("back.json"), {cameras, 29.97});
   const auto [back, frames_per_second] = io::readRigJson(path("back.json"));
@@ -133,6 +134,8 @@ TEST_F(RigJson, WhatIsWrittenReadsBackTheSame) {
   EXPECT_EQ(numbersOf(back[0].camera.color->intrinsics), numbersOf(cameras[0].camera.color->intrinsics));
   EXPECT_EQ(back[0].camera.color->T_depth_color.matrix(), cameras[0].camera.color->T_depth_color.matrix());
   EXPECT_FALSE(back[1].camera.color);
+  EXPECT_EQ(back[0].camera.depth_correction, cameras[0].camera.depth_correction);
+  EXPECT_TRUE(back[1].camera.depth_correction.empty());
 }
 
 TEST_F(RigJson, WhatIsWrittenReadsWellToPeople) {

@@ -123,6 +123,31 @@ TEST(Simulator, BiasIsAConstantOfEachCamera) {
   EXPECT_GE(biases.size(), 3u) << "each has its own";
 }
 
+TEST(Simulator, DistortedDepthIsPutRightByTheTrueCorrections) {
+  SimulationOptions options = smallRig();
+  const LoadedFrame clean = measured(options);
+  options.faults.depth_distortion = 0.03;
+  const LoadedFrame distorted = measured(options);
+  const Simulator simulator(options);
+  for (std::size_t k = 0; k < clean.images.size(); ++k) {
+    EXPECT_TRUE(simulator.cameras()[k].depth_correction.empty()) << "nobody knows";
+    const fuse_flow::DepthCorrection& correction = simulator.trueCameras()[k].depth_correction;
+    const fuse_flow::io::DepthImage &right = clean.images[k].depth16, &wrong = distorted.images[k].depth16;
+    const float scale = distorted.rig.views[k].depth_scale;
+    int most = 0;
+    for (int v = 0; v < right.height; ++v)
+      for (int u = 0; u < right.width; ++u) {
+        if (right.at(u, v) == 0) continue;
+        most = std::max(most, std::abs(wrong.at(u, v) - right.at(u, v)));
+        const float z = fuse_flow::correctedDepth(scale * static_cast<float>(wrong.at(u, v)),
+                                                  correction.at(u, v, right.width, right.height));
+        ASSERT_NEAR(z, scale * static_cast<float>(right.at(u, v)), 1.2f * scale) << k << ": " << u << ", " << v;
+      }
+    EXPECT_GT(static_cast<float>(most) * scale, 0.003f);
+    EXPECT_TRUE(k == 0 || simulator.trueCameras()[0].depth_correction != correction) << "each has its own";
+  }
+}
+
 TEST(Simulator, LosesTheStatedShareOfFrames) {
   SimulationOptions options = smallRig();
   options.color = false;

@@ -152,6 +152,14 @@ TEST_F(BadRecording, ACameraThatIsWrongIsNamedWithItsKey) {
       {"height", 0, "positive"},
       {"distortion", {1, 2}, "8"},
       {"color", 3, "object"},
+      {"depth_correction", 3, "object"},
+      {"depth_correction", {{"columns", 2}, {"rows", 2}, {"relative", {0, 0, 0, 0}}}, "per_metre"},
+      {"depth_correction", {{"columns", 2}, {"rows", 2}, {"relative", {0, 0}}, {"per_metre", {0, 0, 0, 0}}}, "4"},
+      {"depth_correction",
+       {{"columns", 2}, {"rows", 2}, {"relative", {0, 9, 0, 0}}, {"per_metre", {0, 0, 0, 0}}},
+       "0.5"},
+      {"depth_correction", {{"columns", 1}, {"rows", 2}, {"relative", {0, 0}}, {"per_metre", {0, 0}}}, "2x2 to 64x64"},
+      {"depth_correction", {{"columns", 65535}, {"rows", 65535}, {"relative", {0}}, {"per_metre", {0}}}, "numbers"},
   };
   for (const Case& c : cases) {
     nlohmann::json rig = wall.rig();

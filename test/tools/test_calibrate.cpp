@@ -124,6 +124,35 @@ TEST_F(Calibrate, AWallAloneIsSaidToLeaveTheCamerasOpen) {
   EXPECT_NE(result.out.find("left open: slides along"), std::string::npos) << result.out;
 }
 
+TEST_F(Calibrate, FindsWhatDepthCamerasMeasureWrong) {
+  simulate({"--frames", "3", "--fps", "3", "--depth-distortion", "25"});
+  ASSERT_TRUE(succeeded(calibrate({})));
+  const ToolResult result = runProgram(FUSE_FLOW_CALIBRATE_TOOL, {recording(), "--depth-correction", "each", "--json",
+                                                                  out("figures.json"), "-o", out("corrected.json")});
+  ASSERT_TRUE(succeeded(result));
+  EXPECT_NE(result.out.find("with corrections surfaces disagree"), std::string::npos) << result.out;
+  const nlohmann::json rig = read(out("corrected.json"));
+  for (const nlohmann::json& camera : rig["cameras"]) EXPECT_EQ(camera["depth_correction"]["relative"].size(), 48u);
+  EXPECT_NE(rig["cameras"][0]["depth_correction"], rig["cameras"][1]["depth_correction"]);
+  const nlohmann::json figures = read(out("figures.json"));
+  EXPECT_LT(figures["with_corrections"]["residual_mm"], 0.8 * figures["residual_mm"].get<double>());
+  EXPECT_EQ(figures["cameras"].size(), 3u);
+  EXPECT_GT(figures["cameras"][1]["depth_correction_at_2_m_mm"], 3.0);
+  // Whoever reads the rig uses the corrections: the views agree better.
+  const auto disagreement = [&](const std::string& poses) {
+    EXPECT_TRUE(succeeded(
+        fuse({recording(), "-o", out(), "--poses", poses, "--frames", "0:1", "--report", out("report.json")})));
+    return read(out("report.json"))["total"]["e_mc_multi_view_mm"].get<double>();
+  };
+  EXPECT_LT(disagreement(out("corrected.json")), 0.9 * disagreement(out("refined.json")));
+  // One for all views, if that is asked for.
+  ASSERT_TRUE(succeeded(calibrate({"--depth-correction", "shared"})));
+  const nlohmann::json shared = read(out("refined.json"));
+  EXPECT_EQ(shared["cameras"][0]["depth_correction"], shared["cameras"][2]["depth_correction"]);
+  EXPECT_TRUE(
+      isOneLineError(calibrate({"--depth-correction", "some"}), 2, {"--depth-correction", "some", "each", "shared"}));
+}
+
 /** \brief A rig whose rig.json is of no use, and someone who shows a marker to it. */
 class CalibrateByBoard : public Calibrate {
  protected:
