@@ -255,7 +255,8 @@ class CorrectionSearch {
       }
       const auto putKnots = [&](std::size_t first, Eigen::Index offset, const Corrected& c, float along) {
         for (std::size_t k = 0; k < 4; ++k) {
-          const double a = static_cast<double>(along) * static_cast<double>(c.at.weight[k]) * static_cast<double>(c.z_likely);
+          const double a =
+              static_cast<double>(along) * static_cast<double>(c.at.weight[k]) * static_cast<double>(c.z_likely);
           index[first + 2 * k] = offset + 2 * c.at.knot[k];
           J[first + 2 * k] = a;
           index[first + 2 * k + 1] = offset + 2 * c.at.knot[k] + 1;
