@@ -5,6 +5,7 @@
 #include <fuse_flow/impl/host/twist.hpp>
 
 #include <Eigen/Cholesky>
+#include <Eigen/SVD>
 
 #include <algorithm>
 #include <array>
@@ -20,7 +21,7 @@ struct KnotWeights {
   std::array<float, 4> weight;
 };
 
-/** \brief The knots of a correction of one view, which gives them meaning.  */
+/** \brief The knots of a correction. */
 class KnotGrid {
  public:
   KnotGrid(int columns, int rows) : columns_(columns), rows_(rows) {}
@@ -62,7 +63,8 @@ class CorrectionSearch {
         threads_(threads),
         grid_(parameters.columns, parameters.rows),
         of_correction_(2 * grid_.knots()),
-        poses_(initial) {}
+        poses_(initial),
+        normal_cosine_(std::cos(parameters.views.max_normal_angle)) {}
 
   DepthCorrectionResult run() {
     system_.sample(initial_, p_.views.samples);
@@ -76,7 +78,7 @@ class CorrectionSearch {
     moved_ = Eigen::VectorXd::Zero(6 * count());
 
     gate_ = p_.views.max_distance;
-    const AlignmentGates gates{gate_, kDeviations, std::cos(p_.views.max_normal_angle), 1e9f, 0, 0, false, 0, 1};
+    const AlignmentGates gates{gate_, kDeviations, normal_cosine_, 1e9f, 0, 0, false, 0, 1};
     system_.findNeighbours(poses_, gates, p_.views.max_neighbours);
     measureDepths();
     DepthCorrectionResult result;
@@ -171,7 +173,7 @@ class CorrectionSearch {
     if (!(along * along < std::max(gate_ * gate_, kDeviations * kDeviations * variance))) return false;
     const Vec3 ray_j = (1.0f / z) * other.point(u, v);
     out.n = rotate(places_[j].to_world, n);
-    if (!(dot(out.n, rotate(places_[i].to_world, sample.n)) > std::cos(p_.views.max_normal_angle))) return false;
+    if (!(dot(out.n, rotate(places_[i].to_world, sample.n)) > normal_cosine_)) return false;
     out.r = dot(n, q - out.other.z_right * ray_j);
     out.per_sigma = 1.0f / std::sqrt(variance);
     out.along_own = dot(out.n, rotate(places_[i].to_world, ray));
@@ -339,7 +341,7 @@ class CorrectionSearch {
     H.leftCols(6).setZero();
     H.topLeftCorner(6, 6).setIdentity();
     gradient.head(6).setZero();
-    return Eigen::LDLT<Eigen::MatrixXd>(H).solve(-gradient);
+    return Eigen::LLT<Eigen::MatrixXd>(H).solve(-gradient);
   }
 
   /** \brief How far anything moved, metres: the cameras, at the scene's radius, and what knots say of the depth of the samples. */
@@ -476,6 +478,7 @@ class CorrectionSearch {
   double depth_{1};                       ///< mean of the samples, metres
   Eigen::Vector3d center_{0, 0, 0};
   double radius_{1};
+  float normal_cosine_;
   float gate_{0};
   float tukey_{kTukey};
   float median_{0};
