@@ -285,6 +285,9 @@ int run(Options options) {
   if (board)
     std::printf("Poses found from %zu markers that several cameras saw; corners fit to %.2f pixels.\n\n",
                 markers.markers, markers.residual);
+  if (correction)
+    std::printf("With poses alone, for comparison; %s has those found together with the corrections, below.\n\n",
+                options.output.c_str());
   print(before, result);
   if (correction) print(initial, corrected);
   return command_line::kSuccess;

@@ -1,13 +1,8 @@
-#include "io/recording.h"
 #include "refusal.h"
 #include "rigs.h"
 #include "wrong_sensors.h"
 
 #include <fuse_flow/depth_correction_estimation.h>
-#include <fuse_flow/extrinsic_estimation.h>
-#include <fuse_flow/multi_camera_consistency.h>
-
-#include <filesystem>
 
 using namespace fuse_flow;
 using namespace scenes;
@@ -266,36 +261,6 @@ TEST(DepthCorrectionEstimation, RefusesWhatItCannotUse) {
   refuses([](DepthCorrectionParameters& p) { p.roughness = -1; }, "roughness");
   refuses([](DepthCorrectionParameters& p) { p.pose_deviation = std::nanf(""); }, "pose_deviation");
   refuses([](DepthCorrectionParameters& p) { p.redundancy = 0.5f; }, "redundancy");
-}
-
-/** \brief A hand-held Kinect: frames that were not looked at are put right by the correction that others tell. */
-TEST(DepthCorrectionOfARecording, HoldsForOtherFramesOfTheSensor) {
-  const std::string folder = std::string(FUSE_FLOW_TEST_SHARED_DATA) + "/seven_scenes";
-  if (!std::filesystem::exists(folder)) GTEST_SKIP() << folder << " is not there";
-  const auto read = [&](const char* views, io::LoadedFrame& frame) {
-    io::RecordingOptions options;
-    options.views = views;
-    io::openRecording({folder}, options)->read(0, frame);
-  };
-  io::LoadedFrame others, frame;
-  read("5:200:10", others);
-  read("0,60,120,180", frame);
-  DepthCorrectionParameters parameters;
-  parameters.shared = true;
-  DepthCorrectionEstimation estimation;
-  estimation.setParameters(parameters);
-  estimation.addFrame(others.rig);
-  const DepthCorrection correction = estimation.estimate().cameras[0].depth_correction;
-  const Quality given = multiCameraConsistency(fuse(frame.rig), frame.rig);
-  for (Camera& camera : frame.rig.cameras) camera.depth_correction = correction;
-  ExtrinsicEstimation<PointFused> extrinsics;
-  extrinsics.addFrame(frame.rig);
-  const ExtrinsicResult refined = extrinsics.estimate();
-  for (std::size_t i = 0; i < 4; ++i) frame.rig.cameras[i].T_world_camera = refined.T_world_camera[i];
-  const Quality after = multiCameraConsistency(fuse(frame.rig), frame.rig);
-  EXPECT_LT(after.multi_view_error, 0.7 * given.multi_view_error);
-  EXPECT_LT(after.violationShare(), given.violationShare());
-  EXPECT_GT(after.coverage(), given.coverage());
 }
 
 }  // namespace
