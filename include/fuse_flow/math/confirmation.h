@@ -60,7 +60,8 @@ struct Confirmation {
 
   /** \brief What one view adds to it. */
   struct Share {
-    float a, w;
+    float a;     ///< how well it agrees; [0, 1]
+    float w;     ///< its weight; [0, 1]
     float pull;  ///< w e / z
   };
 
@@ -79,7 +80,7 @@ struct Confirmation {
     return {a, w, w * e / z_J};
   }
 
-  /** \brief One view more. \param from_centre p − c_j, world axes, metres */
+  /** \brief One view more. \param from_centre p − c_j, world axes, metres  \param said what share() says of it */
   FUSE_FLOW_HD void add(const Vec3& from_centre, const Share& said) {
     agreement = said.a < agreement ? said.a : agreement;
     sum = sum + said.pull * from_centre;

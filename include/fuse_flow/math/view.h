@@ -46,7 +46,8 @@ struct ViewModel {
     return place(q, intrinsics, x, y);
   }
 
-  /** \brief The last step of locate(), without branches, so that loops over it become vector code. \param q (u z, v z, z) */
+  /** \brief The last step of locate(), without branches, so that loops over it become vector code. \param q (u z, v z, z)
+   *  \param K of the image  \param x where the point falls, as in locate()  \param y the same */
   FUSE_FLOW_HD static bool place(const Vec3& q, const Intrinsics& K, float& x, float& y) {
     const float inverse_z = 1.0f / q.z;
     x = q.x * inverse_z + 0.5f;
@@ -56,7 +57,7 @@ struct ViewModel {
   }
 
   /** \brief Far outside the field of view the polynomial of a lens folds back into the image. \param p_C in the camera's frame;
-   *  z > 0 */
+   *  z > 0  \param max_squared_radius of the rays of the image */
   FUSE_FLOW_HD static bool foldsBack(const Vec3& p_C, float max_squared_radius) {
     return p_C.x * p_C.x + p_C.y * p_C.y > 1.02f * max_squared_radius * p_C.z * p_C.z;
   }
@@ -70,10 +71,10 @@ struct ViewColor {
 
 /** \brief The mean of the colours that are known. */
 struct ColorMean {
-  Vec3 sum{};
-  float total{0};
+  Vec3 sum{};      ///< Σ share · colour, channels 0 … 255
+  float total{0};  ///< Σ share
 
-  /** \brief One more. \param share its weight */
+  /** \brief One more. \param share its weight  \param color counts only where it is known */
   FUSE_FLOW_HD void add(float share, const ViewColor& color) {
     if (!color.known) return;
     sum = sum + share * color.rgb;
@@ -85,7 +86,7 @@ struct ColorMean {
 
 /** \brief The mean of the normals that are known. */
 struct NormalMean {
-  Vec3 sum{};
+  Vec3 sum{};  ///< Σ share · normal
 
   /** \brief One more. \param share its weight  \param normal of any length; zero or not finite: not known */
   FUSE_FLOW_HD void add(float share, const Vec3& normal) {
