@@ -137,7 +137,9 @@ TEST(DepthCorrectionEstimation, RightSensorsAreLeftAlone) {
   const std::vector<DepthCorrection> sensors(cameras.size());
   for (const bool shared : {true, false}) {
     const DepthCorrectionResult result = measured(cameras, sensors, parameters(shared))->estimate();
-    EXPECT_LT(misplaced(result.cameras, cameras, sensors), shared ? 0.0005 : 0.001) << shared;
+    // One instant alone tells less of each sensor.
+    EXPECT_LT(misplaced(result.cameras, cameras, sensors), shared ? 0.0005 : (kInstants == 1 ? 0.003 : 0.001))
+        << shared;
   }
 }
 
