@@ -459,11 +459,10 @@ void real() {
     const double residual = refine(loaded->rig).residual;
     printQuality(views, "refined, depth corrected by what twenty other frames tell", residual, loaded->rig);
     loaded->rig.cameras = given;
-    loaded->rig.cameras = correct(loaded->rig).cameras;
-    // Measured as in the rows above.
-    const double alone = refine(loaded->rig).residual_before;
-    loaded->rig.cameras = given;
-    loaded->rig.cameras = correct(loaded->rig).cameras;
+    const std::vector<Camera> corrected = correct(loaded->rig).cameras;
+    loaded->rig.cameras = corrected;
+    const double alone = refine(loaded->rig).residual_before;  // measured as in the rows above
+    loaded->rig.cameras = corrected;
     printQuality(views, "refined together with the correction", alone, loaded->rig);
   }
 }

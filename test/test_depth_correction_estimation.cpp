@@ -45,7 +45,7 @@ std::vector<Camera> around() {
   return cameras;
 }
 
-constexpr int kInstants = kSanitized ? 1 : 3;
+constexpr int kInstants = 3;
 
 std::unique_ptr<DepthCorrectionEstimation> measured(const std::vector<Camera>& cameras,
                                                     const std::vector<DepthCorrection>& sensors,
@@ -137,9 +137,7 @@ TEST(DepthCorrectionEstimation, RightSensorsAreLeftAlone) {
   const std::vector<DepthCorrection> sensors(cameras.size());
   for (const bool shared : {true, false}) {
     const DepthCorrectionResult result = measured(cameras, sensors, parameters(shared))->estimate();
-    // One instant alone tells less of each sensor.
-    EXPECT_LT(misplaced(result.cameras, cameras, sensors), shared ? 0.0005 : (kInstants == 1 ? 0.003 : 0.001))
-        << shared;
+    EXPECT_LT(misplaced(result.cameras, cameras, sensors), shared ? 0.0005 : 0.001) << shared;
   }
 }
 

@@ -5,7 +5,6 @@
 #include <fuse_flow/impl/host/twist.hpp>
 
 #include <Eigen/Cholesky>
-#include <Eigen/SVD>
 
 #include <algorithm>
 #include <array>
@@ -227,7 +226,7 @@ class CorrectionSearch {
         for (std::size_t b = 0; b < histogram.size(); ++b) histogram[b] += systems[k].histogram[b];
       }
     }
-    median_ = medianOf(histogram);
+    median_ = medianResidualOf(histogram);
   }
 
   void addUp(const PairSums& cameras, float reach, PairSystem& out) const {
@@ -407,17 +406,10 @@ class CorrectionSearch {
   /** \brief Lays the new poses onto the given ones, on average, unless camera 0 stays. */
   void fixGauge() {
     if (p_.views.gauge == Gauge::FirstCamera || poses_.empty()) return;
-    Eigen::Matrix3d rotations = Eigen::Matrix3d::Zero();
-    Eigen::Vector3d translations = Eigen::Vector3d::Zero();
-    for (std::size_t i = 0; i < poses_.size(); ++i) {
-      const Eigen::Isometry3d motion = poses_[i] * (Eigen::Translation3d(-center_) * initial_[i]).inverse();
-      rotations += motion.linear();
-      translations += motion.translation();
-    }
-    const Eigen::JacobiSVD<Eigen::Matrix3d> svd(rotations, Eigen::ComputeFullU | Eigen::ComputeFullV);
-    Eigen::Isometry3d mean = Eigen::Isometry3d::Identity();
-    mean.linear() = svd.matrixU() * svd.matrixV().transpose();
-    mean.translation() = translations / static_cast<double>(poses_.size());
+    std::vector<Eigen::Isometry3d> motions;
+    for (std::size_t i = 0; i < poses_.size(); ++i)
+      motions.push_back(poses_[i] * (Eigen::Translation3d(-center_) * initial_[i]).inverse());
+    const Eigen::Isometry3d mean = meanMotion(motions);
     for (Eigen::Isometry3d& T : poses_) T = mean.inverse() * T;
   }
 
@@ -445,17 +437,6 @@ class CorrectionSearch {
     places_.resize(poses_.size());
     for (std::size_t i = 0; i < poses_.size(); ++i)
       places_[i] = {toRigidTransform(poses_[i]), toRigidTransform(poses_[i].inverse())};
-  }
-
-  static float medianOf(const std::vector<std::uint32_t>& histogram) {
-    std::uint64_t total = 0;
-    for (const std::uint32_t n : histogram) total += n;
-    if (total == 0) return 0;
-    std::uint64_t before = 0;
-    int bin = 0;
-    while (2 * (before + histogram[static_cast<std::size_t>(bin)]) < total)
-      before += histogram[static_cast<std::size_t>(bin++)];
-    return noiseBinBegin(bin + 1);
   }
 
   static constexpr float kDeviations = 3.0f;  ///< of noise, which the gate must not cut off

@@ -135,16 +135,9 @@ class RigAlignment {
   void fixGauge() {
     if (p_.gauge == Gauge::FirstCamera || poses_.empty()) return;
     const std::vector<std::size_t> group = groupOfFirst();
-    Eigen::Matrix3d rotations = Eigen::Matrix3d::Zero();
-    Eigen::Vector3d translations = Eigen::Vector3d::Zero();
-    for (const std::size_t i : group) {
-      rotations += correction(i).linear();
-      translations += correction(i).translation();
-    }
-    const Eigen::JacobiSVD<Eigen::Matrix3d> svd(rotations, Eigen::ComputeFullU | Eigen::ComputeFullV);
-    Eigen::Isometry3d mean = Eigen::Isometry3d::Identity();
-    mean.linear() = svd.matrixU() * svd.matrixV().transpose();
-    mean.translation() = translations / static_cast<double>(group.size());
+    std::vector<Eigen::Isometry3d> motions;
+    for (const std::size_t i : group) motions.push_back(correction(i));
+    const Eigen::Isometry3d mean = meanMotion(motions);
     for (const std::size_t i : group) poses_[i] = mean.inverse() * poses_[i];
   }
 

@@ -40,6 +40,18 @@ struct SceneExtent {
   double radius{1};                 ///< root mean square distance from it, metres
 };
 
+/** \brief Of |r| over its standard deviation; 0 if there was none. \param counts of residualBin(), kNoiseBins of them */
+inline float medianResidualOf(const std::vector<std::uint32_t>& counts) {
+  std::uint64_t total = 0;
+  for (const std::uint32_t n : counts) total += n;
+  if (total == 0) return 0;
+  std::uint64_t before = 0;
+  int bin = 0;
+  while (2 * (before + counts[static_cast<std::size_t>(bin)]) < total)
+    before += counts[static_cast<std::size_t>(bin++)];
+  return noiseBinBegin(bin + 1);
+}
+
 /** \brief The views of several instants of one rig, wherever they are kept, and what they say about its poses: all that
  *  alignRig() asks. Poses are those of the cameras, one each, camera → a frame that all share. */
 class RigCorrespondences {
@@ -88,7 +100,7 @@ class RigCorrespondences {
     addUp(poses, static_cast<float>(1 / radius), gates);
     for (std::size_t k = 0; k < pairs_.size(); ++k)
       if (pairs_[k].color.w > 0) offsets_[k] += static_cast<float>(pairs_[k].color.wr / pairs_[k].color.w);
-    median_ = median(residuals_);
+    median_ = medianResidualOf(residuals_);
   }
 
   const std::vector<PairSums>& pairs() const { return pairs_; }
@@ -137,17 +149,6 @@ class RigCorrespondences {
     for (const auto& [count, j] : sorted) neighbours.push_back(j);
     std::sort(neighbours.begin(), neighbours.end());
     return neighbours;
-  }
-
-  static float median(const std::vector<std::uint32_t>& counts) {
-    std::uint64_t total = 0;
-    for (const std::uint32_t n : counts) total += n;
-    if (total == 0) return 0;
-    std::uint64_t before = 0;
-    int bin = 0;
-    while (2 * (before + counts[static_cast<std::size_t>(bin)]) < total)
-      before += counts[static_cast<std::size_t>(bin++)];
-    return noiseBinBegin(bin + 1);
   }
 
   float median_{0};

@@ -1,6 +1,9 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <Eigen/SVD>
+
+#include <vector>
 
 namespace fuse_flow {
 namespace host {
@@ -25,6 +28,22 @@ inline Eigen::Isometry3d toMotion(const Eigen::Matrix<double, 6, 1>& twist, cons
   if (angle > 0) motion.linear() = Eigen::AngleAxisd(angle, rotation / angle).toRotationMatrix();
   motion.translation() = center + twist.head<3>() - motion.linear() * center;
   return motion;
+}
+
+/** \brief The motion that several are on average: the rotation nearest to the mean of theirs, and the mean of their
+ *  translations. \param motions one at least */
+inline Eigen::Isometry3d meanMotion(const std::vector<Eigen::Isometry3d>& motions) {
+  Eigen::Matrix3d rotations = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d translations = Eigen::Vector3d::Zero();
+  for (const Eigen::Isometry3d& motion : motions) {
+    rotations += motion.linear();
+    translations += motion.translation();
+  }
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(rotations, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  Eigen::Isometry3d mean = Eigen::Isometry3d::Identity();
+  mean.linear() = svd.matrixU() * svd.matrixV().transpose();
+  mean.translation() = translations / static_cast<double>(motions.size());
+  return mean;
 }
 
 }  // namespace host
