@@ -59,14 +59,14 @@ std::vector<FusedPoint> AdaptiveHashFusion<PointT, device::Host>::fusePoints(
   });
   aggregation.grid.merge();
 
-  const auto camera_of = [&](std::uint32_t k) { return cameras[k]; };
+  const host::PointArray array(points, cameras);
   if (frame_) {
     host::FrameViews views;
     views.assign(*frame_, preprocessing_, threads);
     const host::ConsistencyEvaluator evaluator(consistency_, views.rig, views.depths);
-    aggregation.fuse(parameters_, threads, points.data(), camera_of, &evaluator);
+    aggregation.fuse(parameters_, threads, array, &evaluator);
   } else {
-    aggregation.fuse(parameters_, threads, points.data(), camera_of, nullptr);
+    aggregation.fuse(parameters_, threads, array, nullptr);
   }
   std::vector<FusedPoint> fused(aggregation.size());
   aggregation.forEach(threads, [&](std::size_t position, const FusedPoint& point) { fused[position] = point; });

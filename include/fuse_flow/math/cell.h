@@ -67,10 +67,10 @@ FUSE_FLOW_HD float childrenPerMetre(int level, float cell_size) { return static_
 /** \brief Which child of a coarse cell at a level a point falls into: x, y and z of level bits each. \param relative the
  *  point from the cell's corner, metres  \param to_child childrenPerMetre() */
 FUSE_FLOW_HD std::uint32_t childPosition(const Vec3& relative, int level, float to_child) {
-  const int side = 1 << level;
-  const int x = clampTo(static_cast<int>(to_child * relative.x), 0, side - 1);
-  const int y = clampTo(static_cast<int>(to_child * relative.y), 0, side - 1);
-  const int z = clampTo(static_cast<int>(to_child * relative.z), 0, side - 1);
+  const float last = static_cast<float>((1 << level) - 1);
+  const int x = static_cast<int>(clampTo(to_child * relative.x, 0.0f, last));
+  const int y = static_cast<int>(clampTo(to_child * relative.y, 0.0f, last));
+  const int z = static_cast<int>(clampTo(to_child * relative.z, 0.0f, last));
   return static_cast<std::uint32_t>(x | y << level | z << 2 * level);
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <fuse_flow/impl/host/cell_points.hpp>
 #include <fuse_flow/impl/host/coarse_grid.hpp>
 #include <fuse_flow/impl/host/consistency_evaluator.hpp>
 #include <fuse_flow/math/adaptive_hash.h>
@@ -27,6 +28,7 @@ struct WeakPoint {
 
 /** \brief Per-thread memory of fuseCell(); kept from frame to frame. */
 struct CellScratch {
+  CellPoints points;
   std::vector<std::uint32_t> slot;  // child position → 1 + number of the child
   std::vector<Child> children;
   std::vector<Vec3> judged;  // where V is measured, child after child
@@ -116,38 +118,60 @@ inline void readConfirmed(const ConsistencyEvaluator& evaluator, CellScratch& sc
   evaluator.weighConfirmed(scratch.confirmations);
 }
 
-/** \brief All of section 5 for one coarse cell; appends to scratch.output. Nothing here depends on the rest of the
- *  frame. \param camera_of index of a point → its camera */
-template <typename CameraOf>
-void fuseCell(const AggregationParameters& p, int max_level, const CoarseGrid& grid, const CoarseGrid::Cell& cell,
-              const WeightedPoint* points, const CameraOf& camera_of, const ConsistencyEvaluator* evaluator,
-              CellScratch& scratch) {
-  const int level = refinementLevel(cell.points, p.points_per_cell, max_level);
-  const Vec3 corner = cellCorner(cell.key, p.cell_size);
-  const float to_child = childrenPerMetre(level, p.cell_size);
-  const Representatives mode = p.representatives;
-
-  if (scratch.slot.size() < (std::size_t{1} << 3 * level)) scratch.slot.resize(std::size_t{1} << 3 * level, 0);
-  scratch.children.clear();
-  for (std::uint32_t r = cell.begin_run; r < cell.end_run; ++r) {
-    const CoarseGrid::Stretch run = grid.runs()[r];
-    const std::uint32_t camera = camera_of(run.begin);
-#if defined(__GNUC__)
-    if (r + 2 < cell.end_run)  // the next rows of the image are far away in memory
-      for (std::uint32_t ahead = 0; ahead < grid.runs()[r + 2].count; ahead += 4)
-        __builtin_prefetch(points + grid.runs()[r + 2].begin + ahead);
-#endif
-    for (std::uint32_t index = run.begin; index < run.begin + run.count; ++index) {
-      const Vec3 relative = points[index].p - corner;
-      const std::uint32_t position = childPosition(relative, level, to_child);
-      std::uint32_t& slot = scratch.slot[position];
+/** \brief Section 5 (2) a: hands the points that were read to the children they fall into. */
+inline void addToChildren(Representatives mode, CellScratch& scratch) {
+  const CellPoints& points = scratch.points;
+  std::size_t k = 0;
+  for (std::size_t i = 0; i < points.pieces; ++i) {
+    const CellPoints::Piece piece = points.piece[i];
+    for (std::uint32_t n = 0; n < piece.count; ++n, ++k) {
+      std::uint32_t& slot = scratch.slot[points.position[k]];
       if (slot == 0) {
-        scratch.children.emplace_back(position);
+        scratch.children.emplace_back(points.position[k]);
         slot = static_cast<std::uint32_t>(scratch.children.size());
       }
-      scratch.children[slot - 1].chosen.add(mode, relative, points[index].C, index, camera);
+      scratch.children[slot - 1].chosen.add(mode, {points.x[k], points.y[k], points.z[k]}, points.C[k], piece.first + n,
+                                            piece.camera);
     }
   }
+}
+
+/** \brief Splits a coarse cell: all of its points, some at a time. \param points FramePoints, or a PointArray */
+template <typename Points>
+void collect(Representatives mode, const CoarseGrid& grid, const CoarseGrid::Cell& cell, const CellSplit& split,
+             const Points& points, CellScratch& scratch) {
+  std::uint32_t r = cell.begin_run, done = 0;  // of that run
+  while (r < cell.end_run) {
+    scratch.points.pieces = scratch.points.points = 0;
+    inWideVectors([&] {
+      while (r < cell.end_run) {
+        const CoarseGrid::Stretch run = grid.runs()[r];
+        const std::size_t room = CellPoints::kCapacity - scratch.points.points;
+        if (room == 0) return;
+        if (done == 0 && r + 2 < cell.end_run)
+          points.prefetch(grid.runs()[r + 2]);  // the next rows are far away in memory
+        const std::uint32_t left = run.count - done;
+        done +=
+            points.read(split, run.begin + done, left < room ? left : static_cast<std::uint32_t>(room), scratch.points);
+        if (done < run.count) continue;
+        ++r;
+        done = 0;
+      }
+    });
+    addToChildren(mode, scratch);
+  }
+}
+
+/** \brief All of section 5 for one coarse cell; appends to scratch.output. Nothing here depends on the rest of the
+ *  frame. \param points FramePoints, or a PointArray */
+template <typename Points>
+void fuseCell(const AggregationParameters& p, int max_level, const CoarseGrid& grid, const CoarseGrid::Cell& cell,
+              const Points& points, const ConsistencyEvaluator* evaluator, CellScratch& scratch) {
+  const int level = refinementLevel(cell.points, p.points_per_cell, max_level);
+  const Vec3 corner = cellCorner(cell.key, p.cell_size);
+  if (scratch.slot.size() < (std::size_t{1} << 3 * level)) scratch.slot.resize(std::size_t{1} << 3 * level, 0);
+  scratch.children.clear();
+  collect(p.representatives, grid, cell, {corner, level, childrenPerMetre(level, p.cell_size)}, points, scratch);
   measureConsistency(p.consistency_at, corner, p.cell_size, evaluator, scratch);
   scratch.fused.clear();
   scratch.omega.clear();
@@ -186,9 +210,8 @@ class HashAggregation {
   }
 
   /** \brief Fuses the merged grid's cells; V = 1 without an evaluator. The result's order is that of the cells, whoever fused them. */
-  template <typename CameraOf>
-  void fuse(const AggregationParameters& p, int threads, const WeightedPoint* points, const CameraOf& camera_of,
-            const ConsistencyEvaluator* evaluator) {
+  template <typename Points>
+  void fuse(const AggregationParameters& p, int threads, const Points& points, const ConsistencyEvaluator* evaluator) {
     constexpr std::size_t cells_per_block = 32;
     const int max_level = maxLevel(p);
     const std::vector<CoarseGrid::Cell>& cells = grid.cells();
@@ -201,7 +224,7 @@ class HashAggregation {
       blocks_[block] = {thread, s.output.size(), 0, 0};
       const std::size_t end = std::min(cells.size(), (block + 1) * cells_per_block);
       for (std::size_t c = block * cells_per_block; c < end; ++c)
-        fuseCell(p, max_level, grid, cells[c], points, camera_of, evaluator, s);
+        fuseCell(p, max_level, grid, cells[c], points, evaluator, s);
       blocks_[block].count = s.output.size() - blocks_[block].begin;
     });
     total_ = 0;

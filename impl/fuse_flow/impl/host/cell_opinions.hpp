@@ -1,5 +1,6 @@
 #pragma once
 
+#include <fuse_flow/impl/host/depth_map.hpp>
 #include <fuse_flow/impl/host/wide_vectors.hpp>
 #include <fuse_flow/math/confidence.h>
 #include <fuse_flow/math/confirmation.h>
@@ -42,65 +43,83 @@ class CellOpinions {
   /** \brief Room for n points; never less than before. */
   void reserve(std::size_t n) {
     if (n <= capacity()) return;
-    for (std::vector<float>* a : {&X_, &Y_, &Z_, &x_, &y_, &z_, &depth_, &sum_}) a->resize(n);
-    for (std::vector<std::int32_t>* a : {&pixel_, &agreeing_, &seeing_through_}) a->resize(n);
+    for (std::vector<float>* a : {&X_, &Y_, &Z_, &depth_, &sum_}) a->resize(n);
+    for (std::vector<std::int32_t>* a : {&agreeing_, &seeing_through_}) a->resize(n);
+    for (Places& at : places_) {
+      for (std::vector<float>* a : {&at.x, &at.y, &at.z}) a->resize(n);
+      at.pixel.resize(n);
+    }
     sights_.resize(n * kSights);
   }
 
-  /** \brief Projects the points into view j. \param camera the camera of each point, which is not asked
-   *  \param views points that so many views have said something about ask no more  \param stride of the depth map */
-  void locate(const ViewModel& view, std::uint32_t j, const std::uint32_t* camera, int views, int stride) {
+  static constexpr std::size_t kPlaces = 2;
+
+  /** \brief Projects the points into view j, and sends for what it measured there: that is on its way from memory while
+   *  the view before it is asked. \param camera the camera of each point, which is not asked
+   *  \param depth of the view, with a border of zeros  \param place where to keep what read() and add() need, < kPlaces */
+  void locate(const ViewModel& view, std::uint32_t j, const std::uint32_t* camera, const DepthMap& depth,
+              std::size_t place) {
+    Places& to = places_[place];
     if (view.ideal) {
       inWideVectors([&] {
-        locateIdeal(n_, view.P, view.intrinsics, X_.data(), Y_.data(), Z_.data(), x_.data(), y_.data(), z_.data(),
-                    pixel_.data());
+        locateIdeal(n_, view.P, view.intrinsics, X_.data(), Y_.data(), Z_.data(), to.x.data(), to.y.data(), to.z.data(),
+                    to.pixel.data());
       });
     } else {
       for (std::size_t k = 0; k < n_; ++k) {
-        const bool inside = view.locate({X_[k], Y_[k], Z_[k]}, x_[k], y_[k], z_[k]);
-        if (!inside) x_[k] = y_[k] = 0;
-        pixel_[k] = inside ? 0 : kNowhere;
+        const bool inside = view.locate({X_[k], Y_[k], Z_[k]}, to.x[k], to.y[k], to.z[k]);
+        if (!inside) to.x[k] = to.y[k] = 0;
+        to.pixel[k] = inside ? 0 : kNowhere;
       }
     }
+    const int stride = depth.stride();
     for (std::size_t k = 0; k < n_; ++k) {
-      const std::int32_t there = static_cast<std::int32_t>(y_[k]) * stride + static_cast<std::int32_t>(x_[k]);
-      const bool wanted = (pixel_[k] == 0) & (camera[k] != j) & (agreeing_[k] + seeing_through_[k] < views);
-      pixel_[k] = wanted ? there : kNowhere;
+      const std::int32_t there = static_cast<std::int32_t>(to.y[k]) * stride + static_cast<std::int32_t>(to.x[k]);
+      const bool wanted = (to.pixel[k] == 0) & (camera[k] != j);
+      to.pixel[k] = wanted ? there : kNowhere;
     }
+#if defined(__GNUC__)
+    const float* first = depth.row(0);
+    for (std::size_t k = 0; k < n_; ++k) __builtin_prefetch(first + to.pixel[k]);
+#endif
   }
 
-  /** \brief What the view measured where the points fall. \param first pixel (0, 0) of its depth map, which has a border of
-   *  zeros */
-  void read(const float* first) {
-#if defined(__GNUC__)
-    for (std::size_t k = 0; k < n_; ++k) __builtin_prefetch(first + pixel_[k]);
-#endif
-    for (std::size_t k = 0; k < n_; ++k) depth_[k] = first[pixel_[k]];
+  /** \brief What the view at a place measured where the points fall. \param views points that so many views have said something
+   *  about ask no more  \param before views that were asked before */
+  void read(const DepthMap& depth, std::size_t place, int views, int before) {
+    const Places& at = places_[place];
+    const float* first = depth.row(0);
+    for (std::size_t k = 0; k < n_; ++k) depth_[k] = first[at.pixel[k]];
+    if (before < views) return;
+    for (std::size_t k = 0; k < n_; ++k) depth_[k] = agreeing_[k] + seeing_through_[k] < views ? depth_[k] : 0.0f;
   }
 
   /** \brief Remembers where the points fall in view j; call before the opinions are added. */
-  void keepSights(std::uint32_t j) {
+  void keepSights(std::uint32_t j, std::size_t place) {
+    const Places& at = places_[place];
     // Always, and on top of the last one if that did not agree.
     for (std::size_t k = 0; k < n_; ++k)
-      sights_[k * kSights + static_cast<std::size_t>(std::min(agreeing_[k], Confirmation::kViews))] = {j, x_[k], y_[k],
-                                                                                                       z_[k]};
+      sights_[k * kSights + static_cast<std::size_t>(std::min(agreeing_[k], Confirmation::kViews))] = {
+          j, at.x[k], at.y[k], at.z[k]};
   }
 
   /** \brief Eq. 5–6, with d along the ray. \param noise_scale of the view; 0: its noise is not known */
-  void addAlongRay(const ConsistencyParameters& p, const ConfidenceParameters& noise_model, float noise_scale) {
+  void addAlongRay(const ConsistencyParameters& p, const ConfidenceParameters& noise_model, float noise_scale,
+                   std::size_t place) {
     inWideVectors([&] {
-      addAlongRay(n_, p, noise_model, noise_scale, z_.data(), depth_.data(), sum_.data(), agreeing_.data(),
-                  seeing_through_.data());
+      addAlongRay(n_, p, noise_model, noise_scale, places_[place].z.data(), depth_.data(), sum_.data(),
+                  agreeing_.data(), seeing_through_.data());
     });
   }
 
   /** \brief The same with any opinion(number of the point, pixel u, pixel v, its depth in the view, measured depth). */
   template <typename Opinion>
-  void add(const Opinion& opinion) {
+  void add(const Opinion& opinion, std::size_t place) {
+    const Places& at = places_[place];
     for (std::size_t k = 0; k < n_; ++k) {
       if (!(depth_[k] > 0)) continue;
       Consistency sum = (*this)[k];
-      sum.add(opinion(k, static_cast<int>(x_[k]), static_cast<int>(y_[k]), z_[k], depth_[k]));
+      sum.add(opinion(k, static_cast<int>(at.x[k]), static_cast<int>(at.y[k]), at.z[k], depth_[k]));
       sum_[k] = sum.sum_squared_distance;
       agreeing_[k] = sum.agreeing;
       seeing_through_[k] = sum.seeing_through;
@@ -121,6 +140,11 @@ class CellOpinions {
   const Sight& sight(std::size_t k, int a) const { return sights_[k * kSights + static_cast<std::size_t>(a)]; }
 
  private:
+  /** \brief Where the points fall in a view. */
+  struct Places {
+    std::vector<float> x, y, z;
+    std::vector<std::int32_t> pixel;  ///< of its depth map, or kNowhere
+  };
   /** \brief In the border of every depth map, left of its first pixel: 0. */
   static constexpr std::int32_t kNowhere = -1;
   static constexpr std::size_t kSights = Confirmation::kViews + 1;  ///< and one that is not kept
@@ -155,8 +179,7 @@ class CellOpinions {
 
   std::size_t n_{0};
   std::vector<float> X_, Y_, Z_;  // world, metres
-  std::vector<float> x_, y_, z_;  // in the view being asked
-  std::vector<std::int32_t> pixel_;
+  Places places_[kPlaces];
   std::vector<float> depth_;
   std::vector<float> sum_;
   std::vector<std::int32_t> agreeing_, seeing_through_;

@@ -70,13 +70,28 @@ class ConsistencyEvaluator {
                 float* V) const {
     opinions.assign(p, n);
     const std::uint32_t first = camera[0];
-    bool open = askAbout(first, p, camera, opinions);
+    std::uint32_t views[CellOpinions::kPlaces];
+    std::size_t located = 0, asked = 0;
+    bool open = true;
+    const auto locate = [&](std::uint32_t j) {
+      const std::size_t place = located++ % CellOpinions::kPlaces;
+      views[place] = j;
+      opinions.locate((*rig_)[j], j, camera, (*depths_)[j], place);
+    };
+    const auto ask = [&] {
+      const std::size_t place = asked % CellOpinions::kPlaces;
+      open = askAbout(views[place], p, place, static_cast<int>(asked++), opinions);
+    };
+    if (!(*depths_)[first].empty()) locate(first);
     int candidates = 0;
     for (const std::uint32_t j : (*rig_)[first].neighbours) {
       if ((*depths_)[j].empty()) continue;
       if (!open || ++candidates > parameters_.max_candidates) break;
-      if ((*rig_)[j].frustum.mayShow(cell)) open = askAbout(j, p, camera, opinions);
+      if (!(*rig_)[j].frustum.mayShow(cell)) continue;
+      locate(j);
+      if (located - asked == CellOpinions::kPlaces) ask();
     }
+    while (open && asked < located) ask();
     for (std::size_t k = 0; k < n; ++k) V[k] = consistency(parameters_, opinions[k]);
   }
 
@@ -115,22 +130,19 @@ class ConsistencyEvaluator {
   }
 
  private:
-  /** \brief Asks view j about all points that still want to know; returns whether any does afterwards. First where each
-   *  falls, then what is there: the depths are on their way from memory while the next points are projected. */
-  bool askAbout(std::uint32_t j, const Vec3* p, const std::uint32_t* camera, CellOpinions& points) const {
-    const ViewGeometry& view = (*rig_)[j];
-    const DepthMap& depth = (*depths_)[j];
-    if (depth.empty()) return true;
-    points.locate(view, j, camera, parameters_.max_views - 1, depth.stride());
-    points.read(depth.row(0));
-    if (refined_ != nullptr) points.keepSights(j);
+  /** \brief Asks view j, in which the points have been located, about all that still want to know; returns whether any does afterwards.
+   *  \param before views that were asked before */
+  bool askAbout(std::uint32_t j, const Vec3* p, std::size_t place, int before, CellOpinions& points) const {
+    const int enough = parameters_.max_views - 1;
+    points.read((*depths_)[j], place, enough, before);
+    if (refined_ != nullptr) points.keepSights(j, place);
     const float noise_scale = noise_scales_ != nullptr ? (*noise_scales_)[j] : 0.0f;
     if (parameters_.distance == DistanceForm::AlongRay) {
-      points.addAlongRay(parameters_, noise_model_, noise_scale);
+      points.addAlongRay(parameters_, noise_model_, noise_scale, place);
     } else {
-      points.add([&](std::size_t k, int u, int v, float z, float D) { return opinion(j, p[k], u, v, z, D); });
+      points.add([&](std::size_t k, int u, int v, float z, float D) { return opinion(j, p[k], u, v, z, D); }, place);
     }
-    return points.anyBelow(parameters_.max_views - 1);
+    return before + 1 < enough || points.anyBelow(enough);
   }
 
   ViewOpinion opinion(std::uint32_t j, const Vec3& p_W, int u, int v, float z, float D) const {

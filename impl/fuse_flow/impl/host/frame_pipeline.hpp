@@ -52,12 +52,11 @@ class FramePipeline {
     statistics.merge_ms = since(start);
     statistics.coarse_cells = aggregation_.grid.cells().size();
     const Clock::time_point merged = Clock::now();
-    const auto camera_of = [this](std::uint32_t index) { return viewOf(index); };
     if (parameters.use_distance_consistency) {
       const ConsistencyEvaluator evaluator = makeEvaluator();
-      aggregation_.fuse(parameters.aggregation, threads_, points_.data(), camera_of, &evaluator);
+      aggregation_.fuse(parameters.aggregation, threads_, points_, &evaluator);
     } else {
-      aggregation_.fuse(parameters.aggregation, threads_, points_.data(), camera_of, nullptr);
+      aggregation_.fuse(parameters.aggregation, threads_, points_, nullptr);
     }
     statistics.fuse_ms = since(merged);
   }
@@ -68,27 +67,22 @@ class FramePipeline {
   void fusePointWise(const Emit& emit) const {
     const ConsistencyEvaluator evaluator = makeEvaluator();
     for (std::uint32_t index = 0; index < points_.size(); ++index)
-      if (points_[index].C > 0) emit(fusePoint(index, evaluator));
+      if (points_.C(index) > 0) emit(fusePoint(index, evaluator));
   }
 
   const HashAggregation& aggregation() const { return aggregation_; }
   int resolvedThreads() const { return threads_; }
-  const std::vector<WeightedPoint>& points() const { return points_; }
 
   /** \brief Colour of a point, from its view's image. */
   ViewColor color(std::uint32_t index) const {
-    const std::uint32_t i = viewOf(index);
-    int u = 0, v = 0;
-    locate(index, i, u, v);
+    const auto [i, u, v] = points_.locate(index);
     return viewColor(rig_[i], frame_->views[i].color, u, v, rig_[i].ray(u, v), refined(i).row(v)[u]);
   }
 
   /** \brief Unit normal of the depth surface at a point, world frame, facing its camera; zero where neighbours are
    *  missing. */
   Vec3 normal(std::uint32_t index) const {
-    const std::uint32_t i = viewOf(index);
-    int u = 0, v = 0;
-    locate(index, i, u, v);
+    const auto [i, u, v] = points_.locate(index);
     return surfaceNormal(rig_[i], Surface{refined(i), rig_[i]}, u, v);
   }
 
@@ -151,30 +145,33 @@ class FramePipeline {
     if (total > std::numeric_limits<std::uint32_t>::max() - 1u)
       throw pcl::PCLException("fuse_flow::FuseFlow: a frame has more than 2^32 pixels");
     offsets_[n] = static_cast<std::uint32_t>(total);
-    points_.resize(total);
     counts_.resize(stretches_.size());
   }
 
   void preprocess() {
     const PreprocessingParameters& p = parameters.preprocessing;
+    const bool whole_images = p.fill_neighbours != 0 || p.bilateral;
+    const bool refined = parameters.smoothing.passes > 0;
+    const auto invert = [&](std::size_t i, int v) {
+      invertRow(depths_[i].row(v), depths_[i].width(), maps_[0][i].row(v));
+    };
     forEachRow([&](std::size_t i, int v) {
       convertDepthRow(frame_->views[i], p.min_range, p.max_range, v, rig_[i].corrections(v), depths_[i].row(v));
+      if (refined && !whole_images) invert(i, v);  // while it is at hand
     });
-    const bool whole_images = p.fill_neighbours != 0 || p.bilateral;
     if (whole_images || parameters.adapt_noise)
       parallelFor(threads_, depths_.size(), [&](std::size_t i, int) {
         if (depths_[i].empty()) return;
         if (whole_images) preprocessDepthMap(p, depths_[i]);
         if (parameters.adapt_noise) statistics.noise_scales[i] = measureNoiseScale(parameters.confidence, depths_[i]);
       });
+    if (refined && whole_images) forEachRow(invert);
     refine();
   }
 
-  /** \brief D^r of eq. 8: to and fro between two maps of inverse depth, the last pass giving depth. */
+  /** \brief D^r of eq. 8: to and fro between two maps of inverse depth, of which preprocess() fills the first, the last pass giving depth. */
   void refine() {
     const int passes = parameters.smoothing.passes;
-    if (passes == 0) return;
-    forEachRow([&](std::size_t i, int v) { invertRow(depths_[i].row(v), depths_[i].width(), maps_[0][i].row(v)); });
     for (int pass = 0; pass < passes; ++pass)
       forEachRow([&](std::size_t i, int v) {
         smoothRow(parameters.smoothing, parameters.confidence, pass, statistics.noise_scales[i], maps_[pass % 2][i], v,
@@ -190,13 +187,15 @@ class FramePipeline {
     });
   }
 
-  const DepthMap& refined(std::size_t i) const {
+  const std::vector<DepthMap>& refined() const {
     const int passes = parameters.smoothing.passes;
-    return passes == 0 ? depths_[i] : maps_[passes % 2][i];
+    return passes == 0 ? depths_ : maps_[passes % 2];
   }
+  const DepthMap& refined(std::size_t i) const { return refined()[i]; }
 
   void generatePoints() {
     std::vector<RunBuilder>& builders = aggregation_.grid.start(stretches_.size());
+    points_.assign(rig_, refined(), offsets_);
     crop_box_ = detail::cropBox(parameters);
     if (rows_.size() < static_cast<std::size_t>(threads_)) rows_.resize(static_cast<std::size_t>(threads_));
     std::size_t width = 0;
@@ -219,15 +218,15 @@ class FramePipeline {
   void generateRow(std::uint32_t i, int v, PointRow& row, RunBuilder& builder, Counts& counts) {
     const float* z = refined(i).row(v);
     const int width = depths_[i].width();
-    measurementConfidence(i, v, row.confidence());
     const std::uint32_t first = offsets_[i] + static_cast<std::uint32_t>(v) * static_cast<std::uint32_t>(width);
-    WeightedPoint* points = points_.data() + first;
+    float* weights = points_.weights() + first;
+    measurementConfidence(i, v, weights);
     const MeasurementGate gate =
         measurementGate(parameters.use_measurement_confidence ? parameters.confidence.threshold : 0.0f,
                         parameters.max_noise, parameters.half_weight_noise, statistics.noise_scales[i]);
-    counts.measured += row.weigh(gate, parameters.confidence, z, width);
-    counts.gated += row.place(rig_[i], v, crop_box_, parameters.aggregation.cell_size, z, points);
-    if (parameters.use_spatial_hash) row.addTo(builder, points, first);
+    counts.measured += row.weigh(gate, parameters.confidence, z, width, weights);
+    counts.gated += row.place(rig_[i], v, crop_box_, parameters.aggregation.cell_size, z);
+    if (parameters.use_spatial_hash) row.addTo(builder, first);
   }
 
   void measurementConfidence(std::uint32_t i, int v, float* C) const {
@@ -246,37 +245,25 @@ class FramePipeline {
     ConsistencyEvaluator evaluator(parameters.consistency, rig_, depths_);
     evaluator.setNoise(parameters.confidence, statistics.noise_scales);
     if (detail::usesConfirmation(parameters.smoothing, parameters.aggregation))
-      evaluator.setRefined(maps_[parameters.smoothing.passes % 2], parameters.aggregation.confirmation_reach,
-                           parameters.half_weight_noise);
+      evaluator.setRefined(refined(), parameters.aggregation.confirmation_reach, parameters.half_weight_noise);
     return evaluator;
   }
 
   FusedPoint fusePoint(std::uint32_t index, const ConsistencyEvaluator& evaluator) const {
-    const std::uint32_t i = viewOf(index);
-    const WeightedPoint& own = points_[index];
+    const std::uint32_t i = points_.viewOf(index);
+    const WeightedPoint own{points_.position(index), points_.C(index)};
     PointWiseFusion fusion(own.p);
     if (parameters.use_distance_consistency) {
       fusion.add(index, own.p, own.C * consistency(parameters.consistency, evaluator(own.p, i)));
       evaluator.forEachOpinion(own.p, i, [&](std::uint32_t j, int u, int v, const ViewOpinion& opinion) {
         const std::uint32_t other = offsets_[j] + static_cast<std::uint32_t>(v * depths_[j].width() + u);
-        if (points_[other].C > 0 && opinion.verdict == ViewOpinion::Distance)
-          fusion.add(other, points_[other].p, points_[other].C * expOfNegative(-opinion.squared_distance));
+        if (points_.C(other) > 0 && opinion.verdict == ViewOpinion::Distance)
+          fusion.add(other, points_.position(other), points_.C(other) * expOfNegative(-opinion.squared_distance));
       });
     } else {
       fusion.add(index, own.p, own.C);
     }
     return fusion.finish();
-  }
-
-  std::uint32_t viewOf(std::uint32_t index) const {
-    return static_cast<std::uint32_t>(std::upper_bound(offsets_.begin(), offsets_.end(), index) - offsets_.begin() - 1);
-  }
-
-  void locate(std::uint32_t index, std::uint32_t view, int& u, int& v) const {
-    const std::uint32_t local = index - offsets_[view];
-    const std::uint32_t width = static_cast<std::uint32_t>(depths_[view].width());
-    u = static_cast<int>(local % width);
-    v = static_cast<int>(local / width);
   }
 
   const RigFrame* frame_{nullptr};
@@ -286,7 +273,7 @@ class FramePipeline {
   std::vector<DepthMap> maps_[2];  ///< what refine() works on
   std::vector<std::uint32_t> offsets_;
   std::vector<Stretch> stretches_;
-  std::vector<WeightedPoint> points_;
+  FramePoints points_;
   std::vector<Counts> counts_;
   Box crop_box_;
   std::vector<PointRow> rows_;

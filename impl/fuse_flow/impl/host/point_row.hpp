@@ -6,7 +6,6 @@
 #include <fuse_flow/math/box.h>
 #include <fuse_flow/math/cell.h>
 #include <fuse_flow/math/confidence.h>
-#include <fuse_flow/math/representatives.h>
 
 #include <cstdint>
 #include <cstring>
@@ -15,33 +14,32 @@
 namespace fuse_flow {
 namespace host {
 
-/** \brief The points of one row of a view (eq. 8 and 9) and where they go from one coarse cell into another: loops without branches over
- *  arrays, which compilers vectorise, and a look at the few pixels where something changes. One a thread, with the memory it keeps. */
+/** \brief What the points of one row of a view weigh (eq. 8 and 9), and where they go from one coarse cell into another: loops without
+ *  branches over arrays, which compilers vectorise, and a look at the few pixels where something changes. One a thread, with the
+ *  memory it keeps. */
 class PointRow {
  public:
-  /** \brief Confidence of the pixels, for the caller to fill in. */
-  float* confidence() { return weight_.data(); }
-
   /** \brief Rows are at most so wide from now on. */
   void reserve(std::size_t width) {
-    if (width < weight_.size()) return;
-    weight_.resize(width);
+    if (width < x_.size()) return;
     border_.resize(width + kAhead);
     for (std::vector<float>* along : {&x_, &y_, &z_}) along->resize(width);
     for (std::vector<std::int32_t>* along : {&cell_x_, &cell_y_, &cell_z_}) along->resize(width);
   }
 
   /** \brief Eq. 9: what the measurements of the row weigh. \param z metres, 0 where there is no measurement
-   *  \returns how many measurements there are */
-  std::size_t weigh(const MeasurementGate& gate, const ConfidenceParameters& parameters, const float* z, int width) {
+   *  \param weights the pixels' confidence, becomes their weight, and is kept \returns how many measurements there are */
+  std::size_t weigh(const MeasurementGate& gate, const ConfidenceParameters& parameters, const float* z, int width,
+                    float* weights) {
     width_ = width;
+    weight_ = weights;
     std::int32_t measured = 0;
     inWideVectors([&, this] {
       const ConfidenceParameters p = parameters;  // copies: the compiler then knows that nothing overwrites them
       const MeasurementGate g = gate;
       const int n = width;
       const float* __restrict depth = z;
-      float* __restrict weight = weight_.data();
+      float* __restrict weight = weight_;
       std::int32_t count = 0;
       for (int u = 0; u < n; ++u) {
         const bool there = depth[u] > 0;
@@ -54,52 +52,31 @@ class PointRow {
     return static_cast<std::size_t>(measured);
   }
 
-  /** \brief Eq. 8, and the coarse cell of each point. \param crop_box what is outside weighs nothing  \param z as of weigh()  \param points of the row, world frame
+  /** \brief Eq. 8, and the coarse cell of each point. \param crop_box what is outside weighs nothing  \param z as of weigh()
    *  \returns how many weigh something */
-  std::size_t place(const ViewGeometry& view, int v, const Box& crop_box, float cell_size, const float* z,
-                    WeightedPoint* points) {
-    return view.ideal ? place(IdealRays{view.columns().data(), view.ray(0, v).y}, view, crop_box, cell_size, z, points)
-                      : place(TabledRays{view.rays().data() + static_cast<std::ptrdiff_t>(v) * width_}, view, crop_box,
-                              cell_size, z, points);
-  }
-
-  /** \brief Hands the row's points on, run by run. \param points as place() left them \param first number of the row's first */
-  void addTo(RunBuilder& builder, const WeightedPoint* points, std::uint32_t first) {
-    findBorders();
-    int begin = 0;
-    for (int u = nextBorder(0); u < width_; u = nextBorder(u + 1)) {
-      hand(builder, points, first, begin, u);
-      begin = u;
-    }
-    hand(builder, points, first, begin, width_);
-  }
-
- private:
-  // Number by number: what copies a struct is no vector code.
-  struct IdealRays {
-    const float* columns;
-    float row;
-    float x(int u) const { return columns[u]; }
-    float y(int) const { return row; }
-  };
-  struct TabledRays {
-    const Ray* rays;
-    float x(int u) const { return rays[u].x; }
-    float y(int u) const { return rays[u].y; }
-  };
-
-  template <typename RayOf>
-  std::size_t place(const RayOf& ray_of, const ViewGeometry& view, const Box& crop_box, float cell_size, const float* z,
-                    WeightedPoint* points) {
+  std::size_t place(const ViewGeometry& view, int v, const Box& crop_box, float cell_size, const float* z) {
     std::size_t gated = 0;
-    inWideVectors([&, this] {
-      gated = placeAll(width_, ray_of, view.T_world_camera, crop_box, 1.0f / cell_size, z, weight_.data(), x_.data(),
-                       y_.data(), z_.data(), cell_x_.data(), cell_y_.data(), cell_z_.data());
-      interleave(width_, x_.data(), y_.data(), z_.data(), weight_.data(), points);
+    view.withRays(0, v, [&](const auto& ray) {
+      inWideVectors([&, this] {
+        gated = placeAll(width_, ray, view.T_world_camera, crop_box, 1.0f / cell_size, z, weight_, x_.data(), y_.data(),
+                         z_.data(), cell_x_.data(), cell_y_.data(), cell_z_.data());
+      });
     });
     return gated;
   }
 
+  /** \brief Hands the row's points on, run by run. \param first number of the row's first */
+  void addTo(RunBuilder& builder, std::uint32_t first) {
+    findBorders();
+    int begin = 0;
+    for (int u = nextBorder(0); u < width_; u = nextBorder(u + 1)) {
+      hand(builder, first, begin, u);
+      begin = u;
+    }
+    hand(builder, first, begin, width_);
+  }
+
+ private:
   // Functions, whose arguments compilers believe to be of different arrays.
   template <typename RayOf>
   static std::size_t placeAll(int width, RayOf ray, RigidTransform T_world_camera, Box crop_box,
@@ -108,7 +85,7 @@ class PointRow {
                               std::int32_t* __restrict cell_x, std::int32_t* __restrict cell_y,
                               std::int32_t* __restrict cell_z) {
     std::int32_t gated = 0;
-    for (int u = 0; u < width; ++u) {
+    for (std::size_t u = 0; u < static_cast<std::size_t>(width); ++u) {
       const Vec3 p = T_world_camera * pointOnRay({ray.x(u), ray.y(u)}, depth[u]);
       const float w = crop_box.contains(p) ? weight[u] : 0.0f;
       weight[u] = w;
@@ -123,18 +100,6 @@ class PointRow {
     return static_cast<std::size_t>(gated);
   }
 
-  static void interleave(int width, const float* __restrict x, const float* __restrict y, const float* __restrict z,
-                         const float* __restrict weight, WeightedPoint* __restrict points) {
-    static_assert(sizeof(WeightedPoint) == 4 * sizeof(float), "four floats a point");
-    float* __restrict out = &points->p.x;
-    for (int u = 0; u < width; ++u) {
-      out[4 * u] = x[u];
-      out[4 * u + 1] = y[u];
-      out[4 * u + 2] = z[u];
-      out[4 * u + 3] = weight[u];
-    }
-  }
-
   /** \brief The coarse cell that a coordinate falls into. Beyond the cells that have a key lies one more, for all of space. */
   static std::int32_t cellAlong(float inverse_cell_size, float metres) {
     constexpr float limit = static_cast<float>(kMaxCellCoordinate + 1);
@@ -147,7 +112,7 @@ class PointRow {
   void findBorders() {
     inWideVectors([this] {
       const std::int32_t* __restrict x = cell_x_.data(), * __restrict y = cell_y_.data(), * __restrict z = cell_z_.data();
-      const float* __restrict weight = weight_.data();
+      const float* __restrict weight = weight_;
       std::uint8_t* __restrict border = border_.data();
       const int width = width_;
       for (int u = 1; u < width; ++u) {
@@ -172,15 +137,17 @@ class PointRow {
   }
 
   /** \brief Pixels of one cell, or of none. */
-  void hand(RunBuilder& builder, const WeightedPoint* points, std::uint32_t first, int begin, int end) const {
-    if (begin < end && weight_[static_cast<std::size_t>(begin)] > 0)
-      builder.add(first + static_cast<std::uint32_t>(begin), static_cast<std::uint32_t>(end - begin), points[begin].p);
+  void hand(RunBuilder& builder, std::uint32_t first, int begin, int end) const {
+    const auto k = static_cast<std::size_t>(begin);
+    if (begin < end && weight_[k] > 0)
+      builder.add(first + static_cast<std::uint32_t>(begin), static_cast<std::uint32_t>(end - begin),
+                  {x_[k], y_[k], z_[k]});
   }
 
   static constexpr int kAhead = 8;
 
   int width_{0};
-  std::vector<float> weight_;
+  float* weight_{nullptr};
   std::vector<float> x_, y_, z_;  // world frame, metres
   std::vector<std::int32_t> cell_x_, cell_y_, cell_z_;
   std::vector<std::uint8_t> border_;

@@ -11,6 +11,21 @@
 namespace fuse_flow {
 namespace host {
 
+/** \brief Rays of the pixels of one row, number by number: what copies a struct is no vector code. Here of an ideal lens. */
+struct IdealRays {
+  const float* columns;
+  float row;
+  float x(std::size_t u) const { return columns[u]; }
+  float y(std::size_t) const { return row; }
+};
+
+/** \brief The same of a lens with distortion. */
+struct TabledRays {
+  const Ray* rays;
+  float x(std::size_t u) const { return rays[u].x; }
+  float y(std::size_t u) const { return rays[u].y; }
+};
+
 /** \brief What follows from one camera's calibration alone. */
 struct ViewGeometry : ViewModel {
   /** \brief The other cameras, nearest first: the order in which a point asks them (section 5 (2) b). */
@@ -43,11 +58,19 @@ struct ViewGeometry : ViewModel {
                  static_cast<std::size_t>(u)];
   }
 
-  /** \brief Of an ideal lens: x of the rays of each column. */
-  const std::vector<float>& columns() const { return column_x_; }
-
-  /** \brief The table of a lens with distortion, row by row; empty for an ideal one. */
+  /** \brief The table of a lens with distortion, row by row, and kScrap more; empty for an ideal one. */
   const std::vector<Ray>& rays() const { return rays_; }
+
+  /** \brief Calls use(rays of row v from pixel u on), of either kind. Behind an image's last ray kScrap more can be read. */
+  template <typename Use>
+  void withRays(int u, int v, const Use& use) const {
+    if (ideal) {
+      use(IdealRays{column_x_.data() + u, ray(0, v).y});
+    } else {
+      use(TabledRays{rays_.data() + static_cast<std::ptrdiff_t>(v) * intrinsics.width + u});
+    }
+  }
+  static constexpr std::size_t kScrap = 8;
 
   /** \brief Of the camera's depth, row by row; empty where it is right. */
   const std::vector<DepthCorrectionTerms>& corrections() const { return corrections_; }
@@ -61,9 +84,9 @@ struct ViewGeometry : ViewModel {
     ideal = isIdeal(intrinsics.distortion);
     const auto w = static_cast<std::size_t>(intrinsics.width);
     const auto h = static_cast<std::size_t>(intrinsics.height);
-    column_x_.resize(w);
+    column_x_.assign(w + kScrap, 0.0f);
     for (std::size_t u = 0; u < w; ++u) column_x_[u] = (static_cast<float>(u) - intrinsics.cx) / intrinsics.fx;
-    rays_.resize(ideal ? 0 : w * h);
+    rays_.assign(ideal ? 0 : w * h + kScrap, Ray{});
     if (!ideal)
       for (std::size_t v = 0; v < h; ++v)
         for (std::size_t u = 0; u < w; ++u)
