@@ -148,32 +148,49 @@ class FramePipeline {
     counts_.resize(stretches_.size());
   }
 
+  /** \brief As many cameras at a time as keep all threads busy: their depth maps then stay in the caches from step to step. */
   void preprocess() {
+    const std::size_t n = depths_.size(), enough = 10 * static_cast<std::size_t>(threads_);
+    for (Group group{0, 0, 0, 0}; group.end_view < n;) {
+      group.begin_view = group.end_view;
+      group.begin_stretch = group.end_stretch;
+      while (group.end_view < n && group.end_stretch - group.begin_stretch < enough) {
+        while (group.end_stretch < stretches_.size() && stretches_[group.end_stretch].view == group.end_view)
+          ++group.end_stretch;
+        ++group.end_view;
+      }
+      preprocess(group);
+    }
+  }
+
+  /** \brief Some of the views, and their rows. */
+  struct Group {
+    std::size_t begin_view, end_view;
+    std::size_t begin_stretch, end_stretch;
+  };
+
+  void preprocess(const Group& group) {
     const PreprocessingParameters& p = parameters.preprocessing;
     const bool whole_images = p.fill_neighbours != 0 || p.bilateral;
-    const bool refined = parameters.smoothing.passes > 0;
+    const int passes = parameters.smoothing.passes;
     const auto invert = [&](std::size_t i, int v) {
       invertRow(depths_[i].row(v), depths_[i].width(), maps_[0][i].row(v));
     };
-    forEachRow([&](std::size_t i, int v) {
+    forEachRow(group, [&](std::size_t i, int v) {
       convertDepthRow(frame_->views[i], p.min_range, p.max_range, v, rig_[i].corrections(v), depths_[i].row(v));
-      if (refined && !whole_images) invert(i, v);  // while it is at hand
+      if (passes > 0 && !whole_images) invert(i, v);  // while it is at hand
     });
     if (whole_images || parameters.adapt_noise)
-      parallelFor(threads_, depths_.size(), [&](std::size_t i, int) {
+      parallelFor(threads_, group.end_view - group.begin_view, [&](std::size_t k, int) {
+        const std::size_t i = group.begin_view + k;
         if (depths_[i].empty()) return;
         if (whole_images) preprocessDepthMap(p, depths_[i]);
         if (parameters.adapt_noise) statistics.noise_scales[i] = measureNoiseScale(parameters.confidence, depths_[i]);
       });
-    if (refined && whole_images) forEachRow(invert);
-    refine();
-  }
-
-  /** \brief D^r of eq. 8: to and fro between two maps of inverse depth, of which preprocess() fills the first, the last pass giving depth. */
-  void refine() {
-    const int passes = parameters.smoothing.passes;
+    if (passes > 0 && whole_images) forEachRow(group, invert);
+    // D^r of eq. 8: to and fro between two maps of inverse depth, the last pass giving depth.
     for (int pass = 0; pass < passes; ++pass)
-      forEachRow([&](std::size_t i, int v) {
+      forEachRow(group, [&](std::size_t i, int v) {
         smoothRow(parameters.smoothing, parameters.confidence, pass, statistics.noise_scales[i], maps_[pass % 2][i], v,
                   maps_[(pass + 1) % 2][i].row(v));
       });
@@ -181,9 +198,10 @@ class FramePipeline {
 
   /** \brief step(view, row), in any order. */
   template <typename Step>
-  void forEachRow(const Step& step) {
-    parallelFor(threads_, stretches_.size(), [&](std::size_t s, int) {
-      for (int v = stretches_[s].begin_row; v < stretches_[s].end_row; ++v) step(stretches_[s].view, v);
+  void forEachRow(const Group& group, const Step& step) {
+    parallelFor(threads_, group.end_stretch - group.begin_stretch, [&](std::size_t s, int) {
+      const Stretch& stretch = stretches_[group.begin_stretch + s];
+      for (int v = stretch.begin_row; v < stretch.end_row; ++v) step(stretch.view, v);
     });
   }
 
