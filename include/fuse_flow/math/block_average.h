@@ -92,23 +92,39 @@ inline float normalNoise(std::size_t count, float median) {
 /** \brief Of a colour with channels 0 … 255. */
 FUSE_FLOW_HD float greyLevel(const Vec3& rgb) { return 0.299f * rgb.x + 0.587f * rgb.y + 0.114f * rgb.z; }
 
-/** \brief A step of a blur at one block, over five blocks along a row or a column; negative where there is no depth. Over the
- *  same surface only: what lies behind it is another thing in every view. \param from grey levels  \param du, dv from block to
- *  block */
+/** \brief A step of a blur at one block, over five blocks along a row or a column. Over the same surface only: what lies behind it
+ *  is another thing in every view. */
+struct LumaBlur {
+  float sum{0};      ///< of grey levels
+  float weights{0};  ///< of those
+  float z;           ///< depth of the block, metres
+
+  FUSE_FLOW_HD explicit LumaBlur(float depth) : z(depth) {}
+  /** \brief The block k blocks on, −2 … 2, one after the other. \param depth of it; 0: none  \param luma its grey level */
+  FUSE_FLOW_HD void add(int k, float depth, float luma) {
+    constexpr float same_surface = 0.05f;  // share of its depth by which it may differ within the reach of a blur
+    const float weight = k == 0 ? 6.0f : (k == 1 || k == -1 ? 4.0f : 1.0f);
+    const bool same = std::fabs(depth - z) < same_surface * z;
+    sum += same ? weight * luma : 0.0f;
+    weights += same ? weight : 0.0f;
+  }
+  /** \brief Negative where there is no depth. */
+  FUSE_FLOW_HD float mean() const {
+    const float mean = sum / weights;
+    return z > 0 ? mean : -1.0f;
+  }
+};
+
+/** \brief The same in one call. \param from grey levels  \param du, dv from block to block */
 FUSE_FLOW_HD float blurredLuma(const BlockMap& map, const float* from, int u, int v, int du, int dv) {
-  constexpr float same_surface = 0.05f;  // share of its depth by which it may differ within the reach of a blur
-  const float z = map.depth(u, v);
-  if (!(z > 0)) return -1.0f;
-  float sum = 0, weights = 0;
+  LumaBlur blur(map.depth(u, v));
+  if (!(blur.z > 0)) return -1.0f;
   for (int k = -2; k <= 2; ++k) {
     const int a = u + k * du, b = v + k * dv;
     if (a < 0 || b < 0 || a >= map.width || b >= map.height) continue;
-    if (!(std::fabs(map.depth(a, b) - z) < same_surface * z)) continue;
-    const float weight = k == 0 ? 6.0f : (k == 1 || k == -1 ? 4.0f : 1.0f);
-    sum += weight * from[map.index(a, b)];
-    weights += weight;
+    blur.add(k, map.depth(a, b), from[map.index(a, b)]);
   }
-  return sum / weights;
+  return blur.mean();
 }
 
 }  // namespace fuse_flow

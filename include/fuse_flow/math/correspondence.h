@@ -60,12 +60,10 @@ struct Match {
   int v;            ///< … and down
 };
 
-/** \brief The counterpart of a sample of camera i in a view of camera j; false if it has none. */
-FUSE_FLOW_HD bool findMatch(const CameraPlace& i, const CameraPlace& j, const BlockImage& other,
-                            const AlignmentSample& sample, const AlignmentGates& gates, Match& match) {
-  match.x = i.to_world * sample.p;
-  match.q = j.to_camera * match.x;
-  if (other.missing() || !other.locate(match.q, match.u, match.v)) return false;
+/** \brief Whether the block that a sample of camera i falls into in a view of camera j, match.u and match.v, is its counterpart.
+ *  \param match x, q, u and v are known */
+FUSE_FLOW_HD bool isMatch(const CameraPlace& i, const CameraPlace& j, const BlockImage& other,
+                          const AlignmentSample& sample, const AlignmentGates& gates, Match& match) {
   // Depth alone turns most away, before the rest of the block is fetched.
   const float z = other.depth(match.u, match.v);
   if (!(z > 0)) return false;
@@ -85,6 +83,14 @@ FUSE_FLOW_HD bool findMatch(const CameraPlace& i, const CameraPlace& j, const Bl
   match.r = dot(n, e);
   match.per_sigma = 1.0f / std::sqrt(variance);
   return true;
+}
+
+/** \brief The counterpart of a sample of camera i in a view of camera j; false if it has none. */
+FUSE_FLOW_HD bool findMatch(const CameraPlace& i, const CameraPlace& j, const BlockImage& other,
+                            const AlignmentSample& sample, const AlignmentGates& gates, Match& match) {
+  match.x = i.to_world * sample.p;
+  match.q = j.to_camera * match.x;
+  return !other.missing() && other.locate(match.q, match.u, match.v) && isMatch(i, j, other, sample, gates, match);
 }
 
 /** \brief Bin of a histogram of residuals over their standard deviations; see noiseBin(). */

@@ -4,6 +4,7 @@
 #include <fuse_flow/impl/host/normal_space_sampling.hpp>
 #include <fuse_flow/impl/host/parallel.hpp>
 #include <fuse_flow/impl/host/rig_correspondences.hpp>
+#include <fuse_flow/impl/host/sample_projections.hpp>
 
 #include <vector>
 
@@ -135,7 +136,9 @@ class AlignmentSystem : public RigCorrespondences {
         for (std::size_t k = 0; k < samples(t, i).size(); k += kClusterSamples) tasks.push_back({t, i, k});
     std::vector<std::vector<std::uint32_t>> histograms(tasks.size());
     clusters_.resize(tasks.size());
-    parallelFor(threads_, tasks.size(), [&](std::size_t k, int) {
+    if (projections_.size() < static_cast<std::size_t>(threads_))
+      projections_.resize(static_cast<std::size_t>(threads_));
+    parallelFor(threads_, tasks.size(), [&](std::size_t k, int thread) {
       const Task& task = tasks[k];
       const std::vector<AlignmentSample>& all = samples(task.instant, task.camera);
       const std::size_t end = std::min(all.size(), task.begin + kClusterSamples);
@@ -148,13 +151,17 @@ class AlignmentSystem : public RigCorrespondences {
       std::vector<std::uint32_t>& histogram = histograms[k];
       histogram.assign(kNoiseBins, 0);
       const CameraPlace& place_i = places_[task.camera];
+      SampleProjections& projections = projections_[static_cast<std::size_t>(thread)];
+      projections.assign(place_i.to_world, all, task.begin, end, gates.stride);
       for (std::size_t slot = 0; slot < neighbours; ++slot) {
         const std::size_t j = pairs_[first + slot].j;
         const BlockImage& other = view(task.instant, j).image();
         if (other.missing()) continue;
-        for (std::size_t s = task.begin; s < end; s += gates.stride) {
+        projections.project(places_[j].to_camera, other);
+        for (std::size_t n = 0; n < projections.size(); ++n) {
+          const std::size_t s = task.begin + n * gates.stride;
           Match match;
-          if (!findMatch(place_i, places_[j], other, all[s], gates, match)) continue;
+          if (!projections.inside(n, match) || !isMatch(place_i, places_[j], other, all[s], gates, match)) continue;
           ++histogram[static_cast<std::size_t>(residualBin(match))];
           const Correspondence geometry = geometryOf(match, gates, per_radius);
           addCorrespondence(out.geometry[slot], geometry.x, geometry.n, geometry.r, geometry.w);
@@ -186,6 +193,7 @@ class AlignmentSystem : public RigCorrespondences {
   std::vector<std::vector<AlignmentSample>> samples_;
   std::vector<AlignmentCluster> clusters_;
   std::vector<CameraPlace> places_;
+  std::vector<SampleProjections> projections_;  ///< thread by thread
 };
 
 }  // namespace host

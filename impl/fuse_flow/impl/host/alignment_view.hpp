@@ -157,14 +157,32 @@ class AlignmentView {
 
   void blurLuma(int scale, int spacing) {
     std::vector<float>& out = lumas_[static_cast<std::size_t>(scale)];
-    std::vector<float> rows(rays_.size());
     out.resize(rays_.size());
     image_.lumas[scale] = out.data();
+    static_assert(DepthMap::kBorder >= 2 << (kScales - 2), "so far a blur looks, and finds no depth");
+    constexpr int border = DepthMap::kBorder;
+    const int stride = width() + 2 * border;
+    blurred_.assign(static_cast<std::size_t>(stride) * static_cast<std::size_t>(height() + 2 * border), 0.0f);
+    float* rows = blurred_.data() + border * stride + border;  // with a border of what no depth belongs to
+    line_.assign(static_cast<std::size_t>(stride), 0.0f);
+    for (int v = 0; v < height(); ++v) {
+      std::copy_n(image_.lumas[scale - 1] + index(0, v), width(), line_.data() + border);
+      blurRow(z_.row(v), line_.data() + border, width(), spacing, spacing, rows + v * stride);
+    }
     for (int v = 0; v < height(); ++v)
-      for (int u = 0; u < width(); ++u)
-        rows[index(u, v)] = blurredLuma(image_, image_.lumas[scale - 1], u, v, spacing, 0);
-    for (int v = 0; v < height(); ++v)
-      for (int u = 0; u < width(); ++u) out[index(u, v)] = blurredLuma(image_, rows.data(), u, v, 0, spacing);
+      blurRow(z_.row(v), rows + v * stride, width(), spacing * z_.stride(), spacing * stride, out.data() + index(0, v));
+  }
+
+  /** \brief A row of blurred grey levels. \param z_step, step from block to block, of depths and of grey levels */
+  static void blurRow(const float* z, const float* from, int width, int z_step, int step, float* out) {
+    inWideVectors([=] {
+      float* __restrict blurred = out;
+      for (int u = 0; u < width; ++u) {
+        LumaBlur blur(z[u]);
+        for (int k = -2; k <= 2; ++k) blur.add(k, z[u + k * z_step], from[u + k * step]);
+        blurred[u] = blur.mean();
+      }
+    });
   }
 
   BlockImage image_;
@@ -175,6 +193,7 @@ class AlignmentView {
   std::vector<Ray> rays_;
   std::vector<Vec3> normals_;
   std::array<std::vector<float>, kScales> lumas_;
+  std::vector<float> blurred_, line_;
 };
 
 }  // namespace host
