@@ -135,6 +135,8 @@ void run(int cameras, int repeats, bool with_cpu) {
   run({"tracking, poses of another frame", tracking, found}, frames, truth, repeats, with_cpu);
 }
 
+const Clock::time_point kEpoch = Clock::now();  // of the stamps
+
 /** \brief Frames a second from pinned images to pinned points, fused with the tracked poses if they are tracked. \param updates of
  *  poses meanwhile */
 double rate(bench::Gpu& fusion, const bench::Frames& frames, Tracking* tracking, std::size_t& updates) {
@@ -145,6 +147,7 @@ double rate(bench::Gpu& fusion, const bench::Frames& frames, Tracking* tracking,
   const Clock::time_point start = Clock::now();
   for (; since(start) < milliseconds; ++count) {
     RigFrame frame = frames.at(count);
+    frame.stamp = static_cast<std::uint64_t>(1e6 + 1e3 * since(kEpoch));  // as of a camera, microseconds
     if (tracking) {
       tracking->push(frame);
       tracking->apply(frame);

@@ -144,7 +144,7 @@ TEST(ExtrinsicTracking, BringsARigRightWhileItRuns) {
   scene.rig.cameras[1].T_world_camera = moved(cameras[1].T_world_camera, {0.01, -0.005, 0.01}, 0.5);
   Tracking tracking(scene.rig.cameras);
   for (int k = 0; k < 5; ++k) {
-    scene.rig.stamp = static_cast<std::uint64_t>(k + 1);
+    scene.rig.stamp = static_cast<std::uint64_t>(33333 * (k + 1));
     ASSERT_TRUE(tracking.push(scene.rig));
     tracking.finish();
     tracking.apply(scene.rig);
@@ -153,7 +153,7 @@ TEST(ExtrinsicTracking, BringsARigRightWhileItRuns) {
       scene.rig.cameras[0].T_world_camera.inverse() * scene.rig.cameras[1].T_world_camera;
   EXPECT_LT(apart(relative, cameras[0].T_world_camera.inverse() * cameras[1].T_world_camera), 0.001);
   EXPECT_EQ(tracking.poses()->updates, 5u);
-  EXPECT_EQ(tracking.poses()->stamp, 5u);
+  EXPECT_EQ(tracking.poses()->stamp, 5 * 33333u);
 }
 
 TEST(ExtrinsicTracking, AKnockedCameraIsToldAndPutRight) {
@@ -233,6 +233,34 @@ TEST(ExtrinsicTracking, SeveralThreadsMayOfferFrames) {
   tracking.finish();
   EXPECT_GT(taken, 0u);
   EXPECT_EQ(tracking.poses()->updates, taken);  // each frame that was taken is one estimate
+}
+
+/** \brief Which of some stamps are taken, each frame being done before the next one comes. */
+std::vector<std::uint64_t> takenOf(Tracking& tracking, RigFrame frame, const std::vector<std::uint64_t>& stamps) {
+  std::vector<std::uint64_t> taken;
+  for (const std::uint64_t stamp : stamps) {
+    frame.stamp = stamp;
+    if (tracking.push(frame)) taken.push_back(stamp);
+    tracking.finish();
+  }
+  return taken;
+}
+
+TEST(ExtrinsicTracking, FramesThatFollowTooSoonAreLeftToTheFusion) {
+  using Stamps = std::vector<std::uint64_t>;
+  const std::vector<Camera> cameras = cornerCameras(2);
+  const Scene scene = makeScene(cameras, cornerAndBall());
+  Tracking tracking(cameras, 0.002);
+  EXPECT_EQ(tracking.getMinInterval(), 25000u);
+  // 90 Hz: every third. The first is taken, however soon after the epoch it comes.
+  EXPECT_EQ(takenOf(tracking, scene.rig, {11111, 22222, 33333, 44444, 55555, 66666}), (Stamps{11111, 44444}));
+  // What goes back in time, or has no time of its own, is not too soon.
+  EXPECT_EQ(takenOf(tracking, scene.rig, {5, 5, 0, 0}), (Stamps{5, 5, 0, 0}));
+  // Exactly the interval, and jitter of frames at 30 Hz.
+  EXPECT_EQ(takenOf(tracking, scene.rig, {25000, 49999, 50000, 80000, 111000}), (Stamps{25000, 50000, 80000, 111000}));
+  tracking.setMinInterval(0);
+  EXPECT_EQ(tracking.getMinInterval(), 0u);
+  EXPECT_EQ(takenOf(tracking, scene.rig, {111001, 111002}), (Stamps{111001, 111002}));
 }
 
 TEST(ExtrinsicTracking, WrongFramesAreRefusedAtOnce) {

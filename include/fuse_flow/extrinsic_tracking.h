@@ -8,6 +8,7 @@
 #include <exception>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <thread>
 #include <vector>
@@ -56,8 +57,14 @@ class ExtrinsicTracking {
   /** \brief Threads for an estimate; 1, the default, leaves the others to the fusion. */
   void setNumberOfThreads(unsigned int threads);
 
+  /** \brief How long after a frame that was taken another one may be, by their stamps, microseconds; ≥ 0. The default, 25 ms, takes every
+   *  frame of cameras at 30 Hz and leaves what is faster to the fusion: poses change more slowly. 0: takes all. */
+  void setMinInterval(std::uint64_t microseconds);
+  /** \brief As set. */
+  std::uint64_t getMinInterval() const;
+
   /** \brief Offers a frame, whose images are in host memory. From any thread; never waits. \returns whether it was taken: not while another is being copied or worked
-   *  on, and not of one camera alone, of which nothing can be told
+   *  on, not sooner than the least interval after the last one (frames with its very stamp, such as 0, are not told apart, and are taken), and not of one camera alone, of which nothing can be told
    *  \throws pcl::BadArgumentException if the frame contradicts itself or has other cameras; what an estimate threw meanwhile */
   bool push(const RigFrame& frame);
 
@@ -92,6 +99,8 @@ class ExtrinsicTracking {
   bool copying_{false};  ///< somebody writes to copy_
   bool taken_{false};    ///< copy_ is the thread's
   bool stop_{false};
+  std::uint64_t min_interval_{25000};
+  std::optional<std::uint64_t> last_stamp_;  ///< of the frame taken last
   std::exception_ptr error_;
   std::shared_ptr<const TrackedPoses> poses_;
   std::thread thread_;

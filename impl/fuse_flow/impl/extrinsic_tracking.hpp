@@ -86,6 +86,18 @@ void ExtrinsicTracking<PointT, Device>::setNumberOfThreads(unsigned int threads)
 }
 
 template <typename PointT, typename Device>
+void ExtrinsicTracking<PointT, Device>::setMinInterval(std::uint64_t microseconds) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  min_interval_ = microseconds;
+}
+
+template <typename PointT, typename Device>
+std::uint64_t ExtrinsicTracking<PointT, Device>::getMinInterval() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return min_interval_;
+}
+
+template <typename PointT, typename Device>
 bool ExtrinsicTracking<PointT, Device>::push(const RigFrame& frame) {
   checkRigFrame(frame);
   if (frame.cameras.size() != cameras_)
@@ -95,6 +107,8 @@ bool ExtrinsicTracking<PointT, Device>::push(const RigFrame& frame) {
     const std::lock_guard<std::mutex> lock(mutex_);
     if (error_) std::rethrow_exception(std::exchange(error_, nullptr));
     if (copying_ || taken_ || cameras_ < 2) return false;  // one camera has nobody to agree with
+    // A recording that begins anew goes back in time.
+    if (last_stamp_ && frame.stamp > *last_stamp_ && frame.stamp - *last_stamp_ < min_interval_) return false;
     copying_ = true;
   }
   const auto end_copying = [this](bool taken) {
@@ -102,6 +116,7 @@ bool ExtrinsicTracking<PointT, Device>::push(const RigFrame& frame) {
       const std::lock_guard<std::mutex> lock(mutex_);
       copying_ = false;
       taken_ = taken;
+      if (taken) last_stamp_ = copy_.frame.stamp;
     }
     changed_.notify_all();
   };
