@@ -14,6 +14,7 @@ struct Appearance {
   FUSE_FLOW_HD ViewColor color(const PixelAddress& a) const {
     const DeviceView& view = grid.views[a.view];
     if (!view.color) return {};
+    if (!view.model.own_color_camera) return pixelColor(view.color, a.u, a.v);
     return viewColor(view.model, view.color, a.u, a.v, view.ray(a.u, a.v), z[view.indexOf(a.u, a.v)]);
   }
 

@@ -69,7 +69,9 @@ std::vector<FusedPoint> AdaptiveHashFusion<PointT, device::Host>::fusePoints(
     aggregation.fuse(parameters_, threads, array, nullptr);
   }
   std::vector<FusedPoint> fused(aggregation.size());
-  aggregation.forEach(threads, [&](std::size_t position, const FusedPoint& point) { fused[position] = point; });
+  aggregation.forEach(threads, [&](std::size_t position, const FusedPoint* points_there, std::size_t n) {
+    std::copy_n(points_there, n, fused.begin() + static_cast<std::ptrdiff_t>(position));
+  });
   return fused;
 }
 

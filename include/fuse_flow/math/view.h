@@ -99,7 +99,14 @@ struct NormalMean {
   }
 };
 
-/** \brief Colour of the depth pixel (u, v) with depth z on its ray. With a colour camera of its own, the point is projected into
+/** \brief What an image shows at a pixel. */
+FUSE_FLOW_HD ViewColor pixelColor(const ImageView<Rgb8>& image, int u, int v) {
+  if (!image) return {};
+  const Rgb8 c = image.row(v)[u];
+  return {{static_cast<float>(c.r), static_cast<float>(c.g), static_cast<float>(c.b)}, true};
+}
+
+/** \brief Colour of the depth pixel (u, v) with depth z on its ray: that of the same pixel, pixelColor(), where depth and colour are registered. With a colour camera of its own, the point is projected into
  *  that; where it misses the image by less than a pixel, the border's colour is taken. */
 FUSE_FLOW_HD ViewColor viewColor(const ViewModel& view, const ImageView<Rgb8>& image, int u, int v, const Ray& ray,
                                  float z) {
@@ -116,8 +123,7 @@ FUSE_FLOW_HD ViewColor viewColor(const ViewModel& view, const ImageView<Rgb8>& i
     u = static_cast<int>(clampTo(x, 0.0f, width - 1));
     v = static_cast<int>(clampTo(y, 0.0f, height - 1));
   }
-  const Rgb8 c = image.row(v)[u];
-  return {{static_cast<float>(c.r), static_cast<float>(c.g), static_cast<float>(c.b)}, true};
+  return pixelColor(image, u, v);
 }
 
 /** \brief Unit normal of the depth surface at a pixel, world frame, facing its camera; zero where neighbours are

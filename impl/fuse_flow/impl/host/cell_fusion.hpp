@@ -237,13 +237,12 @@ class HashAggregation {
 
   std::size_t size() const { return total_; }
 
-  /** \brief Calls visit(position in the output, fused point) for all of them, in parallel. */
+  /** \brief Calls visit(position of the first in the output, fused points, how many) for all of them, some at a time, in parallel. */
   template <typename Visit>
   void forEach(int threads, const Visit& visit) const {
     parallelFor(threads, blocks_.size(), [&](std::size_t b, int) {
       const Block& block = blocks_[b];
-      const FusedPoint* fused = scratch_[static_cast<std::size_t>(block.thread)].output.data() + block.begin;
-      for (std::size_t k = 0; k < block.count; ++k) visit(block.offset + k, fused[k]);
+      visit(block.offset, scratch_[static_cast<std::size_t>(block.thread)].output.data() + block.begin, block.count);
     });
   }
 

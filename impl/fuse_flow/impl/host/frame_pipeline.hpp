@@ -73,17 +73,28 @@ class FramePipeline {
   const HashAggregation& aggregation() const { return aggregation_; }
   int resolvedThreads() const { return threads_; }
 
-  /** \brief Colour of a point, from its view's image. */
-  ViewColor color(std::uint32_t index) const {
-    const auto [i, u, v] = points_.locate(index);
-    return viewColor(rig_[i], frame_->views[i].color, u, v, rig_[i].ray(u, v), refined(i).row(v)[u]);
+  /** \brief Where a point was measured. */
+  FramePoints::Pixel locate(std::uint32_t index) const { return points_.locate(index); }
+
+  /** \brief Sends for the colour of a pixel. */
+  void prefetchColor(const FramePoints::Pixel& at) const {
+#if defined(__GNUC__)
+    const ImageView<Rgb8>& image = frame_->views[at.view].color;
+    if (image && !rig_[at.view].own_color_camera) __builtin_prefetch(image.row(at.v) + at.u);
+#endif
+  }
+  /** \brief Colour of a pixel, from its view's image. */
+  ViewColor color(const FramePoints::Pixel& at) const {
+    const ViewGeometry& view = rig_[at.view];
+    const ImageView<Rgb8>& image = frame_->views[at.view].color;
+    if (!view.own_color_camera) return pixelColor(image, at.u, at.v);  // depth may be far away in memory
+    return viewColor(view, image, at.u, at.v, view.ray(at.u, at.v), refined(at.view).row(at.v)[at.u]);
   }
 
-  /** \brief Unit normal of the depth surface at a point, world frame, facing its camera; zero where neighbours are
+  /** \brief Unit normal of the depth surface at a pixel, world frame, facing its camera; zero where neighbours are
    *  missing. */
-  Vec3 normal(std::uint32_t index) const {
-    const auto [i, u, v] = points_.locate(index);
-    return surfaceNormal(rig_[i], Surface{refined(i), rig_[i]}, u, v);
+  Vec3 normal(const FramePoints::Pixel& at) const {
+    return surfaceNormal(rig_[at.view], Surface{refined(at.view), rig_[at.view]}, at.u, at.v);
   }
 
   using Clock = std::chrono::steady_clock;
