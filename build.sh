@@ -80,7 +80,7 @@ step() {
 }
 
 # The one place that says what the demo fuses: four structured-light cameras, calibrated to 2 mm and 0.1 degrees, around a
-# person who walks through a room. The same bytes on every machine.
+# person who walks through a room. The same bytes on every machine. Tests have it in small: test/simulated_recording.h.
 simulate_demo() {
   rm -rf "$1"
   build/bin/fuse_flow_simulate --scene person --rig ring-4 --sensor structured_light --frames 8 --fps 5 \

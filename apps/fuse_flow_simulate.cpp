@@ -3,8 +3,7 @@
 #include "command_line/option_checks.h"
 #include "command_line/simulation_arguments.h"
 #include "command_line/tool.h"
-#include "io/rig_json.h"
-#include "io/view_files.h"
+#include "io/rig_writer.h"
 #include "simulation/truth.h"
 
 #include <fuse_flow/impl/host/parallel.hpp>
@@ -22,45 +21,24 @@ struct Options {
   std::string output;
 };
 
-void makeFolder(const fs::path& path) {
-  std::error_code error;
-  fs::create_directories(path, error);
-  if (error) throw io::OutputError(path.string() + ": cannot be made: " + error.message());
-}
-
-void writeImages(const fs::path& folder, const io::LoadedFrame& measured, std::size_t frame) {
-  const std::string file = io::frameStem(frame) + ".png";
-  for (std::size_t k = 0; k < measured.rig.cameras.size(); ++k) {
-    if (measured.rig.views[k].missing()) continue;  // a lost frame is a missing file
-    const fs::path camera = folder / measured.rig.cameras[k].name;
-    io::writeDepthPng((camera / "depth" / file).string(), measured.images[k].depth16);
-    if (measured.rig.views[k].color) io::writeColorPng((camera / "color" / file).string(), measured.images[k].color);
-  }
-}
-
 int run(const Options& options) {
   const simulation::SimulationOptions& s = options.simulation;
   simulation::Simulator simulator(s);
   const fs::path folder(options.output);
   if (fs::exists(folder) && !(fs::is_directory(folder) && fs::is_empty(folder)))
     throw io::OutputError(folder.string() + ": exists, must be a new or empty folder");
-  io::RigDescription rig{{}, s.frames_per_second};
-  for (const Camera& camera : simulator.cameras()) {
-    rig.cameras.push_back({camera, simulator.sensor().depthScale()});
-    makeFolder(folder / camera.name / "depth");
-    if (s.color) makeFolder(folder / camera.name / "color");
-  }
+  const io::RigWriter writer(options.output, simulator.rig(), s.color);
   simulation::writeTruth(options.output, simulator);
   io::LoadedFrame measured;
   for (std::size_t frame = 0; frame < options.frames && !io::interrupt_requested; ++frame) {
     simulator.measure(frame, measured);
-    writeImages(folder, measured, frame);
+    writer.write(frame, measured);
     simulation::writeTruth(options.output, simulator, frame);
   }
   if (io::interrupt_requested) return command_line::kInterrupted;
-  io::writeRigJson((folder / "rig.json").string(), rig);  // last: without it the folder is no recording
-  std::cout << options.output << ": " << rig.cameras.size() << " cameras, " << options.frames << " frames, scene "
-            << s.scene << ", sensor " << s.sensor << std::endl;
+  writer.finish();
+  std::cout << options.output << ": " << simulator.cameras().size() << " cameras, " << options.frames
+            << " frames, scene " << s.scene << ", sensor " << s.sensor << std::endl;
   return command_line::kSuccess;
 }
 

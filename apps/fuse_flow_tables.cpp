@@ -9,6 +9,7 @@
 #include "io/file_io.h"
 #include "tables/comparison.h"
 #include "tables/markdown.h"
+#include "tables/open3d_methods.h"
 
 #include <fuse_flow/impl/host/parallel.hpp>
 
@@ -56,6 +57,7 @@ class Page {
              "against the true surface; the peers are thinned to the number of points that FUSE-Flow gives, but for "
              "the last row. "
              "[parameters.md](parameters.md) says how the defaults were chosen.\n\n";
+    if (tables::open3dPeers().empty()) text_ << "Without Open3D, which was not found when this was built.\n\n";
     addReading();
     text_ << "Columns: mean distance of the points to the true surface and its ratio to VoxelGrid's; 95th percentile; "
              "F-score at 5 and "

@@ -1,8 +1,9 @@
 #include "io/cloud_io.h"
-#include "io/demo_scene.h"
 #include "io/file_io.h"
 #include "io/range.h"
 #include "io/recording.h"
+#include "io/rig_writer.h"
+#include "simulated_recording.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -18,20 +19,25 @@ using namespace fuse_flow;
 /** \brief A small recording of two frames in a folder of its own, removed afterwards. */
 class RigRecording : public testing::Test {
  protected:
+  static const std::vector<io::LoadedFrame>& frames() {
+    static const std::vector<io::LoadedFrame> once = simulated_recording::frames(0.125, 2);
+    return once;
+  }
+  static const std::vector<Camera>& cameras() { return frames()[0].rig.cameras; }
+
   void SetUp() override {
     folder_ = fs::temp_directory_path() / ("fuse_flow_" + std::to_string(getpid()));
     fs::remove_all(folder_);
-    io::DemoOptions options;
-    options.frames = 2;
-    options.width = 80;
-    options.height = 60;
-    demo_ = io::makeDemoRecording(options);
-    io::writeDemoRecording(folder_.string(), demo_);
+    io::RigDescription rig{{}, 5.0};
+    for (const Camera& camera : cameras()) rig.cameras.push_back({camera, frames()[0].rig.views[0].depth_scale});
+    const io::RigWriter writer(folder_.string(), rig, true);
+    for (std::size_t frame = 0; frame < frames().size(); ++frame) writer.write(frame, frames()[frame]);
+    writer.finish();
   }
   void TearDown() override { fs::remove_all(folder_); }
 
   fs::path depthFile(std::size_t camera, const std::string& name) const {
-    return folder_ / demo_.cameras[camera].name / "depth" / name;
+    return folder_ / cameras()[camera].name / "depth" / name;
   }
 
   void replaceInJson(const std::string& before, const std::string& after) const {
@@ -55,21 +61,28 @@ class RigRecording : public testing::Test {
   }
 
   fs::path folder_;
-  io::DemoRecording demo_;
 };
 
 TEST_F(RigRecording, ReadsBackWhatWasWritten) {
   const auto recording = io::openRecording({folder_.string()});
   ASSERT_EQ(recording->frameCount(), 2u);
-  ASSERT_EQ(recording->cameras().size(), demo_.cameras.size());
+  EXPECT_EQ(recording->framesPerSecond(), 5.0);
+  ASSERT_EQ(recording->cameras().size(), cameras().size());
   io::LoadedFrame loaded;
   recording->read(1, loaded);
-  for (std::size_t i = 0; i < demo_.cameras.size(); ++i) {
-    EXPECT_TRUE(loaded.rig.cameras[i].T_world_camera.isApprox(demo_.cameras[i].T_world_camera, 1e-9));
+  for (std::size_t i = 0; i < cameras().size(); ++i) {
+    const io::LoadedView& written = frames()[1].images[i];
+    EXPECT_TRUE(loaded.rig.cameras[i].T_world_camera.isApprox(cameras()[i].T_world_camera, 1e-9));
     ASSERT_TRUE(loaded.rig.views[i].depth16);
+    ASSERT_TRUE(loaded.rig.views[i].color);
     for (int v = 0; v < 60; ++v)
-      for (int u = 0; u < 80; ++u)
-        ASSERT_EQ(loaded.rig.views[i].depth16.row(v)[u], demo_.depth[1][i].data[static_cast<std::size_t>(v * 80 + u)]);
+      for (int u = 0; u < 80; ++u) {
+        ASSERT_EQ(loaded.rig.views[i].depth16.row(v)[u], written.depth16.at(u, v));
+        const Rgb8 color = loaded.rig.views[i].color.row(v)[u];
+        ASSERT_EQ(color.r, written.color.at(u, v).r);
+        ASSERT_EQ(color.g, written.color.at(u, v).g);
+        ASSERT_EQ(color.b, written.color.at(u, v).b);
+      }
   }
 }
 

@@ -29,6 +29,22 @@ std::string writeBytes(const std::string& path, const std::string& bytes) {
   return error ? std::strerror(error) : "";
 }
 
+/** \brief What stands in a file's place, which may never give a byte; empty if it is a file. */
+std::string otherThanFile(const fs::file_status& status) {
+  switch (status.type()) {
+    case fs::file_type::regular:
+      return "";
+    case fs::file_type::directory:
+      return "a folder";
+    case fs::file_type::fifo:
+      return "a pipe";
+    case fs::file_type::socket:
+      return "a socket";
+    default:
+      return "a device";
+  }
+}
+
 }  // namespace
 
 bool isThere(const std::string& path) {
@@ -52,8 +68,8 @@ std::vector<std::string> filesIn(const std::string& folder) {
 std::string readFile(const std::string& path) {
   if (!isThere(path)) throw InputError(path + ": not found, must be a file");
   std::error_code error;
-  const fs::file_status status = fs::status(path, error);
-  if (fs::is_directory(status)) throw InputError(path + ": is a folder, must be a file");
+  const std::string other = otherThanFile(fs::status(path, error));
+  if (!other.empty()) throw InputError(path + ": is " + other + ", must be a file");
   std::ifstream file(path, std::ios::binary | std::ios::ate);
   if (!file) throw InputError(path + ": cannot be opened: " + std::strerror(errno));
   const std::streamoff size = file.tellg();

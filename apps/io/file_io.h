@@ -13,7 +13,7 @@ bool isThere(const std::string& path);
 /** \brief The names of what a folder holds, sorted; none where there is no such folder. Throws InputError if it cannot be read. */
 std::vector<std::string> filesIn(const std::string& folder);
 
-/** \brief The bytes of a file. Throws InputError if it is not there, is a folder, or cannot be read. */
+/** \brief The bytes of a file. Throws InputError if it is not there, is a folder, a pipe, a socket or a device, or cannot be read. */
 std::string readFile(const std::string& path);
 
 /** \brief Writes a file so that it appears complete or not at all: beside its place under another name, flushed to the

@@ -108,6 +108,12 @@ Simulator::Simulator(const SimulationOptions& options) : options_(options) {
   rays_.setFixed(fixed_);
 }
 
+io::RigDescription Simulator::rig() const {
+  io::RigDescription rig{{}, options_.frames_per_second};
+  for (const Camera& camera : cameras_) rig.cameras.push_back({camera, sensor_->depthScale()});
+  return rig;
+}
+
 const Eigen::Isometry3d& Simulator::truePose(std::size_t frame, std::size_t camera) const {
   const Faults& faults = options_.faults;
   const bool knocked = (faults.knock > 0 || faults.knock_rotation > 0) && frame >= faults.knock_frame &&

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "io/recording.h"
+#include "io/rig_json.h"
 #include "simulation/ray_scene.h"
 #include "simulation/scene.h"
 #include "simulation/sensor.h"
@@ -59,6 +60,8 @@ class Simulator {
   const Sensor& sensor() const { return *sensor_; }
   /** \brief As calibrated. */
   const std::vector<Camera>& cameras() const { return cameras_; }
+  /** \brief The same, with all that a recording of it says. */
+  io::RigDescription rig() const;
   /** \brief Where they stand at first, and what puts their depth right. */
   const std::vector<Camera>& trueCameras() const { return true_cameras_; }
   /** \brief Where a camera stands in a frame: as trueCameras() says until it is knocked. */

@@ -3,7 +3,7 @@
 #include "random_rig.h"
 
 #if defined(FUSE_FLOW_TEST_HAS_RECORDINGS)
-#include "io/demo_scene.h"
+#include "../simulated_recording.h"
 #include "io/recording.h"
 
 #include <filesystem>
@@ -75,26 +75,14 @@ TEST(GpuSameAsHost, PointsWithoutColourHaveThePositionsOfTheHost) {
 
 #if defined(FUSE_FLOW_TEST_HAS_RECORDINGS)
 TEST(GpuSameAsHost, TheDemoRecordingIsFusedAsOnTheHost) {
-  fuse_flow::io::DemoOptions options;
-  options.frames = timesOver(2, 1);
-  options.width = 320;
-  options.height = 240;
-  const fuse_flow::io::DemoRecording recording = fuse_flow::io::makeDemoRecording(options);
   Host host;
   Device device;
-  for (std::size_t k = 0; k < recording.depth.size(); ++k) {
-    fuse_flow::RigFrame frame;
-    frame.cameras = recording.cameras;
-    frame.views.resize(frame.cameras.size());
-    for (std::size_t i = 0; i < frame.views.size(); ++i) {
-      frame.views[i].depth16 = recording.depth[k][i].view();
-      frame.views[i].depth_scale = recording.depth_scale;
-      frame.views[i].color = recording.color[k][i].view();
-    }
+  const auto count = static_cast<std::size_t>(timesOver(2, 1));
+  for (const fuse_flow::io::LoadedFrame& frame : simulated_recording::frames(0.5, count)) {
     for (FuseFlowParameters parameters : {FuseFlowParameters(), FuseFlowParameters::published()})
       for (const bool hash : {true, false}) {
         parameters.use_spatial_hash = hash;
-        expectSame(frame, parameters, host, device);
+        expectSame(frame.rig, parameters, host, device);
       }
   }
 }

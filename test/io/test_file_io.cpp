@@ -2,6 +2,8 @@
 
 #include "io_fixture.h"
 
+#include <sys/stat.h>
+
 namespace {
 
 using namespace io_test;
@@ -26,6 +28,15 @@ TEST_F(FileIo, BytesComeBackAsTheyWereWritten) {
 TEST_F(FileIo, WhatCannotBeReadIsNamed) {
   EXPECT_TRUE(refuses([&] { io::readFile(path("no")); }, {path("no"), "not found"}));
   EXPECT_TRUE(refuses([&] { io::readFile(folder_.string()); }, {folder_.string(), "is a folder"}));
+}
+
+TEST_F(FileIo, WhatMayNeverGiveAByteIsNotOpened) {
+  ASSERT_EQ(mkfifo(path("pipe").c_str(), 0600), 0);
+  EXPECT_TRUE(refuses([&] { io::readFile(path("pipe")); }, {path("pipe"), "is a pipe", "must be a file"}));
+  fs::create_symlink("/dev/zero", folder_ / "link");
+  EXPECT_TRUE(refuses([&] { io::readFile(path("link")); }, {path("link"), "is a device", "must be a file"}));
+  ASSERT_EQ(mknod(path("socket").c_str(), S_IFSOCK | 0600, 0), 0);
+  EXPECT_TRUE(refuses([&] { io::readFile(path("socket")); }, {path("socket"), "is a socket", "must be a file"}));
 }
 
 TEST_F(FileIo, WhatAFolderHoldsIsSorted) {

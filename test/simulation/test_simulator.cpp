@@ -5,11 +5,13 @@
 #include "simulation/simulator.h"
 #include "simulation/truth.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <filesystem>
 #include <set>
 #include <string>
+#include <vector>
 
 namespace {
 
@@ -86,6 +88,43 @@ TEST(Simulator, IdealDepthIsThatOfTheTrueSurface) {
   }
 }
 
+/** \brief Distances of what the true cameras measured to the true surface, metres, sorted. */
+std::vector<float> surfaceDistances(const SimulationOptions& options) {
+  Simulator simulator(options);
+  LoadedFrame frame;
+  simulator.measure(0, frame);
+  const RayScene& truth = simulator.truth(0);
+  std::vector<float> distances;
+  for (std::size_t k = 0; k < frame.images.size(); ++k) {
+    const fuse_flow::Camera& camera = simulator.trueCameras()[k];
+    const fuse_flow::io::DepthImage& depth = frame.images[k].depth16;
+    for (int v = 0; v < depth.height; ++v)
+      for (int u = 0; u < depth.width; ++u) {
+        if (depth.at(u, v) == 0) continue;
+        const fuse_flow::Ray ray =
+            fuse_flow::unproject(camera.intrinsics, {static_cast<float>(u), static_cast<float>(v)});
+        const Vector3f p =
+            static_cast<float>(depth.at(u, v)) * frame.rig.views[k].depth_scale * Vector3f(ray.x, ray.y, 1);
+        distances.push_back(truth.nearest(camera.T_world_camera.cast<float>() * p).t);
+      }
+  }
+  std::sort(distances.begin(), distances.end());
+  return distances;
+}
+
+TEST(Simulator, StructuredLightHasItsNoiseHolesAndAFewFlyingPixels) {
+  SimulationOptions options = smallRig();
+  options.scale = 0.25;
+  const std::vector<float> ideal = surfaceDistances(options);
+  options.sensor = "structured_light";
+  const std::vector<float> measured = surfaceDistances(options);
+  EXPECT_LT(measured.size(), ideal.size());
+  EXPECT_GT(measured.size(), ideal.size() / 2);
+  EXPECT_LT(measured[measured.size() / 2], 0.01f);
+  EXPECT_LT(measured[measured.size() * 9 / 10], 0.04f);
+  EXPECT_GT(measured.back(), 0.05f) << "between two surfaces";
+}
+
 TEST(Simulator, PoseErrorsHaveTheStatedSize) {
   SimulationOptions options = smallRig();
   options.rig = "ring-6";
@@ -97,6 +136,9 @@ TEST(Simulator, PoseErrorsHaveTheStatedSize) {
     EXPECT_NEAR((a.translation() - b.translation()).norm(), 0.012, 1e-9);
     EXPECT_NEAR(Eigen::AngleAxisd(a.linear().transpose() * b.linear()).angle(), 0.02, 1e-7);
   }
+  SimulationOptions another = options;
+  another.seed = 2;
+  EXPECT_FALSE(Simulator(another).cameras()[0].T_world_camera.isApprox(simulator.cameras()[0].T_world_camera));
   SimulationOptions exact = options;
   exact.faults = {};
   EXPECT_TRUE(same(measured(options), measured(exact))) << "what is measured comes from the true places";
@@ -186,18 +228,29 @@ TEST(Simulator, CamerasOutOfSyncSeeWhatMovesElsewhereAndTheRestWhereItIs) {
 }
 
 TEST(Simulator, RefusesNumbersOutOfRange) {
-  const auto expectRefused = [](const auto& spoil) {
+  const auto refusal = [](const auto& spoil) -> std::string {
     SimulationOptions options = smallRig();
     spoil(options);
-    EXPECT_THROW(Simulator{options}, fuse_flow::io::InputError);
+    try {
+      Simulator simulator(options);
+    } catch (const fuse_flow::io::InputError& error) {
+      return error.what();
+    }
+    return "none";
   };
-  expectRefused([](SimulationOptions& o) { o.scene = "moon"; });
-  expectRefused([](SimulationOptions& o) { o.rig = "pile-3"; });
-  expectRefused([](SimulationOptions& o) { o.sensor = "sonar"; });
-  expectRefused([](SimulationOptions& o) { o.frames_per_second = 0; });
-  expectRefused([](SimulationOptions& o) { o.faults.drop_rate = 1.1; });
-  expectRefused([](SimulationOptions& o) { o.faults.position_error = -1; });
-  expectRefused([](SimulationOptions& o) { o.faults.rotation_error = std::nan(""); });
+  const auto names = [](const std::string& message, const std::string& part) {
+    return message.find(part) != std::string::npos ? testing::AssertionSuccess()
+                                                   : testing::AssertionFailure() << message;
+  };
+  EXPECT_TRUE(names(refusal([](SimulationOptions& o) { o.scene = "moon"; }), "moon"));
+  EXPECT_TRUE(names(refusal([](SimulationOptions& o) { o.rig = "pile-3"; }), "pile-3"));
+  EXPECT_TRUE(names(refusal([](SimulationOptions& o) { o.sensor = "sonar"; }), "sonar"));
+  EXPECT_TRUE(names(refusal([](SimulationOptions& o) { o.frames_per_second = 0; }), "frames per second is 0"));
+  EXPECT_TRUE(names(refusal([](SimulationOptions& o) { o.faults.drop_rate = 1.1; }), "drop rate is 1.1"));
+  EXPECT_TRUE(
+      names(refusal([](SimulationOptions& o) { o.faults.position_error = -1; }), "position error in metres is -1"));
+  EXPECT_TRUE(names(refusal([](SimulationOptions& o) { o.faults.rotation_error = std::nan(""); }), "rotation error"));
+  EXPECT_TRUE(names(refusal([](SimulationOptions& o) { o.scale = 0; }), "scale"));
 }
 
 /** \brief A folder that is gone when the test is over. */

@@ -2,6 +2,8 @@
 #include "png_file.h"
 #include "tool_fixture.h"
 
+#include <sys/stat.h>
+
 #include <cmath>
 #include <sstream>
 
@@ -37,6 +39,16 @@ TEST_F(BadRecording, ATruncatedImageIsNamedAtAnyLength) {
   for (const std::size_t size : {std::size_t{0}, std::size_t{5}, std::size_t{20}, whole.size() / 2, whole.size() - 1}) {
     writeText(path, whole.substr(0, size));
     EXPECT_REFUSED(FUSE_RECORDING, path.string(), "PNG") << size;
+  }
+}
+
+TEST_F(BadRecording, AnImageThatIsAPipeIsNamedAndNotWaitedFor) {
+  for (const fs::path& path : {depthFile(recording_, 1, 0), colorFile(recording_, 1, 0)}) {
+    WallRecording{}.write(recording_);
+    fs::remove(path);
+    ASSERT_EQ(mkfifo(path.c_str(), 0600), 0);
+    EXPECT_REFUSED(FUSE_RECORDING, path.string(), "is a pipe", "must be a file");
+    fs::remove_all(recording_);
   }
 }
 
