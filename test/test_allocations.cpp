@@ -129,7 +129,7 @@ std::size_t bytesInUse() {
 #endif
 }
 
-TEST_F(Allocations, AFrameHoldsAtMost72BytesAPixelBeyondInputAndOutput) {
+TEST_F(Allocations, AFrameHoldsAtMost64BytesAPixelBeyondInputAndOutput) {
   const std::vector<fuse_flow::io::LoadedFrame> frames = simulated_recording::frames(1, 1);
   fuse_flow::RigFrame rig = frames[0].rig;
   for (fuse_flow::DepthView& view : rig.views) view.color = {};
@@ -142,7 +142,7 @@ TEST_F(Allocations, AFrameHoldsAtMost72BytesAPixelBeyondInputAndOutput) {
   const std::size_t output = cloud.points.capacity() * sizeof(PointFused);
   const double bytes_a_pixel = static_cast<double>(bytesInUse() - before - output) / pixels;
   RecordProperty("bytes_a_pixel", std::to_string(bytes_a_pixel));
-  EXPECT_LE(bytes_a_pixel, 72.0);
+  EXPECT_LE(bytes_a_pixel, 64.0);
   EXPECT_GE(bytes_a_pixel, 28.0);  // three depth maps and the points: less, and nothing was measured
 }
 
