@@ -11,3 +11,7 @@ template class fuse_flow::ConfidenceEstimation<fuse_flow::PointFused, fuse_flow:
 template class fuse_flow::DepthBackprojection<fuse_flow::PointFused, fuse_flow::device::Thrust>;
 template class fuse_flow::MultiViewConsistency<fuse_flow::PointFused, fuse_flow::device::Thrust>;
 template class fuse_flow::AdaptiveHashFusion<fuse_flow::PointFused, fuse_flow::device::Thrust>;
+
+// The host's classes in a CUDA source, for a point that has nothing but a position and one that has all.
+template class fuse_flow::FuseFlow<pcl::PointXYZ, fuse_flow::device::Host>;
+template class fuse_flow::FuseFlow<fuse_flow::PointFused, fuse_flow::device::Host>;

@@ -2,9 +2,7 @@
 
 #include <fuse_flow/fuse_flow.h>
 #include <fuse_flow/impl/host/frame_pipeline.hpp>
-#include <fuse_flow/point_traits.h>
-
-#include <array>
+#include <fuse_flow/impl/host/point_writer.hpp>
 
 namespace fuse_flow {
 
@@ -78,54 +76,23 @@ void FuseFlow<PointT, device::Host>::fuse(const RigFrame& frame, PointCloud& out
   FramePipeline& pipeline = *pipeline_;
   pipeline.generate(frame);
 
-  using Sources = std::array<host::FramePoints::Pixel, kRepresentatives>;
-  const auto locate = [&](const FusedPoint& fused, Sources& sources) {
-    if constexpr (point::has_color<PointT> || point::has_normal<PointT>)
-      for (std::size_t k = 0; k < fused.count; ++k) {
-        sources[k] = pipeline.locate(fused.source[k]);
-        if constexpr (point::has_color<PointT>) pipeline.prefetchColor(sources[k]);
-      }
-  };
-  const auto write = [&](const FusedPoint& fused, const Sources& sources, PointT& point) {
-    point = PointT();
-    point::setPosition(point, fused.p);
-    point::setWeight(point, fused.weight);
-    point::setViewCount(point, fused.views);
-    ColorMean color;
-    NormalMean normal;
-    for (std::size_t k = 0; k < fused.count; ++k) {
-      if constexpr (point::has_color<PointT>) color.add(fused.share[k], pipeline.color(sources[k]));
-      if constexpr (point::has_normal<PointT>)
-        if (compute_normals_) normal.add(fused.share[k], pipeline.normal(sources[k]));
-    }
-    point::setColor(point, color.mean());
-    point::setNormal(point, normal.mean());
-  };
-
+  const host::PointWriter<PointT> writer(pipeline, compute_normals_);
   FramePipeline::Clock::time_point fused_at;
   if (pipeline.parameters.use_spatial_hash) {
     pipeline.aggregate();
     fused_at = FramePipeline::Clock::now();
     output.resize(pipeline.aggregation().size());
-    pipeline.aggregation().forEach(
-        pipeline.resolvedThreads(), [&](std::size_t position, const FusedPoint* fused, std::size_t n) {
-          constexpr std::size_t batch = 16;  // whose colours are on their way from memory at a time
-          std::array<Sources, batch> sources;
-          for (std::size_t begin = 0; begin < n; begin += batch) {
-            const std::size_t end = std::min(n, begin + batch);
-            for (std::size_t k = begin; k < end; ++k) locate(fused[k], sources[k - begin]);
-            for (std::size_t k = begin; k < end; ++k) write(fused[k], sources[k - begin], output[position + k]);
-          }
-        });
+    pipeline.aggregation().forEach(pipeline.resolvedThreads(),
+                                   [&](std::size_t position, const FusedPoint* fused, std::size_t n) {
+                                     writer.write(fused, n, output.begin() + position);
+                                   });
   } else {
     fused_at = FramePipeline::Clock::now();
     output.clear();
     pipeline.fusePointWise([&](const FusedPoint& fused) {
       if (!(fused.weight > 0) || fused.weight < pipeline.parameters.aggregation.min_weight) return;
-      Sources sources;
-      locate(fused, sources);
       output.emplace_back();
-      write(fused, sources, output.back());
+      writer.write(&fused, 1, output.end() - 1);
     });
     pipeline.statistics.fuse_ms = FramePipeline::since(fused_at);
   }
