@@ -88,29 +88,53 @@ TEST(ExtrinsicEstimation, FarAndNoisyWallsDoNotKeepItFromComingToRest) {
   }
 }
 
+/** \brief Three by three blocks of a wall before a camera at the origin, one of them in the middle of the image. */
+class Wall {
+ public:
+  explicit Wall(float depth) : z_(9, depth), rays_(9), normals_(9, Vec3{0, 0, -1}), lumas_(9) {
+    image_.width = image_.height = 3;
+    image_.z = z_.data();
+    image_.rays = rays_.data();
+    image_.normals = normals_.data();
+    image_.z_pitch = image_.pitch = 3;
+    image_.intrinsics.width = image_.intrinsics.height = 3;
+    image_.intrinsics.fx = image_.intrinsics.fy = 100;
+    image_.intrinsics.cx = image_.intrinsics.cy = 1;
+    for (int v = 0; v < 3; ++v)
+      for (int u = 0; u < 3; ++u)
+        rays_[static_cast<std::size_t>(3 * v + u)] =
+            unproject(image_.intrinsics, {static_cast<float>(u), static_cast<float>(v)});
+  }
+  BlockImage& image() { return image_; }
+  /** \brief Grey levels that grow to the right. */
+  void paint(float left, float per_block) {
+    for (std::size_t k = 0; k < 9; ++k) lumas_[k] = left + per_block * static_cast<float>(k % 3);
+    for (const float*& lumas : image_.lumas) lumas = lumas_.data();
+  }
+
+ private:
+  std::vector<float> z_;
+  std::vector<Ray> rays_;
+  std::vector<Vec3> normals_;
+  std::vector<float> lumas_;
+  BlockImage image_;
+};
+
+CameraPlace placeAt(const Eigen::Isometry3d& T_world_camera) {
+  return {toRigidTransform(T_world_camera), toRigidTransform(T_world_camera.inverse())};
+}
+
 // 20 mm of noise in either view, so 28 mm between them: the gate is what is larger, 30 mm or three of these.
 TEST(ExtrinsicEstimation, CounterpartsLieWithinTheGateOrThreeDeviationsOfNoise) {
-  const std::vector<float> z(9, 2.0f);
-  const std::vector<Ray> rays(9, Ray{0, 0});
-  const std::vector<Vec3> normals(9, Vec3{0, 0, -1});
-  BlockImage image;
-  image.width = image.height = 3;
-  image.z = z.data();
-  image.rays = rays.data();
-  image.normals = normals.data();
-  image.z_pitch = image.pitch = 3;
-  image.intrinsics.width = image.intrinsics.height = 3;
-  image.intrinsics.fx = image.intrinsics.fy = 100;
-  image.intrinsics.cx = image.intrinsics.cy = 1;
-  image.noise.noise_floor = 0.02f;
-  image.noise.noise_quadratic = 0;
-  const RigidTransform nowhere = toRigidTransform(Eigen::Isometry3d::Identity());
-  const CameraPlace place{nowhere, nowhere};
+  Wall wall(2.0f);
+  wall.image().noise.noise_floor = 0.02f;
+  wall.image().noise.noise_quadratic = 0;
+  const CameraPlace place = placeAt(Eigen::Isometry3d::Identity());
   AlignmentGates gates{0.03f, 0.0f, 0.7f, 1e9f, 0.0f, 40.0f, false, 0, 1};
   const auto matches = [&](float off) {
     const AlignmentSample sample{{0, 0, 2 + off}, {0, 0, -1}, 0.02f, {}};
     Match match;
-    if (!findMatch(place, place, image, sample, gates, match)) return false;
+    if (!findMatch(place, place, wall.image(), sample, gates, match)) return false;
     EXPECT_NEAR(match.r, -off, 1e-6);
     EXPECT_NEAR(match.per_sigma, 1 / 0.028289, 0.01);  // with half a millimetre of rounding
     return true;
@@ -127,6 +151,66 @@ TEST(ExtrinsicEstimation, CounterpartsLieWithinTheGateOrThreeDeviationsOfNoise) 
     gates.distance = 0.03f;
     gates.deviations = 0;
   }
+}
+
+// A wall at 3 m, measured 60 mm too near as often as 60 mm too far. Weighed by what is measured, it would seem 4.8 mm nearer.
+TEST(ExtrinsicEstimation, NoiseThatGrowsWithDepthPullsNothingNearer) {
+  const float off = 0.06f;
+  const CameraPlace place = placeAt(Eigen::Isometry3d::Identity());
+  const AlignmentGates gates{0.5f, 0.0f, 0.7f, 1e9f, 0.0f, 40.0f, false, 0, 1};
+  const auto mean = [&](float noise_of_point, float noise_of_wall, bool wall_is_off) {
+    double weights = 0, sum = 0;
+    for (const float sign : {-1.0f, 1.0f}) {
+      Wall wall(wall_is_off ? 3.0f + sign * off : 3.0f);
+      wall.image().noise.noise_floor = 0;
+      wall.image().noise.noise_quadratic = noise_of_wall / 9;
+      const float z = wall_is_off ? 3.0f : 3.0f + sign * off;
+      const AlignmentSample sample{{0, 0, z}, {0, 0, -1}, noise_of_point * z * z / 9, {}};
+      Match match;
+      EXPECT_TRUE(findMatch(place, place, wall.image(), sample, gates, match));
+      const Correspondence found = geometryOf(match, gates, 1.0f);
+      weights += static_cast<double>(found.w);
+      sum += static_cast<double>(found.w * found.r);
+    }
+    return sum / weights;
+  };
+  EXPECT_NEAR(mean(0.001f, 0.06f, true), 0, 0.0002) << "a noisy wall";
+  EXPECT_NEAR(mean(0.06f, 0.0001f, false), 0, 0.0002) << "a noisy point";
+}
+
+// A point 50 mm behind a wall that the other camera measured exactly, seen obliquely: on its ray it is where the wall is.
+TEST(ExtrinsicEstimation, ColoursAreComparedWhereBothViewsTogetherPutThePoint) {
+  Wall wall(2.0f);
+  wall.image().noise.noise_floor = 0.00001f;
+  wall.image().noise.noise_quadratic = 0;
+  wall.paint(100, 10);
+  const CameraPlace j = placeAt(Eigen::Isometry3d::Identity());
+  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+  T.translate(Eigen::Vector3d(-1, 0, 0)).rotate(Eigen::AngleAxisd(std::atan2(1.0, 2.0), Eigen::Vector3d::UnitY()));
+  const CameraPlace i = placeAt(T);
+  const float on_ray = std::sqrt(5.0f);  // from (−1, 0, 0) to (0, 0, 2)
+  const Vec3 normal = rotate(i.to_camera, Vec3{0, 0, -1});
+  const AlignmentGates gates{0.25f, 0.0f, 0.7f, 1e9f, 0.0f, 400.0f, true, 0, 1};
+  const auto difference = [&](float off, float noise, Correspondence& color) {
+    const AlignmentSample sample{{0, 0, on_ray + off}, normal, noise, {110, 110, 110, 110, 110}};
+    Match match;
+    ASSERT_TRUE(findMatch(i, j, wall.image(), sample, gates, match));
+    EXPECT_TRUE(colorOf(i, j, wall.image(), sample, match, match.x, 0.0f, gates, color));
+  };
+  Correspondence noisy, exact, moved;
+  difference(0.018f, 0.05f, noisy);
+  EXPECT_NEAR(noisy.r, 0, 0.05);
+  // It moves along the wall, not through it.
+  EXPECT_NEAR(noisy.n.x, 10 * 100 / 2.0f, 5);
+  EXPECT_NEAR(noisy.n.z, noisy.n.x * -1 / 2, 5) << "what it does along the normal it does along its ray as well";
+  // Where its own depth is the better one it stays: 8 mm to the right are 0.4 blocks of 10 grey levels.
+  wall.image().noise.noise_floor = 0.05f;
+  difference(0.018f, 0.0f, exact);
+  EXPECT_NEAR(exact.r, 10 * (0.018f / on_ray) * 50, 0.3);
+  // Both uncertain: half-way, and grey levels tell less.
+  wall.image().noise.noise_floor = 0.02f;
+  difference(0.018f, 0.02f, moved);
+  EXPECT_LT(moved.w, 0.9f * exact.w);
 }
 
 TEST(ExtrinsicEstimation, BlocksAreLargerWhereNeighbouringPixelsErrTogether) {

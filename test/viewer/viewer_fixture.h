@@ -62,7 +62,7 @@ class ViewerWindow : public testing::Test {
     simulation::SimulationOptions simulation;
     simulation.scene = "table";
     simulation.rig = "ring-3";
-    simulation.scale = 0.2;
+    simulation.scale = scale_;
     simulation.faults.position_error = error_;
     options_.from = options_.at = options_.up = {};
     viewer_ = std::make_unique<Viewer>(makeSimulatedSource(simulation), options_);
@@ -115,6 +115,7 @@ class ViewerWindow : public testing::Test {
   std::size_t files() const { return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder_), {})); }
 
   double error_{0.002};               ///< metres
+  double scale_{0.2};                 ///< of the simulated images, which are 640 pixels wide at 1
   std::optional<double> rate_{20.0};  ///< that the wall's recording tells, Hz
   fs::path folder_;
   ViewerOptions options_;

@@ -44,7 +44,7 @@ struct SumCorrespondences {
     found.bin = residualBin(match);
     found.geometry = geometryOf(match, gates, per_radius);
     found.colored = gates.color && found.geometry.w > 0 &&
-                    colorOf(j, other, sample, match, found.geometry.x, offsets[cluster.pair], gates, found.color);
+                    colorOf(i, j, other, sample, match, found.geometry.x, offsets[cluster.pair], gates, found.color);
     return found;
   }
 

@@ -56,11 +56,26 @@ struct Match {
   Vec3 n;           ///< normal at the counterpart, world
   float r;          ///< residual, metres
   float per_sigma;  ///< over the standard deviation that noise gives it, 1/metres
+  float share;      ///< of its variance, what noise of the point makes; the rest is of the counterpart
+  float depth;      ///< where both together put the point on its ray, over its own depth
   int u;            ///< block of the counterpart, to the right
   int v;            ///< … and down
 };
 
+/** \brief Depth of a point over what it was, when it moves along its ray to a plane beside it; kept near 1, whatever the ray.
+ *  \param shift of the plane from the point, along the plane's normal, metres  \param facing the normal times the point as its
+ *  camera sees it, metres */
+FUSE_FLOW_HD float depthRatio(float shift, float facing) {
+  constexpr float least = 0.8f, most = 1.25f;
+  const float ratio = 1.0f + shift / facing;
+  return !(ratio > least) ? least : (most < ratio ? most : ratio);
+}
+
 /** \brief Whether the block that a sample of camera i falls into in a view of camera j, match.u and match.v, is its counterpart.
+ *
+ *  Noise grows with depth. Taken at the depths that were measured, it would be less wherever these are too short, which would
+ *  weigh more, and all surfaces would seem nearer, by up to 4 σ²/z. It is taken where both measurements together put the place:
+ *  of the residual, each bears its share of the variance, and what is left tells nothing of it.
  *  \param match x, q, u and v are known */
 FUSE_FLOW_HD bool isMatch(const CameraPlace& i, const CameraPlace& j, const BlockImage& other,
                           const AlignmentSample& sample, const AlignmentGates& gates, Match& match) {
@@ -68,20 +83,30 @@ FUSE_FLOW_HD bool isMatch(const CameraPlace& i, const CameraPlace& j, const Bloc
   const float z = other.depth(match.u, match.v);
   if (!(z > 0)) return false;
   const float along = match.q.z - z, axial = other.noise_scale * axialNoise(other.noise, z);
-  const float own = sample.noise * sample.noise + kBlockFloor * kBlockFloor, near = gates.distance * gates.distance;
+  const float measured = sample.noise * sample.noise + kBlockFloor * kBlockFloor,
+              near = gates.distance * gates.distance;
   const float per_variance = gates.deviations * gates.deviations;
-  const float noisiest = per_variance * (own + axial * axial);
+  constexpr float loose = 2.0f;  // over what is asked for below
+  const float noisiest = loose * per_variance * (measured + axial * axial);
   if (!(along * along < (noisiest > near ? noisiest : near))) return false;
   const Vec3& n = other.normal(match.u, match.v);
   if (!(squaredNorm(n) > 0)) return false;
-  const Vec3 e = match.q - other.point(match.u, match.v);
-  const float noise = axial * std::fabs(n.z), variance = own + noise * noise;
-  const float noisy = per_variance * variance;
-  if (!(squaredNorm(e) < (noisy > near ? noisy : near))) return false;
   match.n = rotate(j.to_world, n);
   if (!(dot(match.n, rotate(i.to_world, sample.n)) > gates.normal_cosine)) return false;
+  const Vec3 d = other.point(match.u, match.v), e = match.q - d;
   match.r = dot(n, e);
+  const float facing = dot(match.n, match.x - i.to_world.t);
+  const float share = measured / (measured + axial * axial * n.z * n.z);
+  const float own = sample.noise * axialNoise(other.noise, depthRatio(-share * match.r, facing) * sample.p.z) /
+                    axialNoise(other.noise, sample.p.z);
+  const float others =
+      other.noise_scale * std::fabs(n.z) * axialNoise(other.noise, depthRatio((1.0f - share) * match.r, dot(n, d)) * z);
+  const float of_point = own * own + kBlockFloor * kBlockFloor, variance = of_point + others * others;
+  const float noisy = per_variance * variance;
+  if (!(squaredNorm(e) < (noisy > near ? noisy : near))) return false;
   match.per_sigma = 1.0f / std::sqrt(variance);
+  match.share = of_point / variance;
+  match.depth = depthRatio(-match.share * match.r, facing);
   return true;
 }
 
@@ -112,12 +137,23 @@ FUSE_FLOW_HD Correspondence geometryOf(const Match& match, const AlignmentGates&
 }
 
 /** \brief The difference of grey levels at a match, and how it changes as the point moves over the other image; false where
- *  either has none. \param x as in Correspondence  \param offset how much brighter the other image is */
-FUSE_FLOW_HD bool colorOf(const CameraPlace& j, const BlockImage& other, const AlignmentSample& sample,
-                          const Match& match, const Vec3& x, float offset, const AlignmentGates& gates,
-                          Correspondence& color) {
+ *  either has none.
+ *
+ *  The point's depth may be off by more than the texture is wide, while the other view measured the surface well. So it is
+ *  looked for where both measurements together put it on its ray, and moves along the surface rather than through it; what
+ *  noise is left makes grey levels less certain where they change along the ray.
+ *  \param x as in Correspondence  \param offset how much brighter the other image is */
+FUSE_FLOW_HD bool colorOf(const CameraPlace& i, const CameraPlace& j, const BlockImage& other,
+                          const AlignmentSample& sample, const Match& match, const Vec3& x, float offset,
+                          const AlignmentGates& gates, Correspondence& color) {
   if (!other.hasColor() || sample.luma[0] < 0) return false;
-  const int u = match.u, v = match.v;
+  const Vec3 ray = match.x - i.to_world.t;
+  const float facing = dot(match.n, ray);
+  constexpr float glance = 0.1f;  // cosine of the angle to the normal, of what is seen too obliquely
+  if (!(facing * facing > glance * glance * squaredNorm(ray))) return false;
+  const Vec3 q = j.to_camera * (i.to_world.t + match.depth * ray);
+  int u, v;
+  if (!other.locate(q, u, v)) return false;
   if (u < 1 || v < 1 || u + 1 >= other.width || v + 1 >= other.height) return false;
   const int scale = static_cast<int>(gates.scale);
   const float left = other.luma(u - 1, v, scale), right = other.luma(u + 1, v, scale),
@@ -126,13 +162,17 @@ FUSE_FLOW_HD bool colorOf(const CameraPlace& j, const BlockImage& other, const A
   const float du = 0.5f * (right - left), dv = 0.5f * (below - above);
   const Intrinsics& K = other.intrinsics;
   const float per_block = 1.0f / static_cast<float>(other.reduction);
-  const Pixel place = other.project(match.q);
+  const Pixel place = other.project(q);
   const float a = place.u - 0.5f - static_cast<float>(u);
   const float b = place.v - 0.5f - static_cast<float>(v);
   const float r = here + a * du + b * dv - sample.luma[scale] - offset;
-  const float gu = du * per_block * K.fx / match.q.z, gv = dv * per_block * K.fy / match.q.z;
-  const Vec3 gradient{gu, gv, -(gu * match.q.x + gv * match.q.y) / match.q.z};
-  color = {x, rotate(j.to_world, gradient), r, tukeyWeight(r, gates.color_tukey) / (kGreyNoise * kGreyNoise)};
+  const float gu = du * per_block * K.fx / q.z, gv = dv * per_block * K.fy / q.z;
+  const Vec3 gradient = rotate(j.to_world, Vec3{gu, gv, -(gu * q.x + gv * q.y) / q.z});
+  // Grey levels per metre that the point is off along the normal.
+  const float along_ray = dot(gradient, ray) / facing;
+  const float noise = along_ray / match.per_sigma;
+  const float variance = kGreyNoise * kGreyNoise + match.share * (1.0f - match.share) * noise * noise;
+  color = {x, gradient - match.share * along_ray * match.n, r, tukeyWeight(r, gates.color_tukey) / variance};
   return true;
 }
 

@@ -167,7 +167,7 @@ class AlignmentSystem : public RigCorrespondences {
           addCorrespondence(out.geometry[slot], geometry.x, geometry.n, geometry.r, geometry.w);
           Correspondence color;
           if (gates.color && geometry.w > 0 &&
-              colorOf(places_[j], other, all[s], match, geometry.x, offsets_[first + slot], gates, color))
+              colorOf(place_i, places_[j], other, all[s], match, geometry.x, offsets_[first + slot], gates, color))
             addCorrespondence(out.color[slot], color.x, color.n, color.r, color.w);
         }
       }

@@ -36,9 +36,9 @@ inline Matrix6d spuriousInformation(const AlignmentSums& sums, double normal_noi
   return normal_noise * normal_noise * (E - symmetric6(sums.A));
 }
 
-/** \brief When colour joins in. */
+/** \brief What colour is for. */
 struct ColorRole {
-  /** \brief Information of geometry from which on colour is not asked: it is seldom registered as well as depth. */
+  /** \brief Information of geometry from which on it needs no colour. */
   double enough;
   /** \brief What colour must tell a motion to that geometry leaves open, in the unit of the twists. */
   double max_deviation;
@@ -70,20 +70,19 @@ class PoseGraph {
     addGradient(g_color_, i, j, Vector6d(sums.g));
   }
 
-  /** \brief Which motions count as told. Where geometry tells all, and well enough without colour, two factorisations show it,
-   *  and a step needs no modes: they wait until findModes() is called. \param min_information λ under which a motion is left
-   *  alone  \param color along motions that geometry tells weakly, or not at all */
+  /** \brief Which motions count as told. Where geometry tells all, a factorisation shows it, and a step needs no modes: they wait
+   *  until findModes() is called. \param min_information λ under which a motion is left alone, unless colour tells it
+   *  \param color that joins in, if any */
   void decompose(double min_information, const std::optional<ColorRole>& color) {
     min_information_ = min_information;
     color_ = color;
     const double ridge =
         1e-9 * (1e-300 + S_.trace() + H_.trace()) / static_cast<double>(std::max<Eigen::Index>(1, size_));
     S_.diagonal().array() += ridge;
-    colored_ = free_ = 0;
+    free_ = 0;
     has_modes_ = false;
-    // No λ under a bound: H − bound · S has no negative eigenvalue.
-    const double bound = color ? std::max(min_information, color->enough) : min_information;
-    all_told_ = CholeskyFactors(H_ - bound * S_).positive();
+    all_told_ = noneUnder(min_information);
+    asks_color_ = color && !noneUnder(color->enough);
     if (!all_told_) findModes();
   }
 
@@ -100,13 +99,12 @@ class PoseGraph {
     told_ = columns(modes, free_, geometry_);
     curvature_ = Eigen::MatrixXd::Zero(geometry_, geometry_);
     for (Eigen::Index k = 0; k < geometry_; ++k) curvature_(k, k) = information.values[free_ + k];
-    colored_ = 0;
     free_motions_ = orthonormalBasis(columns(modes, 0, free_));
-    if (color_) joinColor(color_->enough, color_->max_deviation);
+    if (color_) joinColor(color_->max_deviation);
   }
 
   /** \brief After decompose() with colour: whether there is anything that geometry does not tell well. */
-  bool asksColor() const { return colored_ > 0 || free_ > 0; }
+  bool asksColor() const { return asks_color_; }
 
   /** \brief How many joint motions the geometry does not tell. */
   Eigen::Index freeMotions() const { return free_; }
@@ -123,7 +121,7 @@ class PoseGraph {
 
   /** \brief The step that lowers the squared residuals most, camera by camera; zero along free motions. */
   Eigen::VectorXd step() const {
-    if (all_told_) return CholeskyFactors(H_).solve(-g_);
+    if (all_told_) return color_ ? CholeskyFactors(H_ + C_).solve(-(g_ + g_color_)) : CholeskyFactors(H_).solve(-g_);
     return product(told_, CholeskyFactors(curvature_).solve(-scores(g_, g_color_)));
   }
 
@@ -135,13 +133,8 @@ class PoseGraph {
   Eigen::VectorXd scores(const Eigen::VectorXd& geometry, const Eigen::VectorXd& color) const {
     Eigen::VectorXd result = transposedProduct(told_, geometry);
     const Eigen::VectorXd of_color = transposedProduct(told_, color);
-    for (Eigen::Index k = 0; k < result.size(); ++k) {
-      if (k >= geometry_) {
-        result[k] = of_color[k];
-      } else if (k < colored_) {
-        result[k] += of_color[k];
-      }
-    }
+    if (color_) result.head(geometry_) += of_color.head(geometry_);
+    result.tail(result.size() - geometry_) = of_color.tail(result.size() - geometry_);
     return result;
   }
   /** \brief How fast scores() change along told(), less what noise of the normals only makes believe. */
@@ -167,11 +160,11 @@ class PoseGraph {
     M.block<6, 6>(begin(i), begin(j)) -= A;
     M.block<6, 6>(begin(j), begin(i)) -= A;
   }
-  /** \brief Colour joins in where geometry tells little, and stands alone along free motions that it tells. */
-  void joinColor(double enough, double max_deviation) {
-    while (colored_ < geometry_ && curvature_(colored_, colored_) < enough) ++colored_;
-    const Eigen::MatrixXd weak = columns(told_, 0, colored_);
-    curvature_.topLeftCorner(colored_, colored_) += transposedProduct(weak, product(C_, weak));
+  /** \brief Whether no λ is under a bound: H − bound · S has no negative eigenvalue, then. */
+  bool noneUnder(double bound) const { return CholeskyFactors(H_ - bound * S_).positive(); }
+  /** \brief Colour joins in along what geometry tells, and stands alone along free motions that it tells. */
+  void joinColor(double max_deviation) {
+    curvature_ += transposedProduct(told_, product(C_, told_));
     if (free_ == 0) return;
     const SymmetricEigen information(transposedProduct(free_motions_, product(C_, free_motions_)));
     const Eigen::MatrixXd motions = product(free_motions_, information.vectors);
@@ -198,11 +191,11 @@ class PoseGraph {
   double min_information_{0};
   std::optional<ColorRole> color_;
   bool all_told_{false};
+  bool asks_color_{false};
   bool has_modes_{true};       ///< of nothing, to begin with
   Eigen::MatrixXd told_;       ///< motions that geometry tells, the weakest first, then those that only colour does
   Eigen::MatrixXd curvature_;  ///< of the squared residuals along them
   Eigen::Index geometry_{0};   ///< of told_, those that geometry tells
-  Eigen::Index colored_{0};    ///< of these, those in which colour joins in
   Eigen::Index free_{0};
   Eigen::MatrixXd free_motions_;  ///< orthonormal columns
 };
