@@ -37,7 +37,7 @@ struct ExtrinsicParameters {
   float max_normal_angle{0.7f};
   /** \brief A direction moves only if the data tell it this many times better than noise alone would seem to; ≥ 1. */
   float min_information{2.0f};
-  /** \brief Use colour, where both views have it, for directions along which geometry slides. */
+  /** \brief Use colour, where both views have it: it tells what geometry leaves open, and adds to what it tells. */
   bool use_color{true};
   int max_iterations{50};           ///< ≥ 1
   Gauge gauge{Gauge::FirstCamera};  ///< what stays
