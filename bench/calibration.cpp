@@ -1,9 +1,10 @@
 // The tables of doc/calibration.md: how near the truth extrinsic estimation comes, beside PCL's registration, and what it costs
-// beside the fusion. fuse_flow_calibration_bench [accuracy | accuracy-tuning | peers | scratch | scratch-tuning |
+// beside the fusion. fuse_flow_calibration_bench [accuracy | accuracy-tuning | floor | registration | peers | scratch | scratch-tuning |
 // board | distortion | real | beside | knock]…; without a name all but those that are of scenes that served tuning. Of the tables that begin
 // from scratch, SCENE/RIG/SENSOR stands for one row; with /N behind it for that of N trials.
 
 #include "median.h"
+#include "pose_floor.h"
 #include "registration_peers.h"
 #include "rig_error.h"
 
@@ -130,6 +131,71 @@ void accuracy() { accuracyTable({"thin", "person"}, {"ring-4", "ring-8", "walls-
 
 void accuracyTuning() {
   accuracyTable({"room", "table"}, {"ring-4", "ring-8", "walls-8"}, {kSensors[1], kSensors[2], kSensors[4]});
+}
+
+/** \brief What no poses by depth alone can be better than, whatever the method. */
+void floorTable() {
+  std::printf("| scene | rig | sensor | 1 frame: median mm, deg | 5 frames: median mm, deg |\n|---|---|---|---|---|\n");
+  for (const char* scene : {"thin", "person"})
+    for (const char* rig : {"ring-4", "ring-8", "walls-16"})
+      for (const std::string& sensor : kSensors) {
+        simulation::Simulator simulator(rigOf(scene, rig, sensor, 3));
+        const Poses truth = truePoses(simulator);
+        std::printf("| %s | %s | %s", scene, rig, sensor.c_str());
+        for (const std::size_t frames : {std::size_t{1}, std::size_t{5}}) {
+          Errors errors;
+          errors.add(truth, bench::posesOfExactCorrespondences(simulator, frames, 2), truth);
+          std::printf(" | %.2f, %.3f", bench::median(errors.mm), bench::median(errors.degrees));
+        }
+        std::printf(" |\n");
+        std::fflush(stdout);
+      }
+}
+
+/** \brief Every camera's colour so many pixels beside its depth, each in a direction of its own. */
+void misregister(io::LoadedFrame& frame, int pixels) {
+  constexpr int directions[4][2] = {{1, 0}, {-1, 0}, {0, 1}, {0, -1}};
+  for (std::size_t i = 0; i < frame.images.size(); ++i) {
+    io::ColorImage& color = frame.images[i].color;
+    const io::ColorImage registered = color;
+    const auto& [du, dv] = directions[i % 4];
+    for (int v = 0; v < color.height; ++v)
+      for (int u = 0; u < color.width; ++u)
+        color.at(u, v) = registered.at(std::clamp(u + pixels * du, 0, color.width - 1),
+                                       std::clamp(v + pixels * dv, 0, color.height - 1));
+  }
+}
+
+/** \brief What colour does that does not lie on the depth it belongs to. */
+void registration() {
+  std::printf(
+      "| scene | rig | sensor | without colour: median mm, largest | registered | one pixel beside | two pixels "
+      "|\n|---|---|---|---|---|---|---|\n");
+  for (const char* scene : {"room", "table", "thin"})
+    for (const char* rig : {"ring-4", "ring-8"})
+      for (const std::string& sensor : {kSensors[1], kSensors[2]}) {
+        simulation::Simulator simulator(rigOf(scene, rig, sensor, 3));
+        const Poses truth = truePoses(simulator);
+        std::printf("| %s | %s | %s", scene, rig, sensor.c_str());
+        for (const int pixels : {-1, 0, 1, 2}) {
+          io::LoadedFrame loaded;
+          simulator.measure(0, loaded);
+          Estimation estimation;
+          ExtrinsicParameters parameters;
+          parameters.use_color = pixels >= 0;
+          estimation.setParameters(parameters);
+          if (pixels > 0) misregister(loaded, pixels);
+          estimation.addFrame(loaded.rig);
+          Errors errors;
+          for (unsigned int trial = 0; trial < 3; ++trial) {
+            const Poses start = disturbed(truth, trial);
+            errors.add(start, estimation.estimate(start).T_world_camera, truth);
+          }
+          std::printf(" | %.2f, %.1f", bench::median(errors.mm), errors.largest());
+        }
+        std::printf(" |\n");
+        std::fflush(stdout);
+      }
 }
 
 std::vector<std::pair<std::size_t, std::size_t>> byOverlap(const ExtrinsicResult& result) {
@@ -556,6 +622,8 @@ void knock() {
 int main(int argc, char** argv) {
   const std::vector<std::pair<std::string, void (*)()>> tables{{"accuracy", accuracy},
                                                                {"accuracy-tuning", accuracyTuning},
+                                                               {"floor", floorTable},
+                                                               {"registration", registration},
                                                                {"peers", peers},
                                                                {"scratch", scratch},
                                                                {"scratch-tuning", scratchTuning},
@@ -573,8 +641,8 @@ int main(int argc, char** argv) {
   for (const std::string& name : wanted)
     if (std::none_of(tables.begin(), tables.end(), [&](const auto& t) { return t.first == name; })) {
       std::fprintf(stderr,
-                   "fuse_flow_calibration_bench: '%s' is none of accuracy, accuracy-tuning, peers, scratch, "
-                   "scratch-tuning, board, distortion, real, beside, knock\n",
+                   "fuse_flow_calibration_bench: '%s' is none of accuracy, accuracy-tuning, floor, registration, "
+                   "peers, scratch, scratch-tuning, board, distortion, real, beside, knock\n",
                    name.c_str());
       return 2;
     }

@@ -3,6 +3,7 @@
 #include "rigs.h"
 
 #include <fuse_flow/extrinsic_estimation.h>
+#include <fuse_flow/impl/host/alignment_system.hpp>
 #include <fuse_flow/math/correspondence.h>
 
 #include <pcl/exceptions.h>
@@ -110,6 +111,8 @@ class Wall {
   void paint(float left, float per_block) {
     for (std::size_t k = 0; k < 9; ++k) lumas_[k] = left + per_block * static_cast<float>(k % 3);
     for (const float*& lumas : image_.lumas) lumas = lumas_.data();
+    image_.squares = lumas_.data();  // blocks of one pixel
+    image_.squares_pitch = 3;
   }
 
  private:
@@ -208,8 +211,8 @@ TEST(ExtrinsicEstimation, ColoursAreComparedWhereBothViewsTogetherPutThePoint) {
   difference(0.018f, 0.0f, exact);
   EXPECT_NEAR(exact.r, 10 * (0.018f / on_ray) * 50, 0.3);
   // Both uncertain: half-way, and grey levels tell less.
-  wall.image().noise.noise_floor = 0.02f;
-  difference(0.018f, 0.02f, moved);
+  wall.image().noise.noise_floor = 0.05f;
+  difference(0.018f, 0.05f, moved);
   EXPECT_LT(moved.w, 0.9f * exact.w);
 }
 
@@ -302,6 +305,87 @@ TEST(ExtrinsicEstimation, APatternThatRepeatsItselfIsNotTakenForItsNeighbour) {
   initial[1] = moved(initial[1], {0.06, -0.055, 0.0});  // nearer to the next stripe than to the right one
   const ExtrinsicResult result = estimate(scene, initial);
   EXPECT_LT(apart(result.T_world_camera[1], cameras[1].T_world_camera), 0.003);
+}
+
+// Stripes of 6 pixels, blocks of 2: between two blocks grey levels turn by more than a slope tells.
+TEST(ExtrinsicEstimation, TexturesAsFineAsBlocksAreComparedBetweenThem) {
+  const Camera camera = cameraRow(1, 160, 120, 150)[0];
+  Scene scene = makeScene({camera}, plane({0, 0, 1}, 1.5));
+  scene.paint({0, 0, 0});
+  const auto stripes = [](double u) { return std::sin(2 * M_PI * u / 6); };
+  for (int v = 0; v < 120; ++v)
+    for (int u = 0; u < 160; ++u) {
+      const auto level = static_cast<std::uint8_t>(std::lround(128 + 60 * stripes(u)));
+      scene.color[0].at(u, v) = {level, level, level};
+    }
+  host::AlignmentSystem system;
+  system.add(scene.rig, {});
+  const BlockImage& image = system.view(0, 0).image();
+  ASSERT_EQ(image.reduction, 2);
+  const CameraPlace place = placeAt(Eigen::Isometry3d::Identity());
+  const AlignmentGates gates{0.25f, 0.0f, 0.7f, 1e9f, 0.0f, 40.0f, true, 0, 1};
+  for (double u = 60; u < 72; u += 0.1) {
+    // The mean of two pixels about any place between them.
+    const auto luma = static_cast<float>(128 + 60 * stripes(u) * std::cos(M_PI / 6));
+    const Vec3 p = pointOnRay(unproject(image.intrinsics, {static_cast<float>(u), 60.0f}), 1.5f);
+    const AlignmentSample sample{p, {0, 0, -1}, 0.001f, {luma, luma, luma, luma, luma}};
+    Match match;
+    Correspondence color;
+    ASSERT_TRUE(findMatch(place, place, image, sample, gates, match));
+    ASSERT_TRUE(colorOf(place, place, image, sample, match, match.x, 0.0f, gates, color));
+    EXPECT_NEAR(color.r, 0, 8) << u;  // blocks alone: up to 28
+  }
+}
+
+// What lies a pixel beside: steep grey levels tell where they are to a pixel, whatever their height.
+TEST(ExtrinsicEstimation, ColourTellsAPlaceToAPixelAtBest) {
+  const CameraPlace place = placeAt(Eigen::Isometry3d::Identity());
+  const AlignmentGates gates{0.25f, 0.0f, 0.7f, 1e9f, 0.0f, 1e6f, true, 0, 1};
+  for (const float slope : {1.0f, 10.0f, 100.0f}) {
+    Wall wall(2.0f);
+    wall.paint(0, slope);
+    const AlignmentSample sample{{0, 0, 2}, {0, 0, -1}, 0.001f, {slope, slope, slope, slope, slope}};
+    Match match;
+    Correspondence color;
+    ASSERT_TRUE(findMatch(place, place, wall.image(), sample, gates, match));
+    ASSERT_TRUE(colorOf(place, place, wall.image(), sample, match, match.x, 0.0f, gates, color));
+    const float per_pixel = std::sqrt(color.w) * slope;  // pixels are worth so many standard deviations
+    EXPECT_LT(per_pixel, 1.0f) << slope;
+    if (slope > 10) {
+      EXPECT_NEAR(per_pixel, 1.0f, 0.01f);
+    }
+  }
+}
+
+TEST(ExtrinsicEstimation, GreyLevelsThatDifferByMoreThanTheyShouldTellLess) {
+  const std::vector<Camera> cameras = cameraRow(2, 160, 120, 150);
+  Scene scene = makeScene(cameras, plane({0, 0, 1}, 1.5));
+  paintWorld(scene, [](const Vector3d& x) { return 128 + 30 * std::sin(8 * x.x()) + 30 * std::sin(7 * x.y()); });
+  const auto trust = [&] {
+    host::AlignmentSystem system;
+    system.add(scene.rig, {});
+    system.sample(poses(cameras), 2000);
+    AlignmentGates gates{0.1f, 3.0f, 0.7f, 1e9f, 0.0f, 40.0f, true, 0, 1};
+    system.findNeighbours(poses(cameras), gates, 1);
+    system.evaluate(poses(cameras), 1.0, gates);
+    EXPECT_EQ(system.pairs().size(), 2u);
+    return system.pairs()[0].color_trust;
+  };
+  EXPECT_EQ(trust(), 1.0);
+  std::mt19937 random(3);
+  std::normal_distribution<float> normal(0.0f, 12.0f);
+  constexpr int patch = 8;  // pixels of one shade
+  for (int v = 0; v < 120; v += patch)
+    for (int u = 0; u < 160; u += patch) {
+      const float shade = normal(random);
+      for (int dv = 0; dv < patch; ++dv)
+        for (int du = 0; du < patch; ++du) {
+          Rgb8& c = scene.color[1].at(u + du, v + dv);
+          c.r = c.g = c.b = static_cast<std::uint8_t>(std::clamp(static_cast<float>(c.r) + shade, 0.0f, 255.0f));
+        }
+    }
+  EXPECT_LT(trust(), 0.5);
+  EXPECT_GT(trust(), 0.05);
 }
 
 TEST(ExtrinsicEstimation, NoiseThatNeighboursShareMakesItLessSure) {

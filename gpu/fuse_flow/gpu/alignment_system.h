@@ -46,8 +46,7 @@ class AlignmentSystem : public host::RigCorrespondences {
     run.wait();
     maps.keep(scratch_);
     images_.resize((instants_ + 1) * cameras_);
-    for (std::size_t i = 0; i < cameras_; ++i)
-      images_[instants_ * cameras_ + i] = maps.image(i, full_.hostView(i).model, p);
+    for (std::size_t i = 0; i < cameras_; ++i) images_[instants_ * cameras_ + i] = maps.image(i, full_.hostView(i), p);
     ++instants_;
   }
 

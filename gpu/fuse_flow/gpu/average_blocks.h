@@ -73,29 +73,56 @@ struct FindNormals {
   }
 };
 
-/** \brief Mean grey level of one block; negative where there is no depth, or the view has no colour. */
-struct AverageLuma {
+/** \brief Grey level of one pixel of the images; negative where there is no depth, or the view has no colour. */
+struct PixelLuma {
   BlockPointers blocks;
+  PixelGrid full;
+  float* grey;  // pixel by pixel
+
+  FUSE_FLOW_HD void operator()(std::uint32_t index) const {
+    const PixelAddress a = full.addressOf(index);
+    const DeviceView& view = full.views[a.view];
+    const DeviceView& of_blocks = blocks.grid.views[a.view];
+    const int u = a.u / of_blocks.reduction, v = a.v / of_blocks.reduction;
+    const bool inside = (u < of_blocks.model.intrinsics.width) & (v < of_blocks.model.intrinsics.height);
+    grey[index] = view.color && inside ? pixelLuma(view.model, view.color, a.u, a.v, view.ray(a.u, a.v),
+                                                   blocks.z[of_blocks.indexOf(u, v)])
+                                       : -1.0f;
+  }
+};
+
+/** \brief Mean grey level of the square as large as a block that begins at one pixel; negative where a pixel of it has none. */
+struct SquareLuma {
+  const DeviceView* blocks;
+  PixelGrid full;
+  const float* grey;
+  float* squares;
+
+  FUSE_FLOW_HD void operator()(std::uint32_t index) const {
+    const PixelAddress a = full.addressOf(index);
+    const DeviceView& view = full.views[a.view];
+    const int side = blocks[a.view].reduction;
+    const Intrinsics& K = view.model.intrinsics;
+    const bool inside = (a.u + side <= K.width) & (a.v + side <= K.height);
+    squares[index] =
+        view.color && inside ? squareLuma(grey + index, static_cast<std::ptrdiff_t>(view.pitch), side) : -1.0f;
+  }
+};
+
+/** \brief Mean grey level of one block; negative where there is none. */
+struct BlockLuma {
+  PixelGrid blocks;
   const DeviceView* full;
+  const float* squares;
   float* luma;
 
   FUSE_FLOW_HD void operator()(std::uint32_t index) const {
-    const PixelAddress a = blocks.grid.addressOf(index);
+    const PixelAddress a = blocks.addressOf(index);
     const DeviceView& view = full[a.view];
-    const float z = blocks.z[index];  // 0 in the padding
-    luma[index] = -1.0f;
-    if (!view.color || !(z > 0)) return;
-    const int reduction = blocks.grid.views[a.view].reduction;
-    float sum = 0, known = 0;
-    for (int dv = 0; dv < reduction; ++dv)
-      for (int du = 0; du < reduction; ++du) {
-        const int u = a.u * reduction + du, v = a.v * reduction + dv;
-        const ViewColor color = viewColor(view.model, view.color, u, v, view.ray(u, v), z);
-        if (!color.known) continue;
-        sum += greyLevel(color.rgb);
-        known += 1.0f;
-      }
-    if (known > 0) luma[index] = sum / known;
+    const DeviceView& of_blocks = blocks.views[a.view];
+    const bool inside = (a.u < of_blocks.model.intrinsics.width) & (a.v < of_blocks.model.intrinsics.height);
+    luma[index] =
+        view.color && inside ? squares[view.indexOf(a.u * of_blocks.reduction, a.v * of_blocks.reduction)] : -1.0f;
   }
 };
 

@@ -13,12 +13,13 @@ namespace gpu {
 struct BlockScratch {
   DeviceBuffer<float> smooth[2];
   DeviceBuffer<float> rows;  ///< of grey levels, blurred along rows alone
+  DeviceBuffer<float> grey;  ///< pixel by pixel
   NoiseMeasurement noise;
   DeviceBuffer<Median> medians;
   PinnedBuffer<Median> fetched_medians;
 
   std::size_t bytes() const {
-    return smooth[0].bytes() + smooth[1].bytes() + rows.bytes() + noise.bytes() + medians.bytes();
+    return smooth[0].bytes() + smooth[1].bytes() + rows.bytes() + grey.bytes() + noise.bytes() + medians.bytes();
   }
 };
 
@@ -42,7 +43,8 @@ class BlockMaps {
     times.mark("blocks", static_cast<double>(full.pixels()) * 4 + static_cast<double>(blocks()) * 24);
     if (!hasColor()) return;
     blur(run, full, scratch);
-    times.mark("grey levels", static_cast<double>(full.pixels()) * 3 + static_cast<double>(blocks()) * 4 * kLumaScales);
+    times.mark("grey levels",
+               static_cast<double>(full.pixels()) * 15 + static_cast<double>(blocks()) * 4 * kLumaScales);
   }
 
   /** \brief Takes over what make() measured. */
@@ -69,26 +71,29 @@ class BlockMaps {
     return false;
   }
 
-  /** \brief One view, with pointers to device memory. \param model of the camera, the size of its images included */
-  BlockImage image(std::size_t camera, const ViewModel& model, const ExtrinsicParameters& p) const {
+  /** \brief One view, with pointers to device memory. \param full the view of pixels that make() was given */
+  BlockImage image(std::size_t camera, const DeviceView& full, const ExtrinsicParameters& p) const {
     BlockImage image;
     if (missing(camera)) return image;
     const DeviceView& view = views_.hostView(camera);
     static_cast<BlockMap&>(image) = BlockPointers{grid(), z_.data(), rays_.data()}.of(view);
-    image.intrinsics = model.intrinsics;
-    image.ideal = model.ideal;
-    image.max_squared_radius = model.max_squared_radius;
+    image.intrinsics = full.model.intrinsics;
+    image.ideal = full.model.ideal;
+    image.max_squared_radius = full.model.max_squared_radius;
     image.reduction = view.reduction;
     image.normals = normals_.data() + view.offset;
-    if (hasColor(camera))
+    if (hasColor(camera)) {
       for (int scale = 0; scale < kLumaScales; ++scale) image.lumas[scale] = lumas_[scale].data() + view.offset;
+      image.squares = squares_.data() + full.offset;
+      image.squares_pitch = static_cast<std::ptrdiff_t>(full.pitch);
+    }
     image.noise = p.noise;
     image.noise_scale = noise_scales_[camera];
     return image;
   }
 
   std::size_t bytes() const {
-    std::size_t sum = views_.bytes() + z_.bytes() + rays_.bytes() + normals_.bytes();
+    std::size_t sum = views_.bytes() + z_.bytes() + rays_.bytes() + normals_.bytes() + squares_.bytes();
     for (const DeviceBuffer<float>& luma : lumas_) sum += luma.bytes();
     return sum;
   }
@@ -135,7 +140,11 @@ class BlockMaps {
     const BlockPointers map{grid(), z_.data(), rays_.data()};
     for (DeviceBuffer<float>& luma : lumas_) luma.resize(blocks());
     scratch.rows.resize(blocks());
-    run.forEach(blocks(), AverageLuma{map, full.grid().views, lumas_[0].data()});
+    squares_.resize(full.pixels());
+    scratch.grey.resize(full.pixels());
+    run.forEach(full.pixels(), PixelLuma{map, full.grid(), scratch.grey.data()});
+    run.forEach(full.pixels(), SquareLuma{grid().views, full.grid(), scratch.grey.data(), squares_.data()});
+    run.forEach(blocks(), BlockLuma{grid(), full.grid().views, squares_.data(), lumas_[0].data()});
     for (int scale = 1; scale < kLumaScales; ++scale) {
       const int spacing = 1 << (scale - 1);
       run.forEach(blocks(), BlurLuma{map, lumas_[scale - 1].data(), scratch.rows.data(), spacing, 0});
@@ -148,6 +157,7 @@ class BlockMaps {
   DeviceBuffer<Ray> rays_;
   DeviceBuffer<Vec3> normals_;
   DeviceBuffer<float> lumas_[kLumaScales];
+  DeviceBuffer<float> squares_;  ///< grey levels, pixel by pixel
   std::vector<float> normal_noises_, noise_scales_;
 };
 

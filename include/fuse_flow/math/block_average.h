@@ -92,6 +92,28 @@ inline float normalNoise(std::size_t count, float median) {
 /** \brief Of a colour with channels 0 … 255. */
 FUSE_FLOW_HD float greyLevel(const Vec3& rgb) { return 0.299f * rgb.x + 0.587f * rgb.y + 0.114f * rgb.z; }
 
+/** \brief Grey level of a pixel; negative where the view has no depth or no colour. \param z depth of the pixel's
+ *  block, metres */
+FUSE_FLOW_HD float pixelLuma(const ViewModel& view, const ImageView<Rgb8>& image, int u, int v, const Ray& ray,
+                             float z) {
+  if (!(z > 0)) return -1.0f;
+  const ViewColor color = viewColor(view, image, u, v, ray, z);
+  return color.known ? greyLevel(color.rgb) : -1.0f;
+}
+
+/** \brief Mean grey level of a square of pixels; negative where one has none. \param grey of the square's first pixel  \param pitch from row
+ *  to row of them  \param side pixels */
+FUSE_FLOW_HD float squareLuma(const float* grey, std::ptrdiff_t pitch, int side) {
+  float sum = 0, least = 0;
+  for (int dv = 0; dv < side; ++dv)
+    for (int du = 0; du < side; ++du) {
+      const float level = grey[dv * pitch + du];
+      sum += level;
+      least = level < least ? level : least;
+    }
+  return least < 0 ? -1.0f : sum / static_cast<float>(side * side);
+}
+
 /** \brief A step of a blur at one block, over five blocks along a row or a column. Over the same surface only: what lies behind it
  *  is another thing in every view. */
 struct LumaBlur {

@@ -10,6 +10,18 @@ namespace fuse_flow {
 /** \brief Scales at which grey levels are compared; each blurred twice as far as the one before. */
 constexpr int kLumaScales = 5;
 
+/** \brief Grey levels of squares of pixels, all as large, at even distances: a pointer to what another owns, on the CPU or on the GPU. */
+struct GreyLevels {
+  const float* levels{nullptr};  ///< 0 … 255; negative: none
+  std::ptrdiff_t pitch{0};       ///< from row to row
+  int width{0};                  ///< squares in a row
+  int height{0};                 ///< rows
+  float first{0};                ///< middle of the first square, pixels, each way
+  float per_pixel{1};            ///< squares from one to the next pixel
+
+  FUSE_FLOW_HD float at(int u, int v) const { return levels[v * pitch + u]; }
+};
+
 /** \brief Depth of blocks of pixels, and the rays through their middles: pointers to what another owns, on the CPU or on the
  *  GPU. */
 struct BlockMap {
@@ -37,8 +49,12 @@ struct BlockImage : BlockMap {
   int reduction{1};                   ///< pixels of a block, each way
   const Vec3* normals{nullptr};       ///< block by block
   const float* lumas[kLumaScales]{};  ///< grey levels, the finest scale first; null: no colour
-  ConfidenceParameters noise;         ///< of the sensor …
-  float noise_scale{1};               ///< … and how much more, or less, there is
+  /** \brief Grey levels of the finest scale from every pixel on: what begins there and is as large as a block. Blocks alone are too far
+   *  apart to compare with: textures change by more from one to the next than a slope tells, and cameras end a tenth of a block off. */
+  const float* squares{nullptr};
+  std::ptrdiff_t squares_pitch{0};  ///< from row to row of squares
+  ConfidenceParameters noise;       ///< of the sensor …
+  float noise_scale{1};             ///< … and how much more, or less, there is
 
   /** \brief Whether there is no image. */
   FUSE_FLOW_HD bool missing() const { return z == nullptr; }
@@ -72,6 +88,13 @@ struct BlockImage : BlockMap {
   }
   /** \brief 0 … 255; negative where there is none. */
   FUSE_FLOW_HD float luma(int u, int v, int scale) const { return lumas[scale][index(u, v)]; }
+  /** \brief What the grey levels of another view's blocks are compared with, at one of kLumaScales. */
+  FUSE_FLOW_HD GreyLevels greyLevels(int scale) const {
+    const float middle = 0.5f * static_cast<float>(reduction - 1);
+    if (scale > 0) return {lumas[scale], pitch, width, height, middle, 1.0f / static_cast<float>(reduction)};
+    const int last = reduction - 1;
+    return {squares, squares_pitch, width * reduction - last, height * reduction - last, middle, 1.0f};
+  }
 };
 
 }  // namespace fuse_flow

@@ -41,7 +41,9 @@ struct AlignmentGates {
 /** \brief What rounding to blocks leaves even of an exact measurement, metres. */
 constexpr float kBlockFloor = 0.0005f;
 /** \brief Standard deviation of a block's grey level, as two cameras see it. */
-constexpr float kGreyNoise = 8.0f;
+constexpr float kGreyNoise = 4.0f;
+/** \brief Standard deviation of where colour lies beside the depth that it belongs to, pixels. */
+constexpr float kColorRegistration = 1.0f;
 
 /** \brief Where a camera stands: both ways, metres. */
 struct CameraPlace {
@@ -154,24 +156,29 @@ FUSE_FLOW_HD bool colorOf(const CameraPlace& i, const CameraPlace& j, const Bloc
   const Vec3 q = j.to_camera * (i.to_world.t + match.depth * ray);
   int u, v;
   if (!other.locate(q, u, v)) return false;
-  if (u < 1 || v < 1 || u + 1 >= other.width || v + 1 >= other.height) return false;
   const int scale = static_cast<int>(gates.scale);
-  const float left = other.luma(u - 1, v, scale), right = other.luma(u + 1, v, scale),
-              above = other.luma(u, v - 1, scale), below = other.luma(u, v + 1, scale), here = other.luma(u, v, scale);
+  const GreyLevels grey = other.greyLevels(scale);
+  const Intrinsics& K = other.intrinsics;
+  const Pixel pixel = project(K, q);
+  const float x_grey = (pixel.u - grey.first) * grey.per_pixel, y_grey = (pixel.v - grey.first) * grey.per_pixel;
+  if (!(x_grey > 0.5f && y_grey > 0.5f)) return false;
+  u = static_cast<int>(x_grey + 0.5f);
+  v = static_cast<int>(y_grey + 0.5f);
+  if (u + 1 >= grey.width || v + 1 >= grey.height) return false;
+  const float left = grey.at(u - 1, v), right = grey.at(u + 1, v), above = grey.at(u, v - 1), below = grey.at(u, v + 1),
+              here = grey.at(u, v);
   if (left < 0 || right < 0 || above < 0 || below < 0 || here < 0) return false;
   const float du = 0.5f * (right - left), dv = 0.5f * (below - above);
-  const Intrinsics& K = other.intrinsics;
-  const float per_block = 1.0f / static_cast<float>(other.reduction);
-  const Pixel place = other.project(q);
-  const float a = place.u - 0.5f - static_cast<float>(u);
-  const float b = place.v - 0.5f - static_cast<float>(v);
+  const float a = x_grey - static_cast<float>(u), b = y_grey - static_cast<float>(v);
   const float r = here + a * du + b * dv - sample.luma[scale] - offset;
-  const float gu = du * per_block * K.fx / q.z, gv = dv * per_block * K.fy / q.z;
+  const float per_u = du * grey.per_pixel, per_v = dv * grey.per_pixel;  // grey levels per pixel
+  const float gu = per_u * K.fx / q.z, gv = per_v * K.fy / q.z;
   const Vec3 gradient = rotate(j.to_world, Vec3{gu, gv, -(gu * q.x + gv * q.y) / q.z});
   // Grey levels per metre that the point is off along the normal.
   const float along_ray = dot(gradient, ray) / facing;
   const float noise = along_ray / match.per_sigma;
-  const float variance = kGreyNoise * kGreyNoise + match.share * (1.0f - match.share) * noise * noise;
+  const float beside = kColorRegistration * kColorRegistration * (per_u * per_u + per_v * per_v);
+  const float variance = kGreyNoise * kGreyNoise + beside + match.share * (1.0f - match.share) * noise * noise;
   color = {x, gradient - match.share * along_ray * match.n, r, tukeyWeight(r, gates.color_tukey) / variance};
   return true;
 }

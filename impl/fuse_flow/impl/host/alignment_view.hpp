@@ -136,23 +136,34 @@ class AlignmentView {
 
   void averageLuma(const ViewGeometry& geometry, const DepthView& view) {
     const int reduction = image_.reduction;
-    lumas_[0].assign(rays_.size(), -1.0f);
+    const int columns = width() * reduction, rows = height() * reduction;
+    grey_.resize(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows));
+    for (int v = 0; v < rows; ++v) {
+      const float* z = z_.row(v / reduction);
+      float* out = grey_.data() + static_cast<std::ptrdiff_t>(v) * columns;
+      for (int u = 0; u < columns; ++u)
+        out[u] = pixelLuma(geometry, view.color, u, v, geometry.ray(u, v), z[u / reduction]);
+    }
+    squares_.assign(grey_.size(), -1.0f);
+    for (int v = 0; v + reduction <= rows; ++v)
+      squareRow(grey_.data() + static_cast<std::ptrdiff_t>(v) * columns, columns, reduction,
+                squares_.data() + static_cast<std::ptrdiff_t>(v) * columns);
+    image_.squares = squares_.data();
+    image_.squares_pitch = columns;
+    lumas_[0].resize(rays_.size());
     image_.lumas[0] = lumas_[0].data();
     for (int v = 0; v < height(); ++v)
-      for (int u = 0; u < width(); ++u) {
-        const float z = z_.row(v)[u];
-        if (!(z > 0)) continue;
-        float sum = 0, known = 0;
-        for (int dv = 0; dv < reduction; ++dv)
-          for (int du = 0; du < reduction; ++du) {
-            const int a = u * reduction + du, b = v * reduction + dv;
-            const ViewColor color = viewColor(geometry, view.color, a, b, geometry.ray(a, b), z);
-            if (!color.known) continue;
-            sum += greyLevel(color.rgb);
-            known += 1.0f;
-          }
-        if (known > 0) lumas_[0][index(u, v)] = sum / known;
-      }
+      for (int u = 0; u < width(); ++u)
+        lumas_[0][index(u, v)] = squares_[static_cast<std::size_t>(v * reduction) * static_cast<std::size_t>(columns) +
+                                          static_cast<std::size_t>(u * reduction)];
+  }
+
+  /** \brief Grey levels of the squares that begin in one row of pixels. */
+  static void squareRow(const float* grey, int columns, int reduction, float* out) {
+    inWideVectors([=] {
+      float* __restrict squares = out;
+      for (int u = 0; u + reduction <= columns; ++u) squares[u] = squareLuma(grey + u, columns, reduction);
+    });
   }
 
   void blurLuma(int scale, int spacing) {
@@ -193,6 +204,7 @@ class AlignmentView {
   std::vector<Ray> rays_;
   std::vector<Vec3> normals_;
   std::array<std::vector<float>, kScales> lumas_;
+  std::vector<float> grey_, squares_;
   std::vector<float> blurred_, line_;
 };
 

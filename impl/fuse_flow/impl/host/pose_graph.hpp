@@ -65,9 +65,10 @@ class PoseGraph {
     addBlocks(S_, i, j, spuriousInformation(sums, normal_noise));
     addGradient(g_, i, j, Vector6d(sums.g));
   }
-  void addColor(std::size_t i, std::size_t j, const AlignmentSums& sums) {
-    addBlocks(C_, i, j, symmetric6(sums.A));
-    addGradient(g_color_, i, j, Vector6d(sums.g));
+  /** \brief \param trust factor of the weights */
+  void addColor(std::size_t i, std::size_t j, const AlignmentSums& sums, double trust) {
+    addBlocks(C_, i, j, trust * symmetric6(sums.A));
+    addGradient(g_color_, i, j, trust * Vector6d(sums.g));
   }
 
   /** \brief Which motions count as told. Where geometry tells all, a factorisation shows it, and a step needs no modes: they wait

@@ -32,7 +32,7 @@ class PoseUncertainty {
         const PairSums& pair = system.pairs()[system.firstPair(cluster.camera) + slot];
         if (pair.geometry.count < fewest) continue;
         PoseGraph::addGradient(geometry, pair.i, pair.j, Vector6d(cluster.geometry[slot].g));
-        PoseGraph::addGradient(color, pair.i, pair.j, Vector6d(cluster.color[slot].g));
+        PoseGraph::addGradient(color, pair.i, pair.j, pair.color_trust * Vector6d(cluster.color[slot].g));
       }
     }
     Eigen::MatrixXd scatter = scale * scale * graph.curvature();

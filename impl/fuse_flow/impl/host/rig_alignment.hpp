@@ -87,7 +87,7 @@ class RigAlignment {
     for (const PairSums& pair : system_.pairs()) {
       if (pair.geometry.count < kFewest) continue;
       graph.addGeometry(pair.i, pair.j, pair.geometry, system_.normalNoise(pair.i, pair.j));
-      graph.addColor(pair.i, pair.j, pair.color);
+      graph.addColor(pair.i, pair.j, pair.color, pair.color_trust);
     }
     return graph;
   }

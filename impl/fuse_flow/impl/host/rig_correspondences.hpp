@@ -22,6 +22,9 @@ struct PairSums {
   std::uint32_t j{0};
   AlignmentSums geometry{};
   AlignmentSums color{};
+  /** \brief Factor of what colour weighs: where grey levels differ by more than they should, for which there are many reasons, by so
+   *  much less they tell. (0, 1] */
+  double color_trust{1};
 };
 
 /** \brief Samples of a view whose correspondences are added up on their own: neighbours in its image. */
@@ -98,8 +101,11 @@ class RigCorrespondences {
     residuals_.assign(kNoiseBins, 0);
     for (PairSums& pair : pairs_) pair.geometry = pair.color = AlignmentSums{};
     addUp(poses, static_cast<float>(1 / radius), gates);
-    for (std::size_t k = 0; k < pairs_.size(); ++k)
-      if (pairs_[k].color.w > 0) offsets_[k] += static_cast<float>(pairs_[k].color.wr / pairs_[k].color.w);
+    for (std::size_t k = 0; k < pairs_.size(); ++k) {
+      const AlignmentSums& color = pairs_[k].color;
+      if (color.w > 0) offsets_[k] += static_cast<float>(color.wr / color.w);
+      pairs_[k].color_trust = color.wrr > color.count ? color.count / color.wrr : 1.0;
+    }
     median_ = medianResidualOf(residuals_);
   }
 
