@@ -1,6 +1,7 @@
 #pragma once
 
 #include <fuse_flow/math/block_image.h>
+#include <fuse_flow/math/view.h>
 
 #include <cfloat>
 
