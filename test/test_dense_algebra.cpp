@@ -26,20 +26,6 @@ TEST(DenseAlgebra, SolvesColumnByColumn) {
   EXPECT_NEAR(squaredMahalanobis(Eigen::Vector3d(1, 2, 3), CholeskyFactors(S)), 1.5, 1e-12);
 }
 
-TEST(DenseAlgebra, FactorsOfADefiniteMatrixSayWhetherItIs) {
-  const Eigen::MatrixXd A = pivoted();
-  const Eigen::VectorXd x = Eigen::Vector3d(1, -2, 3);
-  EXPECT_TRUE(DefiniteFactors(A).positive());
-  EXPECT_TRUE(DefiniteFactors(A).solve(product(A, x)).isApprox(x, 1e-12));
-  for (const Eigen::Index n : {3, 50}) {  // one by one, and in blocks
-    Eigen::MatrixXd almost = Eigen::MatrixXd::Identity(n, n);
-    EXPECT_TRUE(DefiniteFactors(almost).positive());
-    almost(n - 1, n - 1) = -1e-6;
-    EXPECT_FALSE(DefiniteFactors(almost).positive());
-  }
-  EXPECT_TRUE(DefiniteFactors(Eigen::MatrixXd(0, 0)).positive());
-}
-
 TEST(DenseAlgebra, EigenvaluesRiseAndVectorsAreTheirs) {
   Eigen::MatrixXd A(2, 2);
   A << 2, 1, 1, 2;  // 1 along (1, −1), 3 along (1, 1)

@@ -24,6 +24,8 @@ class CholeskyFactors {
  public:
   FUSE_FLOW_INLINE explicit CholeskyFactors(const Eigen::MatrixXd& A);
 
+  /** \brief Whether the matrix is what it should be, or has zeros among its eigenvalues; costs a fraction of these. */
+  FUSE_FLOW_INLINE bool positive() const;
   FUSE_FLOW_INLINE Eigen::VectorXd solve(const Eigen::VectorXd& b) const;
   FUSE_FLOW_INLINE Eigen::MatrixXd solveColumns(const Eigen::MatrixXd& B) const;
   /** \brief W with Wᵀ A W the identity. */
@@ -31,20 +33,6 @@ class CholeskyFactors {
 
  private:
   Eigen::LDLT<Eigen::MatrixXd> ldlt_;
-};
-
-/** \brief The same without a look at which rows to begin with, in a fifth of the time; of matrices well away from singular ones. */
-class DefiniteFactors {
- public:
-  FUSE_FLOW_INLINE explicit DefiniteFactors(const Eigen::MatrixXd& A);
-
-  /** \brief Whether the matrix is positive definite; costs a fraction of its eigenvalues. */
-  FUSE_FLOW_INLINE bool positive() const;
-  /** \brief Of a positive one. */
-  FUSE_FLOW_INLINE Eigen::VectorXd solve(const Eigen::VectorXd& b) const;
-
- private:
-  Eigen::LLT<Eigen::MatrixXd> llt_;
 };
 
 /** \brief xᵀ S⁻¹ x. */
@@ -94,11 +82,9 @@ FUSE_FLOW_INLINE Eigen::MatrixXd columns(const Eigen::MatrixXd& a, Eigen::Index 
   return a.middleCols(first, count);
 }
 
-FUSE_FLOW_INLINE DefiniteFactors::DefiniteFactors(const Eigen::MatrixXd& A) : llt_(A) {}
-FUSE_FLOW_INLINE bool DefiniteFactors::positive() const { return llt_.info() == Eigen::Success; }
-FUSE_FLOW_INLINE Eigen::VectorXd DefiniteFactors::solve(const Eigen::VectorXd& b) const { return llt_.solve(b); }
-
 FUSE_FLOW_INLINE CholeskyFactors::CholeskyFactors(const Eigen::MatrixXd& A) : ldlt_(A) {}
+
+FUSE_FLOW_INLINE bool CholeskyFactors::positive() const { return ldlt_.isPositive(); }
 
 FUSE_FLOW_INLINE Eigen::VectorXd CholeskyFactors::solve(const Eigen::VectorXd& b) const { return ldlt_.solve(b); }
 

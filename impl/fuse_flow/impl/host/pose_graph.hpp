@@ -122,7 +122,7 @@ class PoseGraph {
 
   /** \brief The step that lowers the squared residuals most, camera by camera; zero along free motions. */
   Eigen::VectorXd step() const {
-    if (all_told_) return color_ ? DefiniteFactors(H_ + C_).solve(-(g_ + g_color_)) : DefiniteFactors(H_).solve(-g_);
+    if (all_told_) return color_ ? CholeskyFactors(H_ + C_).solve(-(g_ + g_color_)) : CholeskyFactors(H_).solve(-g_);
     return product(told_, CholeskyFactors(curvature_).solve(-scores(g_, g_color_)));
   }
 
@@ -161,8 +161,8 @@ class PoseGraph {
     M.block<6, 6>(begin(i), begin(j)) -= A;
     M.block<6, 6>(begin(j), begin(i)) -= A;
   }
-  /** \brief Whether no λ is under a bound: H − bound · S is positive definite, then. */
-  bool noneUnder(double bound) const { return DefiniteFactors(H_ - bound * S_).positive(); }
+  /** \brief Whether no λ is under a bound: H − bound · S has no negative eigenvalue, then. */
+  bool noneUnder(double bound) const { return CholeskyFactors(H_ - bound * S_).positive(); }
   /** \brief Colour joins in along what geometry tells, and stands alone along free motions that it tells. */
   void joinColor(double max_deviation) {
     curvature_ += transposedProduct(told_, product(C_, told_));
