@@ -133,7 +133,7 @@ void accuracyTuning() {
   accuracyTable({"room", "table"}, {"ring-4", "ring-8", "walls-8"}, {kSensors[1], kSensors[2], kSensors[4]});
 }
 
-/** \brief What no poses by depth alone can be better than, whatever the method. */
+/** \brief What is left by depth alone where everything but its errors is known; one draw of the noise. */
 void floorTable() {
   std::printf("| scene | rig | sensor | 1 frame: median mm, deg | 5 frames: median mm, deg |\n|---|---|---|---|---|\n");
   for (const char* scene : {"thin", "person"})

@@ -1,7 +1,7 @@
 #pragma once
 
 /** \file
- *  \brief The least error that poses can have by depth alone. */
+ *  \brief What depth that was measured wrong makes of poses, whatever finds the counterparts. */
 
 #include "simulation/simulator.h"
 

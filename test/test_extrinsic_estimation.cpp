@@ -214,6 +214,10 @@ TEST(ExtrinsicEstimation, ColoursAreComparedWhereBothViewsTogetherPutThePoint) {
   wall.image().noise.noise_floor = 0.05f;
   difference(0.018f, 0.05f, moved);
   EXPECT_LT(moved.w, 0.9f * exact.w);
+  // 500 grey levels a metre along the wall are 250 along its normal, by the slope of the ray; of 0.05 m each half is left. Beside that
+  // 4 of noise, and 10 of a pixel that colour may lie beside.
+  EXPECT_NEAR(1 / moved.w, 16 + 100 + 250 * 250 * 0.25f * 2 * 0.05f * 0.05f, 10);
+  EXPECT_NEAR(1 / exact.w, 16 + 100, 2);
 }
 
 TEST(ExtrinsicEstimation, BlocksAreLargerWhereNeighbouringPixelsErrTogether) {
