@@ -194,6 +194,40 @@ TEST(CoarseAlignment, OfARoomThatLooksAlikeAfterHalfATurnNotAllIsToldWithoutColo
   EXPECT_FALSE(align(unposed(around({10, 45, 85, 120}), halfTurnedRoom())).complete());
 }
 
+/** \brief Cameras that see nothing but a floor. */
+Scene floorOnly(const std::vector<fuse_flow::Camera>& cameras) {
+  Scene scene = scenes::makeScene(cameras, scenes::plane({0, 1, 0}, 1.1));
+  scenes::addNoise(scene, 0.002f);
+  return scene;
+}
+
+std::vector<fuse_flow::Camera> overFloor() {
+  return {scenes::lookAt({0, -0.3, 0}, {0.3, 1.1, 0.9}, 160, 120, 130),
+          scenes::lookAt({1.1, -0.2, 0.2}, {0.4, 1.1, 1.0}, 160, 120, 130),
+          scenes::lookAt({0.9, -0.4, 1.9}, {0.2, 1.1, 0.8}, 160, 120, 130)};
+}
+
+TEST(CoarseAlignment, WhatIsPaintedOnABareFloorTellsWhereCamerasAre) {
+  const auto cameras = overFloor();
+  Scene scene = floorOnly(cameras);
+  scenes::paintWorld(scene, [](const Vector3d& x) {
+    return 120 + 30 * std::sin(3.1 * x.x() + 1.7 * x.z()) + 25 * std::sin(5.3 * x.z() - 2.2 * x.x()) +
+           20 * std::sin(7.7 * x.x() + 3.9 * x.z()) + 12 * std::sin(11 * x.z() - 6.1 * x.x());
+  });
+  for (auto& pixel : scene.color[1].data)  // of a shorter exposure
+    pixel.r = pixel.g = pixel.b = static_cast<std::uint8_t>(pixel.r - 20);
+  for (fuse_flow::Camera& camera : scene.rig.cameras) camera.T_world_camera.setIdentity();
+  const CoarseAlignmentResult result = align(scene);
+  for (std::size_t i = 0; i < cameras.size(); ++i) expectPose(result, cameras, i);
+}
+
+TEST(CoarseAlignment, ABareFloorWithoutPaintIsAmbiguous) {
+  Scene scene = floorOnly(overFloor());
+  scenes::paintWorld(scene, [](const Vector3d&) { return 120; });
+  for (fuse_flow::Camera& camera : scene.rig.cameras) camera.T_world_camera.setIdentity();
+  for (const Placement placement : align(scene).placements) EXPECT_EQ(placement, Placement::Ambiguous);
+}
+
 // Two views a quarter turn apart share little more than the floor, along which false counterparts pull.
 TEST(CoarseAlignment, RefiningAPoseNeverMakesTwoViewsAgreeLess) {
   const auto cameras = around({10, 100});

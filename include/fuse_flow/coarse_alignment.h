@@ -56,14 +56,18 @@ struct ViewAgreement {
   /** \brief How much the brightness of both views differs from point to point where they confirm each other, standard deviation,
    *  grey levels; that one is brighter than the other as a whole does not count. 0: too few points with colour. */
   double color_spread{0};
-  /** \brief How well that fits two views of the same, given how views of this rig differ; (0, 1]. 1 without colour. */
+  /** \brief How certain it is that both see the same paint there: artanh(r) √n, r the correlation of their brightness at n points;
+   *  ≥ 0. 0 without colour, and where nothing is painted. */
+  double color_evidence{0};
+  /** \brief How well the spread fits two views of the same, given how views of this rig differ; (0, 1]. 1 without colour. */
   double likeness{1};
-  /** \brief What a pose is judged by. Confirmations are worth less the more there are: of a wall, many are one. A few
-   *  contradictions in a hundred are noise. */
+  /** \brief What a pose is judged by. Confirmations are worth less the more there are: of a wall, many are one; what is painted on
+   *  it counts beside them. A few contradictions in a hundred are noise. */
   double score() const {
-    constexpr double many = 100, noise = 0.04, weight = 3;
+    constexpr double many = 100, paint = 3, noise = 0.04, weight = 3;
     const double alike = std::max(0.0, confirmed - unlike);
-    return likeness * many * (1 - std::exp(-alike / many)) - weight * std::max(0.0, contradicted - noise * confirmed);
+    return likeness * (many * (1 - std::exp(-alike / many)) + paint * color_evidence) -
+           weight * std::max(0.0, contradicted - noise * confirmed);
   }
 };
 
@@ -100,13 +104,14 @@ struct CoarseAlignmentResult {
  *  ExtrinsicEstimation begins. Intrinsics are taken from the cameras, poses are not.
  *
  *  Rotations that bring the dominant surface directions of two views together; for each, translations by a vote among points
- *  of like normals; every pose is judged by projecting each view into the other's depth image, where what the other camera saw
- *  through counts against it. Then the cameras are placed one by one, the least ambiguous first, each where it agrees best with all
- *  that are placed.
+ *  of like normals. Where there is colour, also poses at which what is painted on a floor, or what stands on it, agrees, by
+ *  correlation over all turns and shifts. Every pose is judged by projecting each view into the other's depth image, where what the
+ *  other camera saw through counts against it, and brightness that agrees for it. Then the cameras are placed one by one, the least
+ *  ambiguous first, each where it agrees best with all that are placed.
  *
- *  Neighbours need to share furniture or corners, not only one wall. Of a room that after half a turn has the same shape but for
- *  small things, colour tells which way round it is. Without colour it may be taken for its turned self, and that is not always
- *  noticed: look at the result.
+ *  Neighbours need to share furniture or corners, or a floor that is not all of one colour; not only one wall. Of a room that after
+ *  half a turn has the same shape but for small things, colour tells which way round it is. Without colour it may be taken for its
+ *  turned self, and that is not always noticed: look at the result.
  *
  *  \code
  *  fuse_flow::CoarseAlignment alignment;

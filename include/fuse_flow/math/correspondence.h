@@ -138,6 +138,38 @@ FUSE_FLOW_HD Correspondence geometryOf(const Match& match, const AlignmentGates&
   return {per_radius * match.x, match.n, match.r, tukeyWeight(match.r, limit) * match.per_sigma * match.per_sigma};
 }
 
+/** \brief The grey level of an image where a point lies, and how it changes as the point moves. */
+struct GreySlope {
+  float level;
+  Vec3 gradient;       ///< grey levels per metre, frame of the image's camera
+  float per_u, per_v;  ///< grey levels per pixel
+};
+
+/** \param q the point, frame of the image's camera  \return false where the image, or what of it has grey levels, does not reach */
+FUSE_FLOW_HD bool findGreySlope(const BlockImage& image, int scale, const Vec3& q, GreySlope& slope) {
+  int u, v;
+  if (!image.hasColor() || !image.locate(q, u, v)) return false;
+  const GreyLevels grey = image.greyLevels(scale);
+  const Intrinsics& K = image.intrinsics;
+  const Pixel pixel = project(K, q);
+  const float x_grey = (pixel.u - grey.first) * grey.per_pixel, y_grey = (pixel.v - grey.first) * grey.per_pixel;
+  if (!(x_grey > 0.5f && y_grey > 0.5f)) return false;
+  u = static_cast<int>(x_grey + 0.5f);
+  v = static_cast<int>(y_grey + 0.5f);
+  if (u + 1 >= grey.width || v + 1 >= grey.height) return false;
+  const float left = grey.at(u - 1, v), right = grey.at(u + 1, v), above = grey.at(u, v - 1), below = grey.at(u, v + 1),
+              here = grey.at(u, v);
+  if (left < 0 || right < 0 || above < 0 || below < 0 || here < 0) return false;
+  const float du = 0.5f * (right - left), dv = 0.5f * (below - above);
+  const float a = x_grey - static_cast<float>(u), b = y_grey - static_cast<float>(v);
+  slope.level = here + a * du + b * dv;
+  slope.per_u = du * grey.per_pixel;
+  slope.per_v = dv * grey.per_pixel;
+  const float gu = slope.per_u * K.fx / q.z, gv = slope.per_v * K.fy / q.z;
+  slope.gradient = {gu, gv, -(gu * q.x + gv * q.y) / q.z};
+  return true;
+}
+
 /** \brief The difference of grey levels at a match, and how it changes as the point moves over the other image; false where
  *  either has none.
  *
@@ -154,30 +186,15 @@ FUSE_FLOW_HD bool colorOf(const CameraPlace& i, const CameraPlace& j, const Bloc
   constexpr float glance = 0.1f;  // cosine of the angle to the normal, of what is seen too obliquely
   if (!(facing * facing > glance * glance * squaredNorm(ray))) return false;
   const Vec3 q = j.to_camera * (i.to_world.t + match.depth * ray);
-  int u, v;
-  if (!other.locate(q, u, v)) return false;
   const int scale = static_cast<int>(gates.scale);
-  const GreyLevels grey = other.greyLevels(scale);
-  const Intrinsics& K = other.intrinsics;
-  const Pixel pixel = project(K, q);
-  const float x_grey = (pixel.u - grey.first) * grey.per_pixel, y_grey = (pixel.v - grey.first) * grey.per_pixel;
-  if (!(x_grey > 0.5f && y_grey > 0.5f)) return false;
-  u = static_cast<int>(x_grey + 0.5f);
-  v = static_cast<int>(y_grey + 0.5f);
-  if (u + 1 >= grey.width || v + 1 >= grey.height) return false;
-  const float left = grey.at(u - 1, v), right = grey.at(u + 1, v), above = grey.at(u, v - 1), below = grey.at(u, v + 1),
-              here = grey.at(u, v);
-  if (left < 0 || right < 0 || above < 0 || below < 0 || here < 0) return false;
-  const float du = 0.5f * (right - left), dv = 0.5f * (below - above);
-  const float a = x_grey - static_cast<float>(u), b = y_grey - static_cast<float>(v);
-  const float r = here + a * du + b * dv - sample.luma[scale] - offset;
-  const float per_u = du * grey.per_pixel, per_v = dv * grey.per_pixel;  // grey levels per pixel
-  const float gu = per_u * K.fx / q.z, gv = per_v * K.fy / q.z;
-  const Vec3 gradient = rotate(j.to_world, Vec3{gu, gv, -(gu * q.x + gv * q.y) / q.z});
+  GreySlope grey;
+  if (!findGreySlope(other, scale, q, grey)) return false;
+  const float r = grey.level - sample.luma[scale] - offset;
+  const Vec3 gradient = rotate(j.to_world, grey.gradient);
   // Grey levels per metre that the point is off along the normal.
   const float along_ray = dot(gradient, ray) / facing;
   const float noise = along_ray / match.per_sigma;
-  const float beside = kColorRegistration * kColorRegistration * (per_u * per_u + per_v * per_v);
+  const float beside = kColorRegistration * kColorRegistration * (grey.per_u * grey.per_u + grey.per_v * grey.per_v);
   const float variance = kGreyNoise * kGreyNoise + beside + match.share * (1.0f - match.share) * noise * noise;
   color = {x, gradient - match.share * along_ray * match.n, r, tukeyWeight(r, gates.color_tukey) / variance};
   return true;

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <fuse_flow/impl/host/level_directions.hpp>
+
 #include <Eigen/Geometry>
 
 #include <algorithm>
@@ -12,35 +14,24 @@ namespace host {
 /** \brief Rotations of a second camera's frame into that of a first that bring surface directions of both together. */
 class RotationCandidates {
  public:
-  /** \param max_roll how far a camera may be turned about its optical axis, radians */
+  /** \param max_roll of LevelDirections */
   RotationCandidates(const std::vector<Eigen::Vector3d>& first, const std::vector<Eigen::Vector3d>& second,
                      double max_roll)
-      : up_first_(upward(first, max_roll)), up_second_(upward(second, max_roll)) {
+      : level_(first, second, max_roll) {
     addFromPairs(first, second);
     // A floor alone leaves the turn about its normal open.
-    const bool floor = !up_first_.empty() && !up_second_.empty();
-    addFromTurns(floor ? up_first_ : first, floor ? up_second_ : second);
+    addFromTurns(level_.first(), level_.second());
   }
 
   const std::vector<Eigen::Matrix3d>& rotations() const { return rotations_; }
 
  private:
   static constexpr double kPi = 3.14159265358979323846;
-  static constexpr double kAlike = 0.14;  ///< radians between what may be the same
-  static constexpr double kLeast = 0.35;  ///< radians between two directions that tell a rotation
-  static constexpr double kApart = 0.1;   ///< radians between rotations worth trying both
-  static constexpr double kUpward =
-      0.5;  ///< cosine of the largest angle between the image's upright and a floor's normal
+  static constexpr double kAlike = 0.14;        ///< radians between what may be the same
+  static constexpr double kLeast = 0.35;        ///< radians between two directions that tell a rotation
+  static constexpr double kApart = 0.1;         ///< radians between rotations worth trying both
   static constexpr std::size_t kStrongest = 2;  ///< directions about which all turns are tried
   static constexpr int kTurns = 36;
-
-  /** \brief The directions that a floor can have. */
-  static std::vector<Eigen::Vector3d> upward(const std::vector<Eigen::Vector3d>& directions, double max_roll) {
-    std::vector<Eigen::Vector3d> result;
-    for (const Eigen::Vector3d& d : directions)
-      if (max_roll < kPi && -d.y() > kUpward && std::fabs(std::atan2(d.x(), -d.y())) <= max_roll) result.push_back(d);
-    return result;
-  }
 
   static double angle(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
     return std::acos(std::max(-1.0, std::min(1.0, a.dot(b))));
@@ -95,14 +86,14 @@ class RotationCandidates {
   }
 
   bool floorsMeet(const Eigen::Matrix3d& R) const {
-    if (up_first_.empty() || up_second_.empty()) return true;
-    for (const Eigen::Vector3d& a : up_first_)
-      for (const Eigen::Vector3d& b : up_second_)
+    if (!level_.floors()) return true;
+    for (const Eigen::Vector3d& a : level_.first())
+      for (const Eigen::Vector3d& b : level_.second())
         if (angle(a, R * b) < kAlike) return true;
     return false;
   }
 
-  std::vector<Eigen::Vector3d> up_first_, up_second_;
+  LevelDirections level_;
   std::vector<Eigen::Matrix3d> rotations_;
 };
 

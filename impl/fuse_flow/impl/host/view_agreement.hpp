@@ -2,6 +2,7 @@
 
 #include <fuse_flow/coarse_alignment.h>
 #include <fuse_flow/impl/host/alignment_system.hpp>
+#include <fuse_flow/impl/host/brightness_correlation.hpp>
 #include <fuse_flow/impl/host/dense_algebra.hpp>
 
 #include <limits>
@@ -13,7 +14,8 @@ namespace host {
 struct PoseHypothesis {
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
   double score{0};
-  double color_spread{0};  ///< of ViewAgreement
+  double color_spread{0};    ///< of ViewAgreement
+  double color_evidence{0};  ///< likewise
 };
 
 /** \brief Whether two poses would be told apart. */
@@ -48,6 +50,7 @@ class ViewComparison {
     sum.unlike /= instants;
     sum.contradicted /= instants;
     sum.color_spread = differences.deviation();
+    sum.color_evidence = differences.correlation.evidence();
     // Two views of one surface differ as views of this rig do; how two places differ that only have one shape is anyone's guess.
     const double excess = std::pow(sum.color_spread / color_noise_, 2) - 1;
     sum.likeness = excess > 0 ? std::exp(-0.5 * excess) : 1.0;
@@ -57,17 +60,24 @@ class ViewComparison {
   /** \brief How much the brightness of views differs that see the same, grey levels. */
   void setColorNoise(double noise) { color_noise_ = noise; }
 
+  /** \brief What two views make of a first guess. */
+  struct RoughAgreement {
+    double score;           ///< what it is judged by where shape is looked at
+    double color_evidence;  ///< … and where colour is; as in ViewAgreement
+  };
+
   /** \brief The same for a first guess, from every other point and without the details, which demand more. \param error of the
    *  guess, metres */
-  double compareRoughly(std::size_t first, std::size_t second, const Eigen::Isometry3d& T_first_second,
-                        float error) const {
+  RoughAgreement compareRoughly(std::size_t first, std::size_t second, const Eigen::Isometry3d& T_first_second,
+                                float error) const {
     ViewAgreement sum;
     Differences differences;
     forEachView(first, second, T_first_second,
                 [&](const AlignmentView& view, std::size_t t, std::size_t other, const RigidTransform& T) {
+                  differences.sign = other == first ? 1 : -1;
                   addSurfaces(view, system_.samples(t, other), T, error, 2, sum, differences);
                 });
-    return sum.confirmed - sum.unlike - kRoughContradiction * sum.contradicted;
+    return {sum.confirmed - sum.unlike - kRoughContradiction * sum.contradicted, differences.correlation.evidence()};
   }
 
   /** \brief One camera's pose improved against others, which stay. \param gates largest distance of counterparts, iteration by
@@ -95,11 +105,15 @@ class ViewComparison {
 
   /** \brief Between the brightness of two views, point by point. */
   struct Differences {
-    double sign{1};
+    double sign{1};  ///< +1: points of the first view in the second; −1: the other way round
     double count{0}, weight{0}, sum{0}, squares{0};
-    /** \param contrast around the point, grey levels: there a difference is the work of the smallest error of depth or pose */
-    void add(double difference, double contrast) {
+    BrightnessCorrelation<double> correlation;
+    /** \param here grey level of a point  \param there of the view that it lies in  \param contrast around the point, grey levels:
+     *  there a difference is the work of the smallest error of depth or pose */
+    void add(double here, double there, double contrast) {
       constexpr double plain = 3;
+      const double difference = here - there;
+      correlation.add(sign > 0 ? here : there, sign > 0 ? there : here);
       const double w = 1 / (1 + std::pow(contrast / plain, 2));
       count += 1;
       weight += w;
@@ -173,7 +187,7 @@ class ViewComparison {
     double sum = 0;
     for (const std::size_t other : others) {
       const Eigen::Isometry3d T_other_camera = poses[other].inverse() * T;
-      sum += error > 2 * tolerance_ ? compareRoughly(other, camera, T_other_camera, error)
+      sum += error > 2 * tolerance_ ? compareRoughly(other, camera, T_other_camera, error).score
                                     : compare(other, camera, T_other_camera).score();
     }
     return sum;
@@ -240,7 +254,7 @@ class ViewComparison {
           const float contrast =
               std::max(std::fabs(s.luma[kColorScale - 1] - here), std::fabs(view.luma(u, v, kColorScale - 1) - there)) +
               std::max(std::fabs(s.luma[kColorScale + 1] - here), std::fabs(view.luma(u, v, kColorScale + 1) - there));
-          differences.add(static_cast<double>(here - there), static_cast<double>(contrast));
+          differences.add(static_cast<double>(here), static_cast<double>(there), static_cast<double>(contrast));
         }
       } else if (q.z < d.z && seenThrough(view, u, v, q.z + 2 * reach)) {
         ++sum.contradicted;
@@ -275,7 +289,9 @@ class ViewComparison {
                            const Eigen::Vector3d& center, float gate, double sign, Matrix6& A, Vector6& g) {
     const RigidTransform T = toRigidTransform(T_view_samples);
     const RigidTransform to_center = toRigidTransform(Eigen::Translation3d(-center) * T_view);
+    const int scale = gate < 0.06f ? 1 : gate < 0.2f ? 2 : 3;  // blurred as widely as points are off
     AlignmentSums sums{};
+    std::vector<Correspondence> colors;
     for (const AlignmentSample& s : samples) {
       const Vec3 q = T * s.p;
       int u, v;
@@ -288,7 +304,11 @@ class ViewComparison {
       if (!(squaredNorm(e) < 4 * reach * reach)) continue;
       const float r = dot(n, e);
       addCorrespondence(sums, to_center * q, rotate(to_center, n), r, tukeyWeight(r, reach));
+      GreySlope grey;
+      if (std::fabs(r) < reach && s.luma[scale] >= 0 && findGreySlope(view.image(), scale, q, grey))
+        colors.push_back({to_center * q, rotate(to_center, grey.gradient), grey.level - s.luma[scale], 0});
     }
+    addColors(colors, sums);
     int k = 0;
     for (int row = 0; row < 6; ++row) {
       for (int column = row; column < 6; ++column, ++k) {
@@ -297,6 +317,19 @@ class ViewComparison {
       }
       g[row] += sign * sums.g[row];
     }
+  }
+
+  /** \brief Differences of brightness, but for what all have in common. */
+  static void addColors(const std::vector<Correspondence>& colors, AlignmentSums& sums) {
+    constexpr std::size_t fewest = 30;
+    constexpr float grey_level = 0.01f;  // metres of distance that one counts as much as
+    constexpr float largest = 20;        // grey levels
+    if (colors.size() < fewest) return;
+    double sum = 0;
+    for (const Correspondence& c : colors) sum += static_cast<double>(c.r);
+    const auto mean = static_cast<float>(sum / static_cast<double>(colors.size()));
+    for (const Correspondence& c : colors)
+      addCorrespondence(sums, c.x, c.n, c.r - mean, grey_level * grey_level * tukeyWeight(c.r - mean, largest));
   }
 
   const AlignmentSystem& system_;
