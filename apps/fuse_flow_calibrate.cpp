@@ -207,8 +207,9 @@ std::vector<Eigen::Isometry3d> fromScratch(CoarseAlignment& alignment, const std
     if (why) lost += (lost.empty() ? "" : ", ") + ("'" + cameras[i].name + "' " + why);
   }
   if (!lost.empty())
-    throw io::InputError("--from-scratch cannot place every camera: " + lost +
-                         "; put furniture or a person where the views overlap, or give poses in rig.json");
+    throw io::InputError(
+        "--from-scratch cannot place every camera: " + lost +
+        "; put furniture, a person or a patterned rug where the views overlap, or give poses in rig.json");
   std::vector<Eigen::Isometry3d> poses;
   for (const Eigen::Isometry3d& T : coarse.T_world_camera)
     poses.push_back(cameras[0].T_world_camera * coarse.T_world_camera[0].inverse() * T);

@@ -1,7 +1,7 @@
 // The tables of doc/calibration.md: how near the truth extrinsic estimation comes, beside PCL's registration, and what it costs
-// beside the fusion. fuse_flow_calibration_bench [accuracy | accuracy-tuning | floor | registration | peers | scratch | scratch-peers |
+// beside the fusion. fuse_flow_calibration_bench [accuracy | accuracy-tuning | frames | floor | registration | peers | scratch | scratch-peers |
 // scratch-tuning | scratch-near-tuning | board | distortion | real | beside | knock]…; without a name all but those that are of scenes that
-// served tuning. Of the tables that begin from scratch, SCENE/RIG/SENSOR stands for one row; with /N behind it for that of N trials.
+// served tuning. Of frames, and of the tables that begin from scratch, SCENE/RIG/SENSOR stands for one row; with /N behind it for that of N trials.
 
 #include "median.h"
 #include "pose_floor.h"
@@ -132,6 +132,51 @@ void accuracy() { accuracyTable({"thin", "person"}, {"ring-4", "ring-8", "walls-
 
 void accuracyTuning() {
   accuracyTable({"room", "table"}, {"ring-4", "ring-8", "walls-8"}, {kSensors[1], kSensors[2], kSensors[4]});
+}
+
+/** \brief The rows that are wanted, as SCENE/RIG/SENSOR or SCENE/RIG/SENSOR/TRIALS; empty: all. */
+std::vector<std::string> wanted_rows;
+
+/** \brief How many trials of a row are wanted, where usual are so many; 0: it is not wanted. */
+int wantedTrials(const std::string& row, int usual) {
+  if (wanted_rows.empty()) return usual;
+  for (const std::string& wanted : wanted_rows) {
+    if (wanted == row) return usual;
+    if (wanted.compare(0, row.size() + 1, row + '/') == 0) return std::atoi(wanted.c_str() + row.size() + 1);
+  }
+  return 0;
+}
+
+/** \brief What more frames do against noise that neighbouring pixels share. */
+void frames() {
+  constexpr std::size_t counts[] = {1, 5, 10, 20, 40};
+  std::printf(
+      "| scene | rig | sensor | 1 frame: median mm, deg | 5 | 10 | 20 | 40 |\n|---|---|---|---|---|---|---|---|\n");
+  for (const char* scene : {"thin", "person"})
+    for (const char* rig : {"ring-4", "ring-8", "walls-16"}) {
+      const std::string& sensor = kSensors[4];
+      if (wantedTrials(std::string(scene) + '/' + rig + '/' + sensor, 1) < 1) continue;
+      simulation::Simulator simulator(rigOf(scene, rig, sensor, 3));
+      const Poses truth = truePoses(simulator);
+      std::printf("| %s | %s | %s", scene, rig, sensor.c_str());
+      Estimation estimation;
+      io::LoadedFrame loaded;
+      std::size_t frame = 0;
+      for (const std::size_t count : counts) {
+        for (; frame < count; ++frame) {
+          simulator.measure(frame, loaded);
+          estimation.addFrame(loaded.rig);
+        }
+        Errors errors;
+        for (unsigned int trial = 0; trial < 3; ++trial) {
+          const Poses start = disturbed(truth, trial);
+          errors.add(start, estimation.estimate(start).T_world_camera, truth);
+        }
+        std::printf(" | %.2f, %.3f", bench::median(errors.mm), bench::median(errors.degrees));
+        std::fflush(stdout);
+      }
+      std::printf(" |\n");
+    }
 }
 
 /** \brief What is left by depth alone where everything but its errors is known; one draw of the noise. */
@@ -329,19 +374,6 @@ ScratchTrials scratchTrials(const std::string& scene, const std::string& rig, co
     result.errors.add(expected, refined, truth);
   }
   return result;
-}
-
-/** \brief The rows that are wanted, as SCENE/RIG/SENSOR or SCENE/RIG/SENSOR/TRIALS; empty: all. */
-std::vector<std::string> wanted_rows;
-
-/** \brief How many trials of a row are wanted, where usual are so many; 0: it is not wanted. */
-int wantedTrials(const std::string& row, int usual) {
-  if (wanted_rows.empty()) return usual;
-  for (const std::string& wanted : wanted_rows) {
-    if (wanted == row) return usual;
-    if (wanted.compare(0, row.size() + 1, row + '/') == 0) return std::atoi(wanted.c_str() + row.size() + 1);
-  }
-  return 0;
 }
 
 void scratchTable(const std::vector<std::string>& scenes, const std::vector<std::string>& rigs,
@@ -670,6 +702,7 @@ void knock() {
 int main(int argc, char** argv) {
   const std::vector<std::pair<std::string, void (*)()>> tables{{"accuracy", accuracy},
                                                                {"accuracy-tuning", accuracyTuning},
+                                                               {"frames", frames},
                                                                {"floor", floorTable},
                                                                {"registration", registration},
                                                                {"peers", peers},
@@ -692,7 +725,7 @@ int main(int argc, char** argv) {
     if (std::none_of(tables.begin(), tables.end(), [&](const auto& t) { return t.first == name; })) {
       std::fprintf(
           stderr,
-          "fuse_flow_calibration_bench: '%s' is none of accuracy, accuracy-tuning, floor, registration, "
+          "fuse_flow_calibration_bench: '%s' is none of accuracy, accuracy-tuning, frames, floor, registration, "
           "peers, scratch, scratch-peers, scratch-tuning, scratch-near-tuning, board, distortion, real, beside, "
           "knock\n",
           name.c_str());

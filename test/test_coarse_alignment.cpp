@@ -1,6 +1,7 @@
 #include "rigs.h"
 
 #include <fuse_flow/coarse_alignment.h>
+#include <fuse_flow/impl/host/rig_placement.hpp>
 #include <fuse_flow/impl/host/view_agreement.hpp>
 
 #include <pcl/exceptions.h>
@@ -89,6 +90,12 @@ CoarseAlignmentResult align(const Scene& scene, unsigned int threads = 2) {
   return alignment.estimate();
 }
 
+/** \brief Grey levels that no shift or turn of the floor repeats. */
+double floorPaint(const Vector3d& x) {
+  return 120 + 30 * std::sin(3.1 * x.x() + 1.7 * x.z()) + 25 * std::sin(5.3 * x.z() - 2.2 * x.x()) +
+         20 * std::sin(7.7 * x.x() + 3.9 * x.z()) + 12 * std::sin(11 * x.z() - 6.1 * x.x());
+}
+
 /** \brief Relative to camera 0, well within what ExtrinsicEstimation brings to the end. */
 void expectPose(const CoarseAlignmentResult& result, const std::vector<fuse_flow::Camera>& truth, std::size_t i) {
   const Eigen::Isometry3d expected = truth[0].T_world_camera.inverse() * truth[i].T_world_camera;
@@ -131,8 +138,11 @@ TEST(CoarseAlignment, PosesThatTheCamerasHaveMakeNoDifference) {
 }
 
 TEST(CoarseAlignmentThreads, AnyNumberOfThemFindsTheSame) {
-  const Scene scene = unposed(
+  Scene scene = scenes::makeScene(
       around(scenes::kSanitized ? std::vector<double>{10, 55} : std::vector<double>{10, 55, 115}), furnishedRoom());
+  scenes::addNoise(scene, 0.002f);
+  scenes::paintWorld(scene, floorPaint);
+  for (fuse_flow::Camera& camera : scene.rig.cameras) camera.T_world_camera.setIdentity();
   const CoarseAlignmentResult one = align(scene, 1);
   for (const unsigned int threads : {2u, 5u}) {
     const CoarseAlignmentResult many = align(scene, threads);
@@ -210,10 +220,7 @@ std::vector<fuse_flow::Camera> overFloor() {
 TEST(CoarseAlignment, WhatIsPaintedOnABareFloorTellsWhereCamerasAre) {
   const auto cameras = overFloor();
   Scene scene = floorOnly(cameras);
-  scenes::paintWorld(scene, [](const Vector3d& x) {
-    return 120 + 30 * std::sin(3.1 * x.x() + 1.7 * x.z()) + 25 * std::sin(5.3 * x.z() - 2.2 * x.x()) +
-           20 * std::sin(7.7 * x.x() + 3.9 * x.z()) + 12 * std::sin(11 * x.z() - 6.1 * x.x());
-  });
+  scenes::paintWorld(scene, floorPaint);
   for (auto& pixel : scene.color[1].data)  // of a shorter exposure
     pixel.r = pixel.g = pixel.b = static_cast<std::uint8_t>(pixel.r - 20);
   for (fuse_flow::Camera& camera : scene.rig.cameras) camera.T_world_camera.setIdentity();
@@ -226,6 +233,70 @@ TEST(CoarseAlignment, ABareFloorWithoutPaintIsAmbiguous) {
   scenes::paintWorld(scene, [](const Vector3d&) { return 120; });
   for (fuse_flow::Camera& camera : scene.rig.cameras) camera.T_world_camera.setIdentity();
   for (const Placement placement : align(scene).placements) EXPECT_EQ(placement, Placement::Ambiguous);
+}
+
+// Each tile fits on every other one.
+TEST(CoarseAlignment, ABareFloorOfTilesThatRepeatIsAmbiguous) {
+  Scene scene = floorOnly(overFloor());
+  scenes::paintWorld(scene, [](const Vector3d& x) {
+    return (static_cast<int>(std::floor(x.x() / 0.3)) + static_cast<int>(std::floor(x.z() / 0.3))) % 2 == 0 ? 60 : 190;
+  });
+  for (fuse_flow::Camera& camera : scene.rig.cameras) camera.T_world_camera.setIdentity();
+  for (const Placement placement : align(scene).placements) EXPECT_NE(placement, Placement::Placed);
+}
+
+/** \brief What two cameras over a painted floor make of each other where they stand, from so many copies of one instant. */
+fuse_flow::ViewAgreement agreementOfInstants(int instants, double (*grey)(const Vector3d&)) {
+  const auto cameras = overFloor();
+  Scene scene = scenes::makeScene({cameras[0], cameras[1]}, scenes::plane({0, 1, 0}, 1.1));
+  scenes::paintWorld(scene, grey);
+  for (auto& pixel : scene.color[1].data)  // of a shorter exposure
+    pixel.r = pixel.g = pixel.b = static_cast<std::uint8_t>(pixel.r - 20);
+  fuse_flow::ExtrinsicParameters p;
+  p.reduction = 1;
+  fuse_flow::host::AlignmentSystem system(1);
+  for (int k = 0; k < instants; ++k) system.add(scene.rig, p);
+  const CoarseAlignmentParameters parameters;
+  system.sample({cameras[0].T_world_camera, cameras[1].T_world_camera}, parameters.samples);
+  fuse_flow::host::ViewComparison comparison(system, parameters);
+  comparison.setColorNoise(2);
+  return comparison.compare(0, 1, cameras[0].T_world_camera.inverse() * cameras[1].T_world_camera);
+}
+
+TEST(CoarseAlignment, PaintThatAgreesIsEvidenceWhateverTheExposureAndHoweverManyInstants) {
+  const fuse_flow::ViewAgreement one = agreementOfInstants(1, floorPaint), four = agreementOfInstants(4, floorPaint);
+  // All but wholly the same, and r counts as 0.99 at most: artanh(0.99) = 2.6467.
+  EXPECT_NEAR(one.color_evidence, 2.6467 * std::sqrt(one.confirmed), 0.05 * one.color_evidence);
+  EXPECT_EQ(one.unlike, 0);
+  EXPECT_NEAR(four.color_evidence, one.color_evidence, 1e-6);
+  EXPECT_NEAR(four.score(), one.score(), 1e-6);
+  const fuse_flow::ViewAgreement plain = agreementOfInstants(1, [](const Vector3d&) { return 120.0; });
+  EXPECT_EQ(plain.color_evidence, 0);
+  EXPECT_NEAR(one.score() - plain.score(), 3 * one.color_evidence, 1e-6);
+}
+
+fuse_flow::host::PlacedGroup groupOf(const std::vector<std::size_t>& members, double score, double shift = 0) {
+  fuse_flow::host::PlacedGroup group;
+  group.members = members;
+  group.score = score;
+  group.poses.assign(4, Eigen::Isometry3d::Identity());
+  for (std::size_t i = 0; i < 4; ++i)  // in a world of its own
+    group.poses[i] = Eigen::Translation3d(score, 0, 0) * Eigen::AngleAxisd(score, Vector3d::UnitY()) *
+                     Eigen::Translation3d(static_cast<double>(i) * (1 + shift), 0, 0);
+  return group;
+}
+
+TEST(PlacedGroups, ThatAreTheSameWhereverTheyLieStandOnce) {
+  using fuse_flow::host::sameGroup;
+  EXPECT_TRUE(sameGroup(groupOf({0, 1, 2}, 7), groupOf({2, 0, 1}, 9), 0.1, 0.1));
+  EXPECT_FALSE(sameGroup(groupOf({0, 1, 2}, 7), groupOf({0, 1, 3}, 7), 0.1, 0.1));
+  EXPECT_FALSE(sameGroup(groupOf({0, 1, 2}, 7), groupOf({0, 1}, 7), 0.1, 0.1));
+  EXPECT_FALSE(sameGroup(groupOf({0, 1, 2}, 7), groupOf({0, 1, 2}, 7, 0.06), 0.1, 0.1));  // camera 2 by 0.12
+  const auto kept = fuse_flow::host::withoutDuplicates(
+      {groupOf({0, 1, 2}, 7), groupOf({}, 0), groupOf({2, 1, 0}, 9), groupOf({0, 1}, 8), groupOf({1, 0}, 2)}, 0.1, 0.1);
+  ASSERT_EQ(kept.size(), 2u);
+  EXPECT_EQ(kept[0].score, 9);
+  EXPECT_EQ(kept[1].score, 8);
 }
 
 // Two views a quarter turn apart share little more than the floor, along which false counterparts pull.

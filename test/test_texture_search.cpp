@@ -4,6 +4,7 @@
 #include <fuse_flow/impl/host/level_directions.hpp>
 #include <fuse_flow/impl/host/texture_search.hpp>
 
+#include <limits>
 #include <random>
 
 namespace {
@@ -16,8 +17,8 @@ using fuse_flow::host::TextureMatch;
 using fuse_flow::host::TextureSearch;
 
 /** \brief n points, half of them this much brighter than a mean, half of them darker; and others of a second view. */
-BrightnessCorrelation<double> alternating(int n, double first, double second, double brighter = 0) {
-  BrightnessCorrelation<double> sums;
+BrightnessCorrelation alternating(int n, double first, double second, double brighter = 0) {
+  BrightnessCorrelation sums;
   for (int k = 0; k < n; ++k) {
     const double sign = k % 2 == 0 ? 1 : -1;
     sums.add(100 + sign * first, 100 + brighter + sign * second);
@@ -43,6 +44,13 @@ TEST(BrightnessCorrelation, WhatSaysNothingIsNoEvidence) {
   EXPECT_EQ(alternating(100, 5, -5).evidence(), 0);  // the contrary
   EXPECT_EQ(alternating(28, 5, 5).evidence(), 0);    // too few
   EXPECT_GT(alternating(30, 5, 5).evidence(), 0);
+}
+
+// Sums of floats would come to a correlation of 0.3 and more, or to the root of a negative number.
+TEST(BrightnessCorrelation, LongSumsOfOneLevelAreNoEvidence) {
+  BrightnessCorrelation sums;
+  for (int k = 0; k < 100000; ++k) sums.add(static_cast<double>(87.77f), static_cast<double>(93.21f));
+  EXPECT_NEAR(sums.evidence(), 0, 1e-3);
 }
 
 TEST(BrightnessCorrelation, WhatAgreesWhollyIsNotInfinitelyCertain) {
@@ -84,7 +92,7 @@ PlaneTexture floorOf(const fuse_flow::Camera& camera, double (*grey)(double, dou
 
 std::vector<TextureMatch> search(const PlaneTexture& first, const PlaneTexture& second) {
   std::vector<TextureMatch> found;
-  TextureSearch(0.1f).search(first, second, found);
+  TextureSearch(0.1f, 1000).search(first, second, found);
   std::stable_sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.evidence > b.evidence; });
   return found;
 }
@@ -128,10 +136,71 @@ TEST(TextureSearch, APlaneWithoutPaintTellsNothing) {
   EXPECT_TRUE(search(floorOf(a, plain), floorOf(b, paint)).empty());
 }
 
-TEST(TextureSearch, PlanesThatShareTooLittleMatchNowhere) {
-  PlaneTexture small = floorOf(overFloor(0, 0, 20), paint);
-  small.points.resize(40);  // fewer cells than the evidence asks for
-  EXPECT_TRUE(search(small, floorOf(overFloor(0.2, 0, 20), paint)).empty());
+/** \brief A square of n × n cells along the plane's axes, two blocks in each, grey as its tiles. */
+PlaneTexture square(int n) {
+  PlaneTexture plane;
+  plane.axes.setIdentity();
+  plane.height = -1;
+  for (int y = 0; y < n; ++y)
+    for (int x = 0; x < n; ++x)
+      for (const float offset : {0.03f, 0.07f})
+        plane.points.push_back({0.1f * static_cast<float>(x) + offset, 0.1f * static_cast<float>(y) + offset,
+                                static_cast<float>(paint(2.5 * x, 2.5 * y))});
+  return plane;
+}
+
+TEST(TextureSearch, PlanesThatShareFewerCellsThanThirtyMatchNowhere) {
+  EXPECT_TRUE(search(square(5), square(5)).empty());
+  const auto found = search(square(6), square(6));
+  ASSERT_FALSE(found.empty());
+  EXPECT_LT(scenes::apart(found[0].T, Eigen::Isometry3d::Identity()), 1e-5);
+  EXPECT_LT(scenes::turned(found[0].T, Eigen::Isometry3d::Identity()), 1e-5);
+}
+
+TEST(TextureSearch, KeepsTheBestOfAllThatItFinds) {
+  const PlaneTexture a = floorOf(overFloor(0, 0, 20), paint), b = floorOf(overFloor(0.5, -0.4, 70), paint);
+  const auto all = search(a, b);
+  ASSERT_GT(all.size(), 5u);
+  std::vector<TextureMatch> few;
+  TextureSearch(0.1f, 5).search(a, b, few);
+  ASSERT_EQ(few.size(), 5u);
+  for (const TextureMatch& match : few) EXPECT_GE(match.evidence, all[4].evidence);
+}
+
+TEST(TextureMap, HoldsTheCellsOfSeveralBlocksAndWhatLiesBetweenThem) {
+  PlaneTexture plane = square(3);
+  plane.points.push_back({2.55f, 0.05f, 77.0f});  // a block alone
+  fuse_flow::host::TextureMap map;
+  map.assign(plane, 0, 0.1f);
+  ASSERT_EQ(map.width(), 3);
+  ASSERT_EQ(map.height(), 3);
+  EXPECT_NEAR(map.low().norm(), 0, 1e-6);
+  double mean = 0;
+  for (int k = 0; k < 9; ++k) mean += std::round(paint(2.5 * (k % 3), 2.5 * (k / 3))) / 9;
+  for (int k = 0; k < 9; ++k) {
+    EXPECT_EQ(map.known()[map.index(k % 3, k / 3)], 1);
+    EXPECT_NEAR(map.levels()[map.index(k % 3, k / 3)], paint(2.5 * (k % 3), 2.5 * (k / 3)) - mean, 1e-3);
+  }
+  map.assign(plane, 1.5707963, 0.1f);  // a quarter turn: (x, y) → (−y, x)
+  ASSERT_EQ(map.width(), 3);
+  EXPECT_NEAR(map.low().x(), -0.3, 1e-6);
+  EXPECT_NEAR(map.low().y(), 0, 1e-6);
+  EXPECT_NEAR(map.levels()[map.index(2, 1)], paint(2.5, 0) - mean, 1e-3);
+}
+
+TEST(TextureMap, WhatLiesFarAwayTakesNoMemory) {
+  PlaneTexture plane = square(3);
+  const auto infinite = std::numeric_limits<float>::infinity();
+  for (const float far : {12.0f, 1e4f, 1e7f, 1e30f, infinite, std::numeric_limits<float>::quiet_NaN()})
+    for (int k = 0; k < 4; ++k) plane.points.push_back({far, -far, 10.0f});
+  fuse_flow::host::TextureMap map;
+  map.assign(plane, 0, 0.1f);
+  EXPECT_EQ(map.width(), 3);
+  plane.points.erase(plane.points.begin(), plane.points.begin() + 18);
+  map.assign(plane, 0, 0.1f);
+  EXPECT_TRUE(map.empty());
+  EXPECT_TRUE(search(plane, square(6)).empty());
+  EXPECT_TRUE(search(square(6), plane).empty());
 }
 
 /** \brief A view of a floor at y = 1.3 and, over a part of it, a table at y = 0.6, seen from above. */
@@ -152,6 +221,7 @@ fuse_flow::host::AlignmentSystem tableFromAbove(bool colored) {
 TEST(PlaneTextures, PlanesOfOneDirectionAreToldApartByTheirHeight) {
   const fuse_flow::host::AlignmentSystem system = tableFromAbove(true);
   const Vector3d up = -scenes::lookAt({0, 0, 0}, {0.02, 1.3, 0.01}).T_world_camera.linear().transpose().col(1);
+  const Eigen::Isometry3d T = scenes::lookAt({0, 0, 0}, {0.02, 1.3, 0.01}).T_world_camera;
   const PlaneTextures textures(system.view(0, 0), up);
   ASSERT_EQ(textures.planes().size(), 2u);
   for (const PlaneTexture& plane : textures.planes()) {
@@ -160,7 +230,12 @@ TEST(PlaneTextures, PlanesOfOneDirectionAreToldApartByTheirHeight) {
     EXPECT_NEAR((plane.axes.transpose() * plane.axes - Eigen::Matrix3d::Identity()).norm(), 0, 1e-9);
     EXPECT_NEAR(plane.axes.determinant(), 1, 1e-9);
     EXPECT_LT((plane.axes.col(2) - up).norm(), 1e-9);
-    for (const PlaneTexture::Point& p : plane.points) ASSERT_NEAR(p.luma, table ? 200 : 50, 1);
+    for (const PlaneTexture::Point& p : plane.points) {
+      ASSERT_NEAR(p.luma, table ? 200 : 50, 1);
+      const Vector3d x = T * (plane.axes * Vector3d(p.x, p.y, plane.height));
+      ASSERT_NEAR(x.y(), table ? 0.6 : 1.3, 0.005);
+      ASSERT_GT(x.x(), table ? 0.08 : -10);
+    }
   }
   EXPECT_NE(textures.planes()[0].height > -0.95, textures.planes()[1].height > -0.95);
 }
@@ -182,6 +257,9 @@ TEST(LevelDirections, AreThoseOfFloorsWhereBothViewsMayHaveOne) {
   EXPECT_FALSE(without.floors());
   EXPECT_EQ(without.first(), (std::vector<Vector3d>{side, wall}));               // the strongest
   EXPECT_FALSE(fuse_flow::host::LevelDirections({floor}, {floor}, 4).floors());  // nothing is known about floors
+  const Vector3d rolled = Eigen::AngleAxisd(0.5, Vector3d::UnitZ()) * floor;
+  EXPECT_FALSE(fuse_flow::host::LevelDirections({rolled}, {floor}, 0.35).floors());  // too far for an upright camera
+  EXPECT_TRUE(fuse_flow::host::LevelDirections({rolled}, {floor}, 0.7).floors());
 }
 
 }  // namespace

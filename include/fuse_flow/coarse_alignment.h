@@ -28,7 +28,8 @@ struct CoarseAlignmentParameters {
   /** \brief Oriented points of a view, chosen evenly over the directions of their normals; ≥ 100. The cost is quadratic in
    *  this. */
   int samples{600};
-  /** \brief Side of the cells in which translations are voted for, metres; > 0. */
+  /** \brief Side of the cells in which translations are voted for, and in which paint on floors is compared, whose time grows with its
+   *  inverse to the fourth; metres; 0.01 … 10. */
   float cell_size{0.1f};
   /** \brief Distance from a surface within which a point agrees with it, beyond the noise of both, metres; > 0. */
   float tolerance{0.03f};
@@ -37,9 +38,10 @@ struct CoarseAlignmentParameters {
   float max_roll{0.35f};
   /** \brief Use colour, where both views have it. */
   bool use_color{true};
-  /** \brief Poses of each pair of cameras that are kept until the other cameras decide; ≥ 2. */
+  /** \brief Poses of each pair of cameras that are kept until the other cameras decide: so many of shape, and so many of paint; ≥ 2. */
   int hypotheses{12};
-  /** \brief Least ViewAgreement::score() of a camera, summed over those placed before it; (0, 100). */
+  /** \brief Least ViewAgreement::score() of a camera, summed over those placed before it; (0, 100). Shape alone comes to 100 with one
+   *  of them, paint beside it to 3.7 times that. */
   float min_score{24.0f};
   /** \brief A pose is ambiguous if another one scores more than this share of its score; (0, 1). */
   float max_ambiguity{0.8f};
@@ -56,8 +58,9 @@ struct ViewAgreement {
   /** \brief How much the brightness of both views differs from point to point where they confirm each other, standard deviation,
    *  grey levels; that one is brighter than the other as a whole does not count. 0: too few points with colour. */
   double color_spread{0};
-  /** \brief How certain it is that both see the same paint there: artanh(r) √n, r the correlation of their brightness at n points;
-   *  ≥ 0. 0 without colour, and where nothing is painted. */
+  /** \brief How certain it is that both see the same paint there: artanh(r) √n, r the correlation of their brightness at n points, at most
+   *  0.99; neighbours are not independent, so it is no standard score. ≥ 0; 0 for fewer than 30 points, without colour, and where
+   *  nothing is painted. */
   double color_evidence{0};
   /** \brief How well the spread fits two views of the same, given how views of this rig differ; (0, 1]. 1 without colour. */
   double likeness{1};
@@ -105,11 +108,11 @@ struct CoarseAlignmentResult {
  *
  *  Rotations that bring the dominant surface directions of two views together; for each, translations by a vote among points
  *  of like normals. Where there is colour, also poses at which what is painted on a floor, or what stands on it, agrees, by
- *  correlation over all turns and shifts. Every pose is judged by projecting each view into the other's depth image, where what the
+ *  correlation over all turns and shifts. The first instant proposes poses, all of them judge. Every pose is judged by projecting each view into the other's depth image, where what the
  *  other camera saw through counts against it, and brightness that agrees for it. Then the cameras are placed one by one, the least
  *  ambiguous first, each where it agrees best with all that are placed.
  *
- *  Neighbours need to share furniture or corners, or a floor that is not all of one colour; not only one wall. Of a room that after
+ *  Neighbours need to share furniture or corners, or a floor whose paint does not repeat itself; not only one wall. Of a room that after
  *  half a turn has the same shape but for small things, colour tells which way round it is. Without colour it may be taken for its
  *  turned self, and that is not always noticed: look at the result.
  *

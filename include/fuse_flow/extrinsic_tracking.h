@@ -57,7 +57,7 @@ class ExtrinsicTracking {
   /** \brief Threads for an estimate; 1, the default, leaves the others to the fusion. */
   void setNumberOfThreads(unsigned int threads);
 
-  /** \brief How long after a frame that was taken another one may be, by their stamps, microseconds; ≥ 0. The default, 25 ms, takes every
+  /** \brief How long after a frame that was taken another one may be, by their stamps, microseconds; ≥ 0. The default, 30 ms, takes every
    *  frame of cameras at 30 Hz and leaves what is faster to the fusion: poses change more slowly. 0: takes all. */
   void setMinInterval(std::uint64_t microseconds);
   /** \brief As set. */
@@ -99,7 +99,7 @@ class ExtrinsicTracking {
   bool copying_{false};  ///< somebody writes to copy_
   bool taken_{false};    ///< copy_ is the thread's
   bool stop_{false};
-  std::uint64_t min_interval_{25000};
+  std::uint64_t min_interval_{30000};
   std::optional<std::uint64_t> last_stamp_;  ///< of the frame taken last
   std::exception_ptr error_;
   std::shared_ptr<const TrackedPoses> poses_;

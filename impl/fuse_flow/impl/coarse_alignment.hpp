@@ -18,7 +18,7 @@ FUSE_FLOW_INLINE void checkParameters(const CoarseAlignmentParameters& p) {
   checkParameters(p.preprocessing);
   checkParameters(p.noise);
   detail::checkRange(owner, "samples", p.samples, 100, 1 << 20);
-  detail::checkPositive(owner, "cell_size", p.cell_size);
+  detail::checkRange(owner, "cell_size", p.cell_size, 0.01f, 10.0f);
   detail::checkPositive(owner, "tolerance", p.tolerance);
   detail::checkRange(owner, "max_roll", p.max_roll, 0.0f, 1e3f);
   detail::checkRange(owner, "hypotheses", p.hypotheses, 2, 1 << 10);

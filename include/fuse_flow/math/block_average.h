@@ -118,23 +118,25 @@ FUSE_FLOW_HD float squareLuma(const float* grey, std::ptrdiff_t pitch, int side)
 /** \brief A step of a blur at one block, over five blocks along a row or a column. Over the same surface only: what lies behind it
  *  is another thing in every view. */
 struct LumaBlur {
-  float sum{0};      ///< of grey levels
-  float weights{0};  ///< of those
-  float z;           ///< depth of the block, metres
+  float sum{0};       ///< of grey levels
+  float weights{0};   ///< of those
+  float z;            ///< depth of the block, metres
+  bool known{false};  ///< whether the block itself has a grey level
 
   FUSE_FLOW_HD explicit LumaBlur(float depth) : z(depth) {}
-  /** \brief The block k blocks on, −2 … 2, one after the other. \param depth of it; 0: none  \param luma its grey level */
+  /** \brief The block k blocks on, −2 … 2, one after the other. \param depth of it; 0: none  \param luma its grey level; negative: none */
   FUSE_FLOW_HD void add(int k, float depth, float luma) {
     constexpr float same_surface = 0.05f;  // share of its depth by which it may differ within the reach of a blur
     const float weight = k == 0 ? 6.0f : (k == 1 || k == -1 ? 4.0f : 1.0f);
-    const bool same = std::fabs(depth - z) < same_surface * z;
+    const bool same = (std::fabs(depth - z) < same_surface * z) & (luma >= 0);
+    known = known | ((k == 0) & same);
     sum += same ? weight * luma : 0.0f;
     weights += same ? weight : 0.0f;
   }
-  /** \brief Negative where there is no depth. */
+  /** \brief Negative where there is no depth, or no grey level. */
   FUSE_FLOW_HD float mean() const {
     const float mean = sum / weights;
-    return z > 0 ? mean : -1.0f;
+    return known ? mean : -1.0f;
   }
 };
 

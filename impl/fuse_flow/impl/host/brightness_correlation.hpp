@@ -7,13 +7,12 @@ namespace fuse_flow {
 namespace host {
 
 /** \brief Sums over what two views see of one place each, in grey levels. */
-template <typename Scalar>
 struct BrightnessCorrelation {
-  Scalar count{0};
-  Scalar first{0}, second{0};                           ///< sums of levels
-  Scalar first_squared{0}, second_squared{0}, both{0};  ///< … and of products
+  double count{0};
+  double first{0}, second{0};                           ///< sums of grey levels
+  double first_squared{0}, second_squared{0}, both{0};  ///< … and of their products
 
-  void add(Scalar a, Scalar b) {
+  void add(double a, double b) {
     count += 1;
     first += a;
     second += b;
@@ -22,15 +21,16 @@ struct BrightnessCorrelation {
     both += a * b;
   }
 
-  /** \brief How certain it is that both see the same: Fisher's z of their correlation, over its standard deviation 1/√n. That one
-   *  is brighter, or has more contrast, does not count; neither do differences of less than a grey level. ≥ 0. */
-  Scalar evidence() const {
-    constexpr Scalar fewest = 30, noise = 1 /* grey level, squared */, most = Scalar(0.99);
+  /** \brief How certain it is that both see the same: Fisher's z of their correlation r, artanh(r), over its standard deviation 1/√n.
+   *  That one is brighter, or has more contrast, does not count; neither do differences of less than a grey level, whose
+   *  variance is added to both. r counts as 0.99 at most. 0 for fewer than 30 places; ≥ 0. */
+  double evidence() const {
+    constexpr double fewest = 30, noise = 1 /* variance, grey levels² */, most = 0.99;
     if (!(count >= fewest)) return 0;
-    const Scalar covariance = both - first * second / count;
+    const double covariance = both - first * second / count;
     if (!(covariance > 0)) return 0;
-    const Scalar a = first_squared - first * first / count + noise * count,
-                 b = second_squared - second * second / count + noise * count;
+    const double a = first_squared - first * first / count + noise * count;
+    const double b = second_squared - second * second / count + noise * count;
     return std::sqrt(count) * std::atanh(std::min(most, covariance / std::sqrt(a * b)));
   }
 };

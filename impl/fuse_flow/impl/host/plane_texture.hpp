@@ -64,6 +64,7 @@ class PlaneTextures {
         if (!(Eigen::Vector3d(n.x, n.y, n.z).dot(normal) > kAlike) || luma < 0) continue;
         const Vec3 p = view.point(u, v);
         const Eigen::Vector3d x(p.x, p.y, p.z);
+        if (!(x.norm() < kFarthest)) continue;
         blocks.push_back({x, x.dot(normal), luma});
       }
     return blocks;
@@ -94,37 +95,38 @@ class PlaneTextures {
   static constexpr std::size_t kSmallest = 300;  ///< blocks
   static constexpr double kAlike = 0.94;         ///< cosine of the largest angle to the normal
   static constexpr double kThickness = 0.05;     ///< metres either side
+  static constexpr double kFarthest = 20;        ///< metres; farther on, blocks lie too far apart to tell paint
 
   std::vector<PlaneTexture> planes_;
 };
 
-/** \brief Grey levels of a plane, cell by cell. */
+/** \brief Grey levels of a plane, cell by cell: of those cells that hold several blocks, and what lies between them. */
 class TextureMap {
  public:
-  /** \param turn of the plane about its normal, radians */
+  /** \brief Empty where there is no such cell. \param turn of the plane about its normal, radians  \param cell_size metres */
   void assign(const PlaneTexture& plane, double turn, float cell_size) {
-    const auto cosine = static_cast<float>(std::cos(turn)), sine = static_cast<float>(std::sin(turn));
-    turned_.clear();
-    Eigen::AlignedBox2f box;
-    for (const PlaneTexture::Point& p : plane.points) {
-      turned_.emplace_back(cosine * p.x - sine * p.y, sine * p.x + cosine * p.y);
-      box.extend(turned_.back());
-    }
-    low_ = cell_size * (box.min() / cell_size).array().floor();
-    width_ = static_cast<int>((box.max().x() - low_.x()) / cell_size) + 1;
-    height_ = static_cast<int>((box.max().y() - low_.y()) / cell_size) + 1;
+    addBlocks(plane, turn, cell_size);
+    Eigen::AlignedBox2i box;
+    for (int y = 0; y < 2 * kReach; ++y)
+      for (int x = 0; x < 2 * kReach; ++x)
+        if (cells_[cellAt(x, y)].blocks >= kFewest) box.extend(Eigen::Vector2i(x, y));
+    width_ = box.isEmpty() ? 0 : box.sizes().x() + 1;
+    height_ = box.isEmpty() ? 0 : box.sizes().y() + 1;
     levels_.assign(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_), 0.0f);
     known_.assign(levels_.size(), 0.0f);
-    for (std::size_t k = 0; k < turned_.size(); ++k) {
-      const Eigen::Vector2f place = (turned_[k] - low_) / cell_size;
-      const std::size_t cell =
-          index(std::min(static_cast<int>(place.x()), width_ - 1), std::min(static_cast<int>(place.y()), height_ - 1));
-      levels_[cell] += plane.points[k].luma;
-      known_[cell] += 1;
-    }
-    average();
+    if (empty()) return;
+    low_ = cell_size * (box.min().array() - kReach).cast<float>();
+    for (int y = 0; y < height_; ++y)
+      for (int x = 0; x < width_; ++x) {
+        const Cell& cell = cells_[cellAt(box.min().x() + x, box.min().y() + y)];
+        if (cell.blocks < kFewest) continue;
+        levels_[index(x, y)] = cell.sum / static_cast<float>(cell.blocks);
+        known_[index(x, y)] = 1;
+      }
+    subtractMean();
   }
 
+  bool empty() const { return levels_.empty(); }
   int width() const { return width_; }
   int height() const { return height_; }
   std::size_t index(int x, int y) const {
@@ -138,17 +140,40 @@ class TextureMap {
   const std::vector<float>& known() const { return known_; }
 
  private:
-  void average() {
-    constexpr float fewest = 2;  // blocks in a cell
+  /** \brief Blocks that a cell needs. */
+  static constexpr int kFewest = 2;
+  /** \brief Cells from the camera on in each direction, beyond which none is looked at: memory and time stay bounded. */
+  static constexpr int kReach = 100;
+
+  struct Cell {
+    float sum;  ///< of grey levels
+    int blocks;
+  };
+
+  static std::size_t cellAt(int x, int y) {
+    return static_cast<std::size_t>(y) * 2 * kReach + static_cast<std::size_t>(x);
+  }
+
+  void addBlocks(const PlaneTexture& plane, double turn, float cell_size) {
+    const auto cosine = static_cast<float>(std::cos(turn)), sine = static_cast<float>(std::sin(turn));
+    constexpr auto reach = static_cast<float>(kReach);
+    cells_.assign(cellAt(0, 2 * kReach), Cell{0, 0});
+    for (const PlaneTexture::Point& p : plane.points) {
+      const float x = (cosine * p.x - sine * p.y) / cell_size + reach,
+                  y = (sine * p.x + cosine * p.y) / cell_size + reach;
+      if (!(x >= 0 && y >= 0 && x < 2 * reach && y < 2 * reach)) continue;
+      Cell& cell = cells_[cellAt(static_cast<int>(x), static_cast<int>(y))];
+      cell.sum += p.luma;
+      ++cell.blocks;
+    }
+  }
+
+  void subtractMean() {
     double sum = 0, count = 0;
     for (std::size_t k = 0; k < levels_.size(); ++k) {
-      const bool enough = known_[k] >= fewest;
-      levels_[k] = enough ? levels_[k] / known_[k] : 0;
-      known_[k] = enough ? 1.0f : 0.0f;
       sum += static_cast<double>(levels_[k]);
       count += static_cast<double>(known_[k]);
     }
-    // Sums of squares of what is far from zero would not fit into a float.
     const auto mean = static_cast<float>(sum / std::max(1.0, count));
     for (std::size_t k = 0; k < levels_.size(); ++k) levels_[k] = known_[k] * (levels_[k] - mean);
   }
@@ -156,7 +181,7 @@ class TextureMap {
   Eigen::Vector2f low_{0, 0};
   int width_{0}, height_{0};
   std::vector<float> levels_, known_;
-  std::vector<Eigen::Vector2f> turned_;
+  std::vector<Cell> cells_;
 };
 
 }  // namespace host

@@ -60,7 +60,7 @@ class PoseHypotheses {
                                         const std::vector<Eigen::Vector3d>& directions_first,
                                         const std::vector<Eigen::Vector3d>& directions_second) const {
     std::vector<TextureMatch> matches;
-    TextureSearch search(p_.cell_size);
+    TextureSearch search(p_.cell_size, kMatches);
     const LevelDirections level(directions_first, directions_second, p_.max_roll);
     std::vector<PlaneTexture> planes_second;
     for (const Eigen::Vector3d& d : level.second()) {
@@ -125,8 +125,9 @@ class PoseHypotheses {
   }
 
   static constexpr std::size_t kPeaks = 80;       ///< translations of a rotation that are looked at
-  static constexpr std::size_t kFromShape = 150;  ///< guesses that are refined
-  static constexpr std::size_t kFromPaint = 100;  ///< likewise
+  static constexpr std::size_t kFromShape = 150;  ///< guesses from shape that are refined
+  static constexpr std::size_t kFromPaint = 100;  ///< guesses from paint that are refined
+  static constexpr std::size_t kMatches = 4000;   ///< of paint, among which those are chosen
   static constexpr std::size_t kPolished = 40;    ///< of either, those that are refined to the end
   static constexpr double kApart = 0.1;           ///< metres between hypotheses
   static constexpr double kTurned = 0.06;         ///< radians, likewise

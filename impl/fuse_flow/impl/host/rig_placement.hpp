@@ -14,16 +14,17 @@ class HypothesisTable {
  public:
   explicit HypothesisTable(std::size_t cameras) : cameras_(cameras), table_(cameras * cameras) {}
   std::size_t cameras() const { return cameras_; }
-  /** \brief How much views of the same differ in brightness in this rig, grey levels. Of neighbours one of the poses that depth
-   *  supports best is right: the one at which their views differ least. Of cameras that share nothing none is: so of all pairs
-   *  the lower quartile. */
+  /** \brief How much views of the same differ in brightness in this rig, grey levels. Of neighbours one of the poses that score
+   *  most is right: the one at which their views differ least. Of cameras that share nothing none is: so of all pairs the lower
+   *  quartile. */
   double colorNoise() const {
     constexpr double least = 1.2;  // of cameras without noise, at poses that are some centimetres off
     std::vector<double> spreads;
     for (const std::vector<PoseHypothesis>& hypotheses : table_) {
-      double smallest = 0;
+      double smallest = 0, highest = 0;
+      for (const PoseHypothesis& h : hypotheses) highest = std::max(highest, h.score);
       for (const PoseHypothesis& h : hypotheses)
-        if (h.score > std::max(kPlausible, 0.5 * hypotheses[0].score) && h.color_spread > 0 &&
+        if (h.score > std::max(kPlausible, 0.5 * highest) && h.color_spread > 0 &&
             (smallest == 0 || h.color_spread < smallest))
           smallest = h.color_spread;
       if (smallest > 0) spreads.push_back(smallest);
@@ -34,7 +35,7 @@ class HypothesisTable {
     return std::max(least, *quartile);
   }
   std::vector<PoseHypothesis>& operator()(std::size_t i, std::size_t j) { return table_[i * cameras_ + j]; }
-  /** \brief Where the camera could be, beside another that is at T; the best first. */
+  /** \brief Where the camera could be, beside another that is at T; in the order of PoseHypotheses::find(). */
   void append(std::size_t camera, std::size_t beside, const Eigen::Isometry3d& T,
               std::vector<Eigen::Isometry3d>& poses) const {
     for (const PoseHypothesis& h : table_[std::min(camera, beside) * cameras_ + std::max(camera, beside)])
@@ -56,6 +57,33 @@ struct PlacedGroup {
   std::vector<std::size_t> contested;    ///< members that lie elsewhere in a group that scores nearly as much
 };
 
+/** \brief Whether two groups have the same members at the same places beside each other.
+ *  \param distance metres  \param angle radians: between poses that are two different answers */
+inline bool sameGroup(const PlacedGroup& a, const PlacedGroup& b, double distance, double angle) {
+  if (a.members.size() != b.members.size()) return false;
+  const std::size_t anchor = a.members.front();
+  const auto beside = [&](const PlacedGroup& group, std::size_t camera) {
+    return group.poses[anchor].inverse() * group.poses[camera];
+  };
+  return std::all_of(a.members.begin(), a.members.end(), [&](std::size_t i) {
+    return std::find(b.members.begin(), b.members.end(), i) != b.members.end() &&
+           !distinct(beside(a, i), beside(b, i), distance, angle);
+  });
+}
+
+/** \brief Of groups that are the same, though they began with other pairs, the one that scores most stays, of equals the first.
+ *  Best first; those without members go. */
+inline std::vector<PlacedGroup> withoutDuplicates(std::vector<PlacedGroup> groups, double distance, double angle) {
+  std::stable_sort(groups.begin(), groups.end(),
+                   [](const PlacedGroup& a, const PlacedGroup& b) { return a.score > b.score; });
+  std::vector<PlacedGroup> kept;
+  for (PlacedGroup& group : groups) {
+    const auto same = [&](const PlacedGroup& other) { return sameGroup(group, other, distance, angle); };
+    if (!group.members.empty() && std::none_of(kept.begin(), kept.end(), same)) kept.push_back(std::move(group));
+  }
+  return kept;
+}
+
 /** \brief Places cameras one by one, each where it agrees best with all that are placed. Begins anew from several pairs, since
  *  what two views alone make of each other may be wrong, and keeps what agrees best as a whole. */
 class RigPlacement {
@@ -69,10 +97,9 @@ class RigPlacement {
   PlacedGroup place(const std::vector<std::size_t>& cameras, int threads) const {
     const std::vector<Seed> seeds = findSeeds(cameras);
     std::vector<PlacedGroup> groups(seeds.size());
-    parallelFor(threads, seeds.size(), [&](std::size_t k, int) {
-      groups[k] = grow(seeds[k], cameras);
-      settle(groups[k]);
-    });
+    parallelFor(threads, seeds.size(), [&](std::size_t k, int) { groups[k] = grow(seeds[k], cameras); });
+    groups = withoutDuplicates(std::move(groups), kApart, kTurned);
+    parallelFor(threads, groups.size(), [&](std::size_t k, int) { settle(groups[k]); });
     std::size_t best = 0;
     for (std::size_t k = 1; k < groups.size(); ++k)
       if (groups[k].score > groups[best].score) best = k;
@@ -114,12 +141,21 @@ class RigPlacement {
       }
   }
 
-  /** \brief How well the best other pose of a member explains what it shares with the others, over how well its own does. */
+  /** \brief How well the best other pose of a member explains what it shares with the others, over how well its own does; 1 if paint
+   *  repeats itself. */
   double ambiguity(const PlacedGroup& group, std::size_t camera) const {
     const std::vector<std::size_t> others = without(group, camera);
-    const double score = jointScore(camera, group.poses[camera], others, group.poses);
+    const Eigen::Isometry3d& T = group.poses[camera];
+    const double score = jointScore(camera, T, others, group.poses);
     if (!(score >= static_cast<double>(p_.min_score))) return std::numeric_limits<double>::infinity();
-    return bestAlternative(camera, group.poses[camera], others, group.poses).score / score;
+    const JointPaint paint = jointPaint(camera, T, others, group.poses);
+    double worst = 0;
+    for (const PoseHypothesis& other : alternatives(camera, T, others, group.poses)) {
+      worst = std::max(worst, other.score / score);
+      if (other.score > kRepeats * score && jointPaint(camera, other.T, others, group.poses).repeats(paint))
+        worst = std::max(worst, 1.0);
+    }
+    return worst;
   }
 
   ViewAgreement agreement(std::size_t i, std::size_t j, const std::vector<Eigen::Isometry3d>& poses) const {
@@ -127,7 +163,8 @@ class RigPlacement {
   }
 
  private:
-  static constexpr double kAsGood = 0.9;  ///< share of a score that is as good
+  static constexpr double kAsGood = 0.9;   ///< share of a score that is as good
+  static constexpr double kRepeats = 0.5;  ///< share of it that a pose has at which only paint repeats itself
 
   struct Seed {
     std::size_t first, second;
@@ -153,13 +190,19 @@ class RigPlacement {
         if (i >= j) continue;
         std::vector<Eigen::Isometry3d> poses;
         table_.append(j, i, Eigen::Isometry3d::Identity(), poses);
-        if (poses.size() > kSeeds / 4) poses.resize(kSeeds / 4);
-        for (const Eigen::Isometry3d& T : poses) seeds.push_back({i, j, {T, comparison_.compare(i, j, T).score()}});
+        std::vector<Seed> of_pair;  // by shape and by paint: which of them is better, only now both are asked
+        for (const Eigen::Isometry3d& T : poses) of_pair.push_back({i, j, {T, comparison_.compare(i, j, T).score()}});
+        keepBest(of_pair, kSeeds / 4);
+        seeds.insert(seeds.end(), of_pair.begin(), of_pair.end());
       }
+    keepBest(seeds, kSeeds);
+    return seeds;
+  }
+
+  static void keepBest(std::vector<Seed>& seeds, std::size_t most) {
     std::stable_sort(seeds.begin(), seeds.end(),
                      [](const Seed& a, const Seed& b) { return a.hypothesis.score > b.hypothesis.score; });
-    if (seeds.size() > kSeeds) seeds.resize(kSeeds);
-    return seeds;
+    if (seeds.size() > most) seeds.resize(most);
   }
 
   PlacedGroup grow(const Seed& seed, const std::vector<std::size_t>& cameras) const {
@@ -226,6 +269,31 @@ class RigPlacement {
     return sum;
   }
 
+  /** \brief What paint says about a camera beside others. */
+  struct JointPaint {
+    double points{0};    ///< at which views confirm each other
+    double strength{0};  ///< mean of artanh(r) over those, r the correlation of brightness
+
+    /** \brief Whether it agrees as well as at another pose, on less of it: tiles that are shifted by one overlap less, and no
+     *  worse. */
+    bool repeats(const JointPaint& other) const {
+      constexpr double as_well = 0.9, enough = 0.4;
+      return other.strength > 0 && strength > as_well * other.strength && points > enough * other.points;
+    }
+  };
+
+  JointPaint jointPaint(std::size_t camera, const Eigen::Isometry3d& T, const std::vector<std::size_t>& others,
+                        const std::vector<Eigen::Isometry3d>& poses) const {
+    JointPaint sum;
+    for (const std::size_t other : others) {
+      const ViewAgreement a = comparison_.compare(other, camera, poses[other].inverse() * T);
+      sum.points += a.confirmed;
+      sum.strength += a.color_evidence * std::sqrt(a.confirmed);
+    }
+    if (sum.points > 0) sum.strength /= sum.points;
+    return sum;
+  }
+
   /** \brief Puts the two groups together so that most cameras agree; the others are contested. */
   static void markContested(const PlacedGroup& other, PlacedGroup& group) {
     std::vector<std::size_t> fewest = group.members;
@@ -246,22 +314,31 @@ class RigPlacement {
   /** \brief The best pose of a camera that is not the one given. */
   PoseHypothesis bestAlternative(std::size_t camera, const Eigen::Isometry3d& T, const std::vector<std::size_t>& others,
                                  const std::vector<Eigen::Isometry3d>& poses) const {
+    PoseHypothesis best;
+    for (const PoseHypothesis& other : alternatives(camera, T, others, poses))
+      if (other.score > best.score) best = other;
+    return best;
+  }
+
+  /** \brief The best poses of a camera that are not the one given, refined. */
+  std::vector<PoseHypothesis> alternatives(std::size_t camera, const Eigen::Isometry3d& T,
+                                           const std::vector<std::size_t>& others,
+                                           const std::vector<Eigen::Isometry3d>& poses) const {
     std::vector<Eigen::Isometry3d> all;
     for (const std::size_t other : others) table_.append(camera, other, poses[other], all);
     std::vector<PoseHypothesis> scored;
     for (const Eigen::Isometry3d& A : all)
       if (distinct(A, T, kApart, kTurned)) scored.push_back({A, jointScore(camera, A, others, poses)});
     std::stable_sort(scored.begin(), scored.end(), [](const auto& a, const auto& b) { return a.score > b.score; });
-    PoseHypothesis best;
+    std::vector<PoseHypothesis> found;
     for (std::size_t k = 0; k < std::min(kAlternatives, scored.size()); ++k) {
       const Eigen::Isometry3d A = comparison_.refine(camera, scored[k].T, others, poses, gates_);
       if (!distinct(A, T, kApart, kTurned)) continue;
       // What comes back to it when looked at from farther is where a refinement stopped, not another answer.
       if (!distinct(comparison_.refine(camera, A, others, poses, wide_gates_), T, kApart, kTurned)) continue;
-      const double joint = jointScore(camera, A, others, poses);
-      if (joint > best.score) best = {A, joint};
+      found.push_back({A, jointScore(camera, A, others, poses)});
     }
-    return best;
+    return found;
   }
 
   static std::vector<std::size_t> without(const PlacedGroup& group, std::size_t camera) {
@@ -275,6 +352,7 @@ class RigPlacement {
   const HypothesisTable& table_;
   ViewComparison comparison_;
   const std::vector<float> gates_{0.1f, 0.08f, 0.06f, 0.04f, 0.03f};  ///< of refinements, metres
+  /** \brief … of what may be another answer: from as far off as hypotheses are. */
   const std::vector<float> wide_gates_{0.25f, 0.2f, 0.15f, 0.1f, 0.08f, 0.06f, 0.04f, 0.03f};
 };
 

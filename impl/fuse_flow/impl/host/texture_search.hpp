@@ -5,6 +5,7 @@
 #include <fuse_flow/impl/host/wide_vectors.hpp>
 
 #include <algorithm>
+#include <array>
 #include <vector>
 
 namespace fuse_flow {
@@ -20,14 +21,17 @@ struct TextureMatch {
  *  turns and shifts. What stands on a floor tells where it is to a hand's width; its paint, where nothing stands. */
 class TextureSearch {
  public:
-  explicit TextureSearch(float cell_size) : cell_size_(cell_size) {}
+  /** \param cell_size metres  \param most poses that are kept of all searches */
+  TextureSearch(float cell_size, std::size_t most) : cell_size_(cell_size), most_(most) {}
 
-  /** \brief Adds all poses that agree better than those beside them. */
+  /** \brief Adds all poses that agree better than those beside them, and keeps the best. */
   void search(const PlaneTexture& first, const PlaneTexture& second, std::vector<TextureMatch>& found) {
     a_.assign(first, 0, cell_size_);
+    if (a_.empty()) return;
     for (int k = 0; k < kTurns; ++k) {
       const double turn = 2 * kPi * k / kTurns;
       b_.assign(second, turn, cell_size_);
+      if (b_.empty()) continue;
       correlate();
       const Eigen::Matrix3d R =
           first.axes * Eigen::AngleAxisd(turn, Eigen::Vector3d::UnitZ()).toRotationMatrix() * second.axes.transpose();
@@ -38,16 +42,23 @@ class TextureSearch {
           match.T.setIdentity();
           match.T.linear() = R;
           match.T.translation() = first.axes * translation(x, y, first.height - second.height);
-          match.evidence = static_cast<double>(evidence_[index(x, y)]);
+          match.evidence = evidence_[index(x, y)];
           found.push_back(match);
         }
+      keepBest(found);
     }
   }
 
  private:
   static constexpr double kPi = 3.14159265358979323846;
   static constexpr int kTurns = 72;
-  static constexpr float kLeast = 2;  ///< evidence
+  static constexpr double kLeast = 2;  ///< evidence
+
+  void keepBest(std::vector<TextureMatch>& found) const {
+    if (found.size() <= most_) return;
+    std::stable_sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.evidence > b.evidence; });
+    found.resize(most_);
+  }
 
   /** \brief Shifts: at (x, y) cell (u, v) of the second map lies on cell (u + x − (its width − 1), v + y − (its height − 1)) of the
    *  first. */
@@ -62,7 +73,7 @@ class TextureSearch {
   }
 
   bool isTop(int x, int y) const {
-    const float here = evidence_[index(x, y)];
+    const double here = evidence_[index(x, y)];
     if (!(here > kLeast)) return false;
     for (int dy = -1; dy <= 1; ++dy)
       for (int dx = -1; dx <= 1; ++dx)
@@ -75,32 +86,37 @@ class TextureSearch {
     width_ = a_.width() + b_.width() - 1;
     height_ = a_.height() + b_.height() - 1;
     const std::size_t shifts = static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_);
-    for (std::vector<float>& sums : sums_) sums.assign(shifts, 0.0f);
+    for (std::vector<double>& sums : sums_) sums.assign(shifts, 0.0);
     // The other way round, so that a step of the shift is a step in memory.
     levels_.assign(b_.levels().rbegin(), b_.levels().rend());
     known_.assign(b_.known().rbegin(), b_.known().rend());
     for (int y = 0; y < a_.height(); ++y)
       for (int x = 0; x < a_.width(); ++x) {
         if (!(a_.known()[a_.index(x, y)] > 0)) continue;
-        for (int v = 0; v < b_.height(); ++v) addRow(a_.levels()[a_.index(x, y)], b_.index(0, v), index(x, y + v));
+        const auto level = static_cast<double>(a_.levels()[a_.index(x, y)]);
+        for (int v = 0; v < b_.height(); ++v) addRow(level, b_.index(0, v), index(x, y + v));
       }
     evidence_.resize(shifts);
     for (std::size_t k = 0; k < shifts; ++k)
-      evidence_[k] =
-          BrightnessCorrelation<float>{sums_[0][k], sums_[1][k], sums_[2][k], sums_[3][k], sums_[4][k], sums_[5][k]}
-              .evidence();
+      evidence_[k] = BrightnessCorrelation{sums_[0][k], sums_[1][k], sums_[2][k], sums_[3][k], sums_[4][k], sums_[5][k]}
+                         .evidence();
   }
 
   /** \brief One cell of the first map and a row of the second's, each at the shift that brings them together. */
-  void addRow(float level, std::size_t row, std::size_t shift) {
+  void addRow(double level, std::size_t row, std::size_t shift) {
     const int width = b_.width();
-    const float *known = known_.data() + row, *levels = levels_.data() + row;
-    float *count = sums_[0].data() + shift, *first = sums_[1].data() + shift, *second = sums_[2].data() + shift,
-          *first_squared = sums_[3].data() + shift, *second_squared = sums_[4].data() + shift,
-          *both = sums_[5].data() + shift;
+    const double* known = known_.data() + row;
+    const double* levels = levels_.data() + row;
+    std::array<double*, 6> sums;
+    for (std::size_t k = 0; k < sums.size(); ++k) sums[k] = sums_[k].data() + shift;
     inWideVectors([=] {
-      float* __restrict n = count, * __restrict a = first, * __restrict b = second, * __restrict aa = first_squared, * __restrict bb = second_squared, * __restrict ab = both;
-      const float square = level * level;
+      double* __restrict n = sums[0];
+      double* __restrict a = sums[1];
+      double* __restrict b = sums[2];
+      double* __restrict aa = sums[3];
+      double* __restrict bb = sums[4];
+      double* __restrict ab = sums[5];
+      const double square = level * level;
       for (int u = 0; u < width; ++u) {
         n[u] += known[u];
         a[u] += level * known[u];
@@ -113,11 +129,13 @@ class TextureSearch {
   }
 
   float cell_size_;
+  std::size_t most_;
   TextureMap a_, b_;
-  int width_{0}, height_{0};           ///< of the map of shifts
-  std::vector<float> sums_[6];         ///< of BrightnessCorrelation, shift by shift
-  std::vector<float> evidence_;        ///< likewise
-  std::vector<float> levels_, known_;  ///< of the second map
+  int width_{0}, height_{0};  ///< of the map of shifts
+  // In double: what a long sum of floats loses looks like agreement where nothing is painted.
+  std::array<std::vector<double>, 6> sums_;  ///< of BrightnessCorrelation, in the order of its members, shift by shift
+  std::vector<double> evidence_;             ///< shift by shift
+  std::vector<double> levels_, known_;       ///< of the second map
 };
 
 }  // namespace host

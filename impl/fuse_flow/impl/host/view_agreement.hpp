@@ -15,7 +15,7 @@ struct PoseHypothesis {
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
   double score{0};
   double color_spread{0};    ///< of ViewAgreement
-  double color_evidence{0};  ///< likewise
+  double color_evidence{0};  ///< of ViewAgreement
 };
 
 /** \brief Whether two poses would be told apart. */
@@ -50,7 +50,7 @@ class ViewComparison {
     sum.unlike /= instants;
     sum.contradicted /= instants;
     sum.color_spread = differences.deviation();
-    sum.color_evidence = differences.correlation.evidence();
+    sum.color_evidence = differences.correlation.evidence() / std::sqrt(instants);
     // Two views of one surface differ as views of this rig do; how two places differ that only have one shape is anyone's guess.
     const double excess = std::pow(sum.color_spread / color_noise_, 2) - 1;
     sum.likeness = excess > 0 ? std::exp(-0.5 * excess) : 1.0;
@@ -107,7 +107,7 @@ class ViewComparison {
   struct Differences {
     double sign{1};  ///< +1: points of the first view in the second; −1: the other way round
     double count{0}, weight{0}, sum{0}, squares{0};
-    BrightnessCorrelation<double> correlation;
+    BrightnessCorrelation correlation;
     /** \param here grey level of a point  \param there of the view that it lies in  \param contrast around the point, grey levels:
      *  there a difference is the work of the smallest error of depth or pose */
     void add(double here, double there, double contrast) {
@@ -246,10 +246,11 @@ class ViewComparison {
       const float reach = tolerance_ + error + kDeviations * std::sqrt(s.noise * s.noise + noise * noise);
       if (smooth && std::fabs(dot(n, q - d)) < reach) {
         if (dot(n_q, q) > 0) continue;  // the other side of something thin
-        const bool painted = view.hasColor() && s.luma[0] >= 0 && std::fabs(view.luma(u, v) - s.luma[0]) > kGreyLimit;
+        const bool colored = view.hasColor() && s.luma[0] >= 0 && view.luma(u, v) >= 0;
+        const bool painted = colored && std::fabs(view.luma(u, v) - s.luma[0]) > kGreyLimit;
         const bool faces = dot(n, n_q) >= kNormalCosine;
         ++(painted || !faces ? sum.unlike : sum.confirmed);
-        if (faces && view.hasColor() && s.luma[0] >= 0) {
+        if (faces && colored) {
           const float here = s.luma[kColorScale], there = view.luma(u, v, kColorScale);
           const float contrast =
               std::max(std::fabs(s.luma[kColorScale - 1] - here), std::fabs(view.luma(u, v, kColorScale - 1) - there)) +
