@@ -277,6 +277,25 @@ TEST(CoarseAlignment, PaintThatAgreesIsEvidenceWhateverTheExposureAndHoweverMany
   EXPECT_NEAR(one.score() - plain.score(), 3 * one.color_evidence, 1e-6);
 }
 
+// Of poses that paint proposes the best may stand anywhere behind those of shape.
+TEST(HypothesisTable, NoiseOfColourIsThatOfPosesThatScoreAtLeastHalfOfTheHighest) {
+  fuse_flow::host::HypothesisTable table(2);
+  EXPECT_EQ(table.colorNoise(), std::numeric_limits<double>::infinity());  // nothing is known
+  const auto hypothesis = [](double score, double spread) {
+    fuse_flow::host::PoseHypothesis h;
+    h.score = score;
+    h.color_spread = spread;
+    return h;
+  };
+  table(0, 1) = {hypothesis(40, 9), hypothesis(100, 3), hypothesis(51, 4), hypothesis(49, 1.5)};
+  EXPECT_EQ(table.colorNoise(), 3);
+  table(0, 1) = {hypothesis(19, 1.5), hypothesis(21, 2.5),
+                 hypothesis(22, 0)};  // too little to be plausible; without colour
+  EXPECT_EQ(table.colorNoise(), 2.5);
+  table(0, 1) = {hypothesis(60, 0.4)};
+  EXPECT_EQ(table.colorNoise(), 1.2);  // no less, however alike
+}
+
 fuse_flow::host::PlacedGroup groupOf(const std::vector<std::size_t>& members, double score, double shift = 0) {
   fuse_flow::host::PlacedGroup group;
   group.members = members;
@@ -299,6 +318,46 @@ TEST(PlacedGroups, ThatAreTheSameWhereverTheyLieStandOnce) {
   ASSERT_EQ(kept.size(), 2u);
   EXPECT_EQ(kept[0].score, 9);
   EXPECT_EQ(kept[1].score, 8);
+}
+
+TEST(CoarseAlignment, TwoCamerasOverAPaintedFloorAreEnough) {
+  const auto all = overFloor();
+  const std::vector<fuse_flow::Camera> cameras{all[0], all[1]};
+  Scene scene = floorOnly(cameras);
+  scenes::paintWorld(scene, floorPaint);
+  for (fuse_flow::Camera& camera : scene.rig.cameras) camera.T_world_camera.setIdentity();
+  expectPose(align(scene), cameras, 1);
+}
+
+// Beyond its border nothing is known of grey levels, which says nothing against a pose.
+TEST(CoarseAlignment, AColourImageThatShowsLessThanTheDepthImageContradictsNothing) {
+  const auto cameras = overFloor();
+  Scene scene = scenes::makeScene({cameras[0], cameras[1]}, scenes::plane({0, 1, 0}, 1.1));
+  scenes::paintWorld(scene, floorPaint);
+  const auto compare = [&] {
+    fuse_flow::ExtrinsicParameters p;
+    p.reduction = 1;
+    fuse_flow::host::AlignmentSystem system(1);
+    system.add(scene.rig, p);
+    const CoarseAlignmentParameters parameters;
+    system.sample({cameras[0].T_world_camera, cameras[1].T_world_camera}, parameters.samples);
+    return fuse_flow::host::ViewComparison(system, parameters)
+        .compare(0, 1, cameras[0].T_world_camera.inverse() * cameras[1].T_world_camera);
+  };
+  const fuse_flow::ViewAgreement whole = compare();
+  for (std::size_t i = 0; i < 2; ++i) {  // the same camera, of which only the left three quarters are kept
+    fuse_flow::Camera& camera = scene.rig.cameras[i];
+    camera.color.emplace();
+    camera.color->intrinsics = camera.intrinsics;
+    camera.color->intrinsics.width = 120;
+    scene.rig.views[i].color.width = 120;
+  }
+  const fuse_flow::ViewAgreement part = compare();
+  EXPECT_EQ(part.unlike, 0);
+  EXPECT_EQ(part.confirmed, whole.confirmed);
+  EXPECT_GT(part.color_evidence, 0.4 * whole.color_evidence);  // √ of the points that both have colour for
+  EXPECT_LT(part.color_evidence, 0.95 * whole.color_evidence);
+  EXPECT_LT(part.color_spread, 1.1 * whole.color_spread);  // no dark border
 }
 
 // Two views a quarter turn apart share little more than the floor, along which false counterparts pull.

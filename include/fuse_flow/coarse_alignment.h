@@ -40,8 +40,8 @@ struct CoarseAlignmentParameters {
   bool use_color{true};
   /** \brief Poses of each pair of cameras that are kept until the other cameras decide: so many of shape, and so many of paint; ≥ 2. */
   int hypotheses{12};
-  /** \brief Least ViewAgreement::score() of a camera, summed over those placed before it; (0, 100). Shape alone comes to 100 with one
-   *  of them, paint beside it to 3.7 times that. */
+  /** \brief Least ViewAgreement::score() of a camera, summed over those placed before it; (0, 100). Of one of them, shape comes
+   *  to 100 at most, and paint to 275 with the default samples. */
   float min_score{24.0f};
   /** \brief A pose is ambiguous if another one scores more than this share of its score; (0, 1). */
   float max_ambiguity{0.8f};
@@ -108,9 +108,9 @@ struct CoarseAlignmentResult {
  *
  *  Rotations that bring the dominant surface directions of two views together; for each, translations by a vote among points
  *  of like normals. Where there is colour, also poses at which what is painted on a floor, or what stands on it, agrees, by
- *  correlation over all turns and shifts. The first instant proposes poses, all of them judge. Every pose is judged by projecting each view into the other's depth image, where what the
- *  other camera saw through counts against it, and brightness that agrees for it. Then the cameras are placed one by one, the least
- *  ambiguous first, each where it agrees best with all that are placed.
+ *  correlation over all turns and shifts. The first instant proposes poses, all of them judge: each view is projected into the
+ *  other's depth image, where what the other camera saw through counts against a pose, and brightness that agrees for it. Then the
+ *  cameras are placed one by one, the least ambiguous first, each where it agrees best with all that are placed.
  *
  *  Neighbours need to share furniture or corners, or a floor whose paint does not repeat itself; not only one wall. Of a room that after
  *  half a turn has the same shape but for small things, colour tells which way round it is. Without colour it may be taken for its

@@ -1,88 +1,17 @@
 #pragma once
 
+#include <fuse_flow/impl/host/hypothesis_table.hpp>
 #include <fuse_flow/impl/host/parallel.hpp>
-#include <fuse_flow/impl/host/pose_hypotheses.hpp>
+#include <fuse_flow/impl/host/placed_group.hpp>
 
+#include <algorithm>
+#include <cmath>
 #include <limits>
-#include <numeric>
+#include <utility>
+#include <vector>
 
 namespace fuse_flow {
 namespace host {
-
-/** \brief Poses of all pairs of cameras that their two views support; pairs (i, j), i < j. */
-class HypothesisTable {
- public:
-  explicit HypothesisTable(std::size_t cameras) : cameras_(cameras), table_(cameras * cameras) {}
-  std::size_t cameras() const { return cameras_; }
-  /** \brief How much views of the same differ in brightness in this rig, grey levels. Of neighbours one of the poses that score
-   *  most is right: the one at which their views differ least. Of cameras that share nothing none is: so of all pairs the lower
-   *  quartile. */
-  double colorNoise() const {
-    constexpr double least = 1.2;  // of cameras without noise, at poses that are some centimetres off
-    std::vector<double> spreads;
-    for (const std::vector<PoseHypothesis>& hypotheses : table_) {
-      double smallest = 0, highest = 0;
-      for (const PoseHypothesis& h : hypotheses) highest = std::max(highest, h.score);
-      for (const PoseHypothesis& h : hypotheses)
-        if (h.score > std::max(kPlausible, 0.5 * highest) && h.color_spread > 0 &&
-            (smallest == 0 || h.color_spread < smallest))
-          smallest = h.color_spread;
-      if (smallest > 0) spreads.push_back(smallest);
-    }
-    if (spreads.empty()) return std::numeric_limits<double>::infinity();
-    const auto quartile = spreads.begin() + static_cast<std::ptrdiff_t>(spreads.size() / 4);
-    std::nth_element(spreads.begin(), quartile, spreads.end());
-    return std::max(least, *quartile);
-  }
-  std::vector<PoseHypothesis>& operator()(std::size_t i, std::size_t j) { return table_[i * cameras_ + j]; }
-  /** \brief Where the camera could be, beside another that is at T; in the order of PoseHypotheses::find(). */
-  void append(std::size_t camera, std::size_t beside, const Eigen::Isometry3d& T,
-              std::vector<Eigen::Isometry3d>& poses) const {
-    for (const PoseHypothesis& h : table_[std::min(camera, beside) * cameras_ + std::max(camera, beside)])
-      poses.push_back(beside < camera ? T * h.T : T * h.T.inverse());
-  }
-
- private:
-  static constexpr double kPlausible = 20;  ///< score
-
-  std::size_t cameras_;
-  std::vector<std::vector<PoseHypothesis>> table_;
-};
-
-/** \brief Some cameras in one frame. */
-struct PlacedGroup {
-  std::vector<std::size_t> members;      ///< in the order in which they were placed
-  std::vector<Eigen::Isometry3d> poses;  ///< of all cameras; only those of members count
-  double score{0};                       ///< of all pairs of members together
-  std::vector<std::size_t> contested;    ///< members that lie elsewhere in a group that scores nearly as much
-};
-
-/** \brief Whether two groups have the same members at the same places beside each other.
- *  \param distance metres  \param angle radians: between poses that are two different answers */
-inline bool sameGroup(const PlacedGroup& a, const PlacedGroup& b, double distance, double angle) {
-  if (a.members.size() != b.members.size()) return false;
-  const std::size_t anchor = a.members.front();
-  const auto beside = [&](const PlacedGroup& group, std::size_t camera) {
-    return group.poses[anchor].inverse() * group.poses[camera];
-  };
-  return std::all_of(a.members.begin(), a.members.end(), [&](std::size_t i) {
-    return std::find(b.members.begin(), b.members.end(), i) != b.members.end() &&
-           !distinct(beside(a, i), beside(b, i), distance, angle);
-  });
-}
-
-/** \brief Of groups that are the same, though they began with other pairs, the one that scores most stays, of equals the first.
- *  Best first; those without members go. */
-inline std::vector<PlacedGroup> withoutDuplicates(std::vector<PlacedGroup> groups, double distance, double angle) {
-  std::stable_sort(groups.begin(), groups.end(),
-                   [](const PlacedGroup& a, const PlacedGroup& b) { return a.score > b.score; });
-  std::vector<PlacedGroup> kept;
-  for (PlacedGroup& group : groups) {
-    const auto same = [&](const PlacedGroup& other) { return sameGroup(group, other, distance, angle); };
-    if (!group.members.empty() && std::none_of(kept.begin(), kept.end(), same)) kept.push_back(std::move(group));
-  }
-  return kept;
-}
 
 /** \brief Places cameras one by one, each where it agrees best with all that are placed. Begins anew from several pairs, since
  *  what two views alone make of each other may be wrong, and keeps what agrees best as a whole. */

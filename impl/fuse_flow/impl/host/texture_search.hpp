@@ -1,7 +1,7 @@
 #pragma once
 
 #include <fuse_flow/impl/host/brightness_correlation.hpp>
-#include <fuse_flow/impl/host/plane_texture.hpp>
+#include <fuse_flow/impl/host/texture_map.hpp>
 #include <fuse_flow/impl/host/wide_vectors.hpp>
 
 #include <algorithm>
