@@ -1,6 +1,7 @@
 #include "simulation/sensor.h"
 
 #include "io/error.h"
+#include "simulation/detours.h"
 #include "simulation/pi.h"
 #include "simulation/random.h"
 #include "simulation/true_view.h"
@@ -9,6 +10,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 namespace fuse_flow::simulation {
 namespace {
@@ -157,10 +159,11 @@ class TimeOfFlight : public Sensor {
   void measure(const RayScene& scene, const Eigen::Isometry3d& T_world_camera, const ShotNumber& shot, int threads,
                io::FloatImage& depth) const override {
     const PixelRays rays(K_, T_world_camera);
+    std::optional<Detours> detours;
+    if (multipath_) detours.emplace(scene, K_, T_world_camera, kModulationPeriod, imageSeed(shot, 1), threads);
     depth.resize(K_.width, K_.height);
     forEachPixel(K_, shot, threads, [&](int u, int v, Random& random) {
-      const Echo echo = gather(scene, rays, u, v, random);
-      depth.at(u, v) = decide(echo, random);
+      depth.at(u, v) = decide(gather(scene, rays, detours, u, v), random);
     });
   }
 
@@ -180,7 +183,7 @@ class TimeOfFlight : public Sensor {
     float farthest{0};
   };
 
-  Echo gather(const RayScene& scene, const PixelRays& rays, int u, int v, Random& random) const {
+  static Echo gather(const RayScene& scene, const PixelRays& rays, const std::optional<Detours>& detours, int u, int v) {
     // The lens blurs a little beyond the pixel's own square.
     constexpr float offsets[5][2] = {{0, 0}, {-0.45f, -0.3f}, {0.45f, 0.3f}, {-0.3f, 0.45f}, {0.3f, -0.45f}};
     Echo echo;
@@ -188,48 +191,22 @@ class TimeOfFlight : public Sensor {
       const Vector3f direction = rays.direction(static_cast<float>(u) + offset[0], static_cast<float>(v) + offset[1]);
       const RayHit hit = scene.intersect(rays.origin(), direction);
       if (!hit) continue;
-      const float light = returned(scene, hit, rays.origin());
+      const float light = returnedLight(scene, hit, rays.origin());
       echo.light += light;
       echo.light_depth += light * hit.t;
       echo.nearest = std::min(echo.nearest, hit.t);
       echo.farthest = std::max(echo.farthest, hit.t);
-      if (multipath_ && &offset == &offsets[0]) addDetours(scene, rays, hit, direction.norm(), random, echo);
+      if (detours && &offset == &offsets[0]) addDetours(scene, hit, detours->at(u, v), direction.norm(), echo);
     }
     return echo;
   }
 
-  /** \brief Share of the emitted light that a surface point sends back to where it came from. */
-  static float returned(const RayScene& scene, const RayHit& hit, const Vector3f& from) {
-    const Vector3f towards = from - hit.position;
-    const float squared = std::max(towards.squaredNorm(), 1e-4f);
-    return scene.object(hit.object).material.infrared * std::fabs(hit.normal.dot(towards)) /
-           (squared * std::sqrt(squared));
-  }
-
-  /** \brief One bounce: light that reached another surface first. Five times the central ray's, like the direct light. */
-  void addDetours(const RayScene& scene, const PixelRays& rays, const RayHit& hit, float length_per_depth,
-                  Random& random, Echo& echo) const {
-    constexpr int samples = 12;
-    const Vector3f towards = rays.origin() - hit.position;
-    const Vector3f normal = hit.normal.dot(towards) > 0 ? hit.normal : Vector3f(-hit.normal);
-    const Vector3f tangent = normal.unitOrthogonal(), other = normal.cross(tangent);
-    for (int k = 0; k < samples; ++k) {
-      // Cosine-weighted over the hemisphere.
-      const float angle = 2 * kPiF * static_cast<float>(random.uniform());
-      const float squared_radius = static_cast<float>((k + random.uniform()) / samples);
-      const float radius = std::sqrt(squared_radius);
-      const Vector3f direction = radius * std::cos(angle) * tangent + radius * std::sin(angle) * other +
-                                 std::sqrt(1 - squared_radius) * normal;
-      const RayHit bounce = scene.intersect(hit.position + 1e-3f * normal, direction);
-      // The sensor lights what it sees, and little beyond.
-      if (!bounce || !rays.reach(bounce.position) || scene.occluded(rays.origin(), bounce.position, 2e-3f)) continue;
-      const float light =
-          5.0f / samples * scene.object(hit.object).material.infrared * returned(scene, bounce, rays.origin());
-      const float extra = 0.5f * ((bounce.position - rays.origin()).norm() + bounce.t - towards.norm());
-      const float phase = 2 * kPiF * extra / kModulationPeriod;
-      echo.in_phase += light * std::cos(phase);
-      echo.behind += light * std::sin(phase);
-    }
+  /** \brief Five times the central ray's, like the direct light. */
+  static void addDetours(const RayScene& scene, const RayHit& hit, const Detours::Light& light, float length_per_depth,
+                         Echo& echo) {
+    const float returned = 5 * scene.object(hit.object).material.infrared;
+    echo.in_phase = returned * light.in_phase;
+    echo.behind = returned * light.behind;
     echo.length_per_depth = length_per_depth;
   }
 
