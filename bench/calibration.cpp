@@ -1,7 +1,7 @@
 // The tables of doc/calibration.md: how near the truth extrinsic estimation comes, beside PCL's registration, and what it costs
-// beside the fusion. fuse_flow_calibration_bench [accuracy | accuracy-tuning | frames | floor | registration | peers | scratch | scratch-peers |
+// beside the fusion. fuse_flow_calibration_bench [accuracy | accuracy-tuning | frames | multipath | floor | registration | peers | scratch | scratch-peers |
 // scratch-tuning | scratch-near-tuning | board | distortion | real | beside | knock]…; without a name all but those that are of scenes that
-// served tuning. Of frames, and of the tables that begin from scratch, SCENE/RIG/SENSOR stands for one row; with /N behind it for that of N trials.
+// served tuning. Of accuracy, frames, multipath, and of the tables that begin from scratch, SCENE/RIG/SENSOR stands for one row; with /N behind it for that of N trials.
 
 #include "median.h"
 #include "pose_floor.h"
@@ -92,15 +92,29 @@ struct Errors {
 const std::vector<std::string> kSensors{"ideal", "structured_light", "time_of_flight", "time_of_flight_multipath",
                                         "active_stereo"};
 
+/** \brief The rows that are wanted, as SCENE/RIG/SENSOR or SCENE/RIG/SENSOR/TRIALS; empty: all. */
+std::vector<std::string> wanted_rows;
+
+/** \brief How many trials of a row are wanted, where usual are so many; 0: it is not wanted. */
+int wantedTrials(const std::string& row, int usual) {
+  if (wanted_rows.empty()) return usual;
+  for (const std::string& wanted : wanted_rows) {
+    if (wanted == row) return usual;
+    if (wanted.compare(0, row.size() + 1, row + '/') == 0) return std::atoi(wanted.c_str() + row.size() + 1);
+  }
+  return 0;
+}
+
 void accuracyTable(const std::vector<std::string>& scenes, const std::vector<std::string>& rigs,
                    const std::vector<std::string>& sensors) {
-  constexpr unsigned int trials = 3;
   std::printf(
       "| scene | rig | sensor | 1 frame: median mm, deg | largest mm | worst change mm | iterations | 5 frames: median "
       "mm, deg | largest mm | worst change mm | iterations |\n|---|---|---|---|---|---|---|---|---|---|---|\n");
   for (const std::string& scene : scenes)
     for (const std::string& rig : rigs)
       for (const std::string& sensor : sensors) {
+        const int trials = wantedTrials(scene + '/' + rig + '/' + sensor, 3);
+        if (trials < 1) continue;
         simulation::Simulator simulator(rigOf(scene, rig, sensor, 3));
         const Poses truth = truePoses(simulator);
         std::printf("| %s | %s | %s", scene.c_str(), rig.c_str(), sensor.c_str());
@@ -114,8 +128,8 @@ void accuracyTable(const std::vector<std::string>& scenes, const std::vector<std
           }
           Errors errors;
           std::vector<double> iterations;
-          for (unsigned int trial = 0; trial < trials; ++trial) {
-            const Poses start = disturbed(truth, trial);
+          for (int trial = 0; trial < trials; ++trial) {
+            const Poses start = disturbed(truth, static_cast<unsigned int>(trial));
             const ExtrinsicResult result = estimation.estimate(start);
             errors.add(start, result.T_world_camera, truth);
             iterations.push_back(result.iterations);
@@ -132,19 +146,6 @@ void accuracy() { accuracyTable({"thin", "person"}, {"ring-4", "ring-8", "walls-
 
 void accuracyTuning() {
   accuracyTable({"room", "table"}, {"ring-4", "ring-8", "walls-8"}, {kSensors[1], kSensors[2], kSensors[4]});
-}
-
-/** \brief The rows that are wanted, as SCENE/RIG/SENSOR or SCENE/RIG/SENSOR/TRIALS; empty: all. */
-std::vector<std::string> wanted_rows;
-
-/** \brief How many trials of a row are wanted, where usual are so many; 0: it is not wanted. */
-int wantedTrials(const std::string& row, int usual) {
-  if (wanted_rows.empty()) return usual;
-  for (const std::string& wanted : wanted_rows) {
-    if (wanted == row) return usual;
-    if (wanted.compare(0, row.size() + 1, row + '/') == 0) return std::atoi(wanted.c_str() + row.size() + 1);
-  }
-  return 0;
 }
 
 /** \brief What more frames do against noise that neighbouring pixels share. */
@@ -167,6 +168,36 @@ void frames() {
           simulator.measure(frame, loaded);
           estimation.addFrame(loaded.rig);
         }
+        Errors errors;
+        for (unsigned int trial = 0; trial < 3; ++trial) {
+          const Poses start = disturbed(truth, trial);
+          errors.add(start, estimation.estimate(start).T_world_camera, truth);
+        }
+        std::printf(" | %.2f, %.3f", bench::median(errors.mm), bench::median(errors.degrees));
+        std::fflush(stdout);
+      }
+      std::printf(" |\n");
+    }
+}
+
+/** \brief What it is worth to take away what light on detours adds. */
+void multipath() {
+  std::printf("| scene | rig | as measured: median mm, deg | corrected |\n|---|---|---|---|\n");
+  for (const char* scene : {"thin", "person"})
+    for (const char* rig : {"ring-4", "ring-8", "walls-16"}) {
+      const std::string& sensor = kSensors[3];
+      if (wantedTrials(std::string(scene) + '/' + rig + '/' + sensor, 1) < 1) continue;
+      simulation::Simulator simulator(rigOf(scene, rig, sensor, 3));
+      const Poses truth = truePoses(simulator);
+      std::printf("| %s | %s", scene, rig);
+      io::LoadedFrame loaded;
+      simulator.measure(0, loaded);
+      for (const bool corrected : {false, true}) {
+        RigFrame frame = loaded.rig;
+        if (!corrected)
+          for (Camera& camera : frame.cameras) camera.multipath = {};
+        Estimation estimation;
+        estimation.addFrame(frame);
         Errors errors;
         for (unsigned int trial = 0; trial < 3; ++trial) {
           const Poses start = disturbed(truth, trial);
@@ -703,6 +734,7 @@ int main(int argc, char** argv) {
   const std::vector<std::pair<std::string, void (*)()>> tables{{"accuracy", accuracy},
                                                                {"accuracy-tuning", accuracyTuning},
                                                                {"frames", frames},
+                                                               {"multipath", multipath},
                                                                {"floor", floorTable},
                                                                {"registration", registration},
                                                                {"peers", peers},
@@ -725,7 +757,8 @@ int main(int argc, char** argv) {
     if (std::none_of(tables.begin(), tables.end(), [&](const auto& t) { return t.first == name; })) {
       std::fprintf(
           stderr,
-          "fuse_flow_calibration_bench: '%s' is none of accuracy, accuracy-tuning, frames, floor, registration, "
+          "fuse_flow_calibration_bench: '%s' is none of accuracy, accuracy-tuning, frames, multipath, floor, "
+          "registration, "
           "peers, scratch, scratch-peers, scratch-tuning, scratch-near-tuning, board, distortion, real, beside, "
           "knock\n",
           name.c_str());

@@ -113,6 +113,11 @@ TEST_F(FrameAllocations, ThereAreNoneToFillHoles) {
   expectNone<PointFused>(parameters, 2);
 }
 
+TEST_F(FrameAllocations, ThereAreNoneForLightOnDetours) {
+  for (fuse_flow::RigFrame& frame : frames_) frame.cameras[1].multipath.modulation_frequency = 200e6f;
+  expectNone<PointFused>({}, 2);
+}
+
 TEST_F(FrameAllocations, ThereAreNoneForMissingCameras) {
   frames_[1].views[0] = {};
   frames_[2].views[1] = {};

@@ -33,6 +33,7 @@ class PosedRecording : public Recording {
         throw InputError(rig_json_ + ": has no camera '" + camera.name + "', which the recording has");
       camera.T_world_camera = found->second.T_world_camera;
       camera.depth_correction = found->second.depth_correction;
+      camera.multipath = found->second.multipath;
     }
   }
 

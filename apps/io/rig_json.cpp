@@ -86,6 +86,13 @@ DepthCorrection parseDepthCorrection(const Entry& entry) {
   return correction;
 }
 
+Multipath parseMultipath(const Entry& entry) {
+  Multipath multipath;
+  multipath.modulation_frequency = static_cast<float>(entry.positive("modulation_frequency"));
+  if (entry.has("reflectance")) multipath.reflectance = static_cast<float>(entry.positive("reflectance"));
+  return multipath;
+}
+
 RigCamera parseCamera(const Entry& entry, const std::string& name) {
   RigCamera result;
   result.camera.name = name;
@@ -99,6 +106,12 @@ RigCamera parseCamera(const Entry& entry, const std::string& name) {
     if (!correction.object.is_object())
       entry.fail("depth_correction", "must be an object with columns, rows, relative, per_metre");
     result.camera.depth_correction = parseDepthCorrection(correction);
+  }
+  if (entry.has("multipath")) {
+    const Entry multipath{entry.object["multipath"], entry.owner + " multipath"};
+    if (!multipath.object.is_object())
+      entry.fail("multipath", "must be an object with modulation_frequency, reflectance");
+    result.camera.multipath = parseMultipath(multipath);
   }
   if (entry.has("color")) {
     const Entry color{entry.object["color"], entry.owner + " color"};
@@ -202,6 +215,10 @@ void writeRigJson(const std::string& path, const RigDescription& rig) {
       knots["rows"] = correction.rows;
       for (const float a : correction.relative) knots["relative"].push_back(shortest(a));
       for (const float b : correction.per_metre) knots["per_metre"].push_back(shortest(b));
+    }
+    if (const Multipath& multipath = rig_camera.camera.multipath; multipath != Multipath()) {
+      entry["multipath"]["modulation_frequency"] = shortest(multipath.modulation_frequency);
+      entry["multipath"]["reflectance"] = shortest(multipath.reflectance);
     }
     json["cameras"].push_back(std::move(entry));
   }

@@ -155,6 +155,7 @@ class TimeOfFlight : public Sensor {
   Intrinsics intrinsics() const override { return K_; }
   float minRange() const override { return 0.5f; }
   float maxRange() const override { return 3.86f; }
+  float modulationFrequency() const override { return multipath_ ? kModulationFrequency : 0; }
 
   void measure(const RayScene& scene, const Eigen::Isometry3d& T_world_camera, const ShotNumber& shot, int threads,
                io::FloatImage& depth) const override {
@@ -168,8 +169,9 @@ class TimeOfFlight : public Sensor {
   }
 
  private:
-  /** \brief Depth at which the phase of 200 MHz begins again: c / (2 · 200 MHz), metres. */
-  static constexpr float kModulationPeriod = 0.7495f;
+  static constexpr float kModulationFrequency = 200e6f;  // Hz
+  /** \brief Depth at which its phase begins again, metres. */
+  static constexpr float kModulationPeriod = 0.5f * 299792458.0f / kModulationFrequency;
 
   /** \brief All light that falls on one pixel. */
   struct Echo {
@@ -183,7 +185,8 @@ class TimeOfFlight : public Sensor {
     float farthest{0};
   };
 
-  static Echo gather(const RayScene& scene, const PixelRays& rays, const std::optional<Detours>& detours, int u, int v) {
+  static Echo gather(const RayScene& scene, const PixelRays& rays, const std::optional<Detours>& detours, int u,
+                     int v) {
     // The lens blurs a little beyond the pixel's own square.
     constexpr float offsets[5][2] = {{0, 0}, {-0.45f, -0.3f}, {0.45f, 0.3f}, {-0.3f, 0.45f}, {0.3f, -0.45f}};
     Echo echo;

@@ -90,6 +90,7 @@ Simulator::Simulator(const SimulationOptions& options) : options_(options) {
     camera.name = cameraName(k);
     camera.intrinsics = sensor_->intrinsics();
     camera.T_world_camera = poses[k];
+    camera.multipath.modulation_frequency = sensor_->modulationFrequency();
     if (options_.faults.depth_distortion > 0) {
       Random random(options_.seed, kOnce, k, 1);
       camera.depth_correction = randomCorrection(options_.faults.depth_distortion, random);

@@ -2,6 +2,7 @@
 
 #include <fuse_flow/depth_correction.h>
 #include <fuse_flow/math/pinhole.h>
+#include <fuse_flow/multipath.h>
 
 #include <Eigen/Geometry>
 
@@ -29,10 +30,12 @@ struct Camera {
   std::optional<ColorCamera> color;
   /** \brief Of what it measures; none unless given. Ranges in metres, as in PreprocessingParameters, are of what it measures, before. */
   DepthCorrection depth_correction;
+  /** \brief Of a time-of-flight camera; no correction unless a modulation frequency is given. It follows depth_correction. */
+  Multipath multipath;
 };
 
 /** \brief Throws pcl::BadArgumentException, naming the camera and the value, unless sizes and focal lengths are
- *  positive, all numbers finite, depth_correction within its ranges, and the poses rigid (rotation orthonormal to 1e-3, determinant +1). */
+ *  positive, all numbers finite, depth_correction and multipath within their ranges, and the poses rigid (rotation orthonormal to 1e-3, determinant +1). */
 inline void checkCamera(const Camera& camera);
 
 /** \brief An Eigen pose as the plain numbers that the per-pixel maths uses. */

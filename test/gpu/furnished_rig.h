@@ -89,6 +89,7 @@ class FurnishedRig {
     if (options_.distortion) {
       K.distortion.k1 = random.uniform(-0.1f, 0.1f);
       K.distortion.p1 = random.uniform(-0.01f, 0.01f);
+      camera.multipath.modulation_frequency = 200e6f;
       camera.depth_correction = {2, 2, {}, {}};
       for (int k = 0; k < 4; ++k) {
         camera.depth_correction.relative.push_back(random.uniform(-1e-3f, 1e-3f));

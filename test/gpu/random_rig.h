@@ -74,6 +74,7 @@ class RandomFrame {
       camera.color->T_depth_color.translation().x() = random.uniform(-0.05, 0.05);
     }
     if (random.oneIn(4)) drawCorrection(random, camera.depth_correction, scale);
+    if (random.oneIn(4)) camera.multipath = {random.uniform(20e6f, 300e6f), random.uniform(0.1f, 1.0f)};
     camera.T_world_camera.linear() = (Eigen::AngleAxisd(random.uniform(-0.2, 0.2), Eigen::Vector3d::UnitX()) *
                                       Eigen::AngleAxisd(random.uniform(-0.2, 0.2), Eigen::Vector3d::UnitY()))
                                          .toRotationMatrix();

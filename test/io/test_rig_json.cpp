@@ -120,6 +120,7 @@ TEST_F(RigJson, WhatIsWrittenReadsBackTheSame) {
   right.camera.color.reset();
   right.camera.intrinsics.distortion = {};
   camera.depth_correction = {3, 2, {0.01f, -0.02f, 1.0f / 300, 0, 0.1f, -0.5f}, {0, 1e-5f, 0.02f, -0.3f, 0.5f, 0}};
+  camera.multipath = {200e6f, 0.45f};
   cameras.push_back(right);  // from here on camera is no more
   io::writeRigJson(path("back.json"), {cameras, 29.97});
   const auto [back, frames_per_second] = io::readRigJson(path("back.json"));
@@ -136,6 +137,8 @@ TEST_F(RigJson, WhatIsWrittenReadsBackTheSame) {
   EXPECT_FALSE(back[1].camera.color);
   EXPECT_EQ(back[0].camera.depth_correction, cameras[0].camera.depth_correction);
   EXPECT_TRUE(back[1].camera.depth_correction.empty());
+  EXPECT_EQ(back[0].camera.multipath, cameras[0].camera.multipath);
+  EXPECT_EQ(back[1].camera.multipath, fuse_flow::Multipath());
 }
 
 TEST_F(RigJson, WhatIsWrittenReadsWellToPeople) {

@@ -58,7 +58,8 @@ std::complex<double> integral(const Intrinsics& K, const Vector3f& place) {
       const double r = static_cast<double>(source.norm()), d = static_cast<double>(between.norm());
       const double lit = static_cast<double>(-m.dot(source)) / r / (r * r);
       const double sent = static_cast<double>(m.dot(between)) / d, received = static_cast<double>(-n.dot(between)) / d;
-      const double light = static_cast<double>(kReflectance) * lit * sent * received / (3.141592653589793 * d * d) * area;
+      const double light =
+          static_cast<double>(kReflectance) * lit * sent * received / (3.141592653589793 * d * d) * area;
       const double extra = (r + d - static_cast<double>(place.norm())) / 2;
       sum += std::polar(light, 2 * 3.141592653589793 * extra / static_cast<double>(kPeriod));
     }

@@ -171,6 +171,10 @@ TEST_F(BadRecording, ACameraThatIsWrongIsNamedWithItsKey) {
        {{"columns", 2}, {"rows", 2}, {"relative", {0, 9, 0, 0}}, {"per_metre", {0, 0, 0, 0}}},
        "0.5"},
       {"depth_correction", {{"columns", 1}, {"rows", 2}, {"relative", {0, 0}}, {"per_metre", {0, 0}}}, "2x2 to 64x64"},
+      {"multipath", 3, "object"},
+      {"multipath", nlohmann::json::object(), "modulation_frequency"},
+      {"multipath", {{"modulation_frequency", 200}}, "1e6 to 1e9"},
+      {"multipath", {{"modulation_frequency", 200e6}, {"reflectance", 1.5}}, "(0, 1]"},
       {"depth_correction", {{"columns", 65535}, {"rows", 65535}, {"relative", {0}}, {"per_metre", {0}}}, "numbers"},
   };
   for (const Case& c : cases) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <fuse_flow/gpu/convert_depth.h>
+#include <fuse_flow/gpu/correct_multipath.h>
 #include <fuse_flow/gpu/fill_holes.h>
 #include <fuse_flow/gpu/frame_views.h>
 #include <fuse_flow/gpu/measure_noise.h>
@@ -43,7 +44,8 @@ class DepthMaps {
   const float* noiseScales() const { return noise_.scales(); }
 
   std::size_t bytes() const {
-    return z_.bytes() + raw_z_.bytes() + maps_[0].bytes() + maps_[1].bytes() + noise_.bytes() + bilateral_.bytes();
+    return z_.bytes() + raw_z_.bytes() + maps_[0].bytes() + maps_[1].bytes() + noise_.bytes() + bilateral_.bytes() +
+           multipath_.bytes();
   }
 
  private:
@@ -58,10 +60,17 @@ class DepthMaps {
     if (smooth)
       for (DeviceBuffer<float>& map : maps_) map.resize(pixels);
     float* q = smooth && !p.bilateral ? maps_[0].data() : nullptr;
+    float* const z = (fill ? raw_z_ : z_).data();
+    float* const q_of_z = fill ? nullptr : q;
+    const bool detours = views.hasMultipath();
     run.forEach(pixels / ConvertDepth::kPixels,
-                ConvertDepth{views.grid(), p.min_range, p.max_range, (fill ? raw_z_ : z_).data(), fill ? nullptr : q});
+                ConvertDepth{views.grid(), p.min_range, p.max_range, z, detours ? nullptr : q_of_z});
     const double inverse = q ? 4 : 0;
-    times.mark("metres", (2 + 4 + (fill ? 0 : inverse)) * of_pixels);
+    times.mark("metres", (2 + 4 + (fill || detours ? 0 : inverse)) * of_pixels);
+    if (detours) {
+      multipath_.correct(run, views, z, q_of_z);
+      times.mark("multipath", (4 + 4 + 4 + (fill ? 0 : inverse)) * of_pixels);
+    }
     if (fill) {
       run.forEach(pixels, FillHoles{views.grid(), p, raw_z_.data(), z_.data(), q});
       times.mark("holes", (4 + 4 + inverse) * of_pixels);
@@ -87,6 +96,7 @@ class DepthMaps {
   }
 
   DeviceBuffer<float> z_, raw_z_, maps_[2];
+  MultipathCorrection multipath_;
   BilateralSmoothing bilateral_;
   int passes_{0};
   NoiseMeasurement noise_;

@@ -53,6 +53,7 @@ class FrameViews {
     if (updatePresence(frame) || calibrated) uploadNeighbours(run);
     geometry_uploaded_ = true;
     views_.resize(n);
+    has_multipath_ = false;
     layOutImages(frame, with_color);
     for (std::size_t i = 0; i < n; ++i) {
       DeviceView& view = views_.data()[i];
@@ -66,6 +67,7 @@ class FrameViews {
       view.slope = slopeScale(confidence, 1.0f / geometry.intrinsics.fx);
       view.depth_scale = frame.views[i].depth_scale;
       view.present = !frame.views[i].missing();
+      has_multipath_ |= view.present && geometry.multipath.modulation_frequency > 0;
     }
     offsets_.resize(2 * (n + 1));
     const GridSize size = layOutPixels(views_.data(), n, offsets_.data());
@@ -84,6 +86,8 @@ class FrameViews {
   PixelGrid grid() const {
     return {device_views_.data(), device_offsets_.data(), static_cast<std::uint32_t>(rig_.size())};
   }
+  /** \brief Whether the depth of any view that is there is to be corrected for light on detours. */
+  bool hasMultipath() const { return has_multipath_; }
   TileGrid tiles() const { return {grid(), device_offsets_.data() + rig_.size() + 1, tiles_}; }
   /** \brief As uploaded. */
   const DeviceView& hostView(std::size_t i) const { return views_.data()[i]; }
@@ -250,7 +254,7 @@ class FrameViews {
   }
 
   host::RigGeometry rig_;
-  bool geometry_uploaded_{false};
+  bool geometry_uploaded_{false}, has_multipath_{false};
   std::vector<std::size_t> ray_offsets_, correction_offsets_;
   std::vector<std::uint8_t> present_;
   std::vector<std::uint32_t> neighbour_counts_;

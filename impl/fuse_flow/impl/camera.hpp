@@ -75,6 +75,14 @@ inline void checkDepthCorrection(const Owner& owner, const DepthCorrection& corr
   check("per_metre", correction.per_metre);
 }
 
+inline void checkMultipath(const Owner& owner, const Multipath& multipath) {
+  const float f = multipath.modulation_frequency;
+  if (!(f == 0 || (f >= 1e6f && f <= 1e9f)))
+    throwBadArgument(owner, ": multipath.modulation_frequency is ", f, " Hz, must be 0 or 1e6 to 1e9");
+  if (!(multipath.reflectance > 0 && multipath.reflectance <= 1))
+    throwBadArgument(owner, ": multipath.reflectance is ", multipath.reflectance, ", must be in (0, 1]");
+}
+
 }  // namespace detail
 
 inline void checkCamera(const Camera& camera) {
@@ -82,6 +90,7 @@ inline void checkCamera(const Camera& camera) {
   detail::checkIntrinsics(owner, camera.intrinsics);
   detail::checkPose(owner, "T_world_camera", camera.T_world_camera);
   detail::checkDepthCorrection(owner, camera.depth_correction);
+  detail::checkMultipath(owner, camera.multipath);
   if (camera.color) {
     const detail::Owner color{"fuse_flow::Camera '", camera.name, "' color"};
     detail::checkIntrinsics(color, camera.color->intrinsics);
@@ -102,7 +111,9 @@ namespace detail {
 
 /** \brief Whether all of the calibration but the pose in the world is the same. */
 inline bool sameInside(const Camera& a, const Camera& b) {
-  if (!sameIntrinsics(a.intrinsics, b.intrinsics) || a.depth_correction != b.depth_correction) return false;
+  if (!sameIntrinsics(a.intrinsics, b.intrinsics) || a.depth_correction != b.depth_correction ||
+      a.multipath != b.multipath)
+    return false;
   if (a.color.has_value() != b.color.has_value()) return false;
   return !a.color || (sameIntrinsics(a.color->intrinsics, b.color->intrinsics) &&
                       a.color->T_depth_color.matrix() == b.color->T_depth_color.matrix());

@@ -6,6 +6,9 @@
 /** \brief Before a function: inline, and compiled by nvcc for the GPU as well. */
 #if defined(__CUDACC__)
 #define FUSE_FLOW_HD __host__ __device__ inline
+/** \brief Before the template <…> of such a function, if what it calls of its arguments' may be for the host alone. */
+#define FUSE_FLOW_CALLS_ANY _Pragma("nv_exec_check_disable")
 #else
 #define FUSE_FLOW_HD inline
+#define FUSE_FLOW_CALLS_ANY
 #endif

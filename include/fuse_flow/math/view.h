@@ -2,6 +2,7 @@
 
 #include <fuse_flow/depth_view.h>
 #include <fuse_flow/math/pinhole.h>
+#include <fuse_flow/multipath.h>
 
 namespace fuse_flow {
 
@@ -21,6 +22,7 @@ struct ViewModel {
   RigidTransform T_color_depth;  ///< depth camera to colour camera, metres
   /** \brief Of the rays of the colour camera, where its lens has distortion: the largest x² + y². */
   float color_max_squared_radius{0};
+  Multipath multipath;  ///< of the depth camera
 
   /** \brief The pixel nearest to a point in the world frame, and the point's depth. False where the image does not
    *  reach. */

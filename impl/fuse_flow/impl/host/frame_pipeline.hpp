@@ -133,6 +133,7 @@ class FramePipeline {
     missing_cameras.clear();
     statistics.missing_cameras = std::move(missing_cameras);
     depths_.resize(n);
+    multipath_.resize(n);
     for (std::vector<DepthMap>& maps : maps_) maps.resize(n);
     offsets_.assign(n + 1, 0);
     stretches_.clear();
@@ -182,23 +183,27 @@ class FramePipeline {
 
   void preprocess(const Group& group) {
     const PreprocessingParameters& p = parameters.preprocessing;
-    const bool whole_images = p.fill_neighbours != 0 || p.bilateral;
     const int passes = parameters.smoothing.passes;
     const auto invert = [&](std::size_t i, int v) {
       invertRow(depths_[i].row(v), depths_[i].width(), maps_[0][i].row(v));
     };
     forEachRow(group, [&](std::size_t i, int v) {
       convertDepthRow(frame_->views[i], p.min_range, p.max_range, v, rig_[i].corrections(v), depths_[i].row(v));
-      if (passes > 0 && !whole_images) invert(i, v);  // while it is at hand
+      if (passes > 0 && !needsWholeImage(p, rig_[i])) invert(i, v);  // while it is at hand
     });
+    bool whole_images = false;
+    for (std::size_t i = group.begin_view; i < group.end_view; ++i) whole_images |= needsWholeImage(p, rig_[i]);
     if (whole_images || parameters.adapt_noise)
       parallelFor(threads_, group.end_view - group.begin_view, [&](std::size_t k, int) {
         const std::size_t i = group.begin_view + k;
         if (depths_[i].empty()) return;
-        if (whole_images) preprocessDepthMap(p, depths_[i]);
+        if (whole_images) preprocessDepthMap(p, rig_[i], multipath_[i], depths_[i]);
         if (parameters.adapt_noise) statistics.noise_scales[i] = measureNoiseScale(parameters.confidence, depths_[i]);
       });
-    if (passes > 0 && whole_images) forEachRow(group, invert);
+    if (passes > 0 && whole_images)
+      forEachRow(group, [&](std::size_t i, int v) {
+        if (needsWholeImage(p, rig_[i])) invert(i, v);
+      });
     // D^r of eq. 8: to and fro between two maps of inverse depth, the last pass giving depth.
     for (int pass = 0; pass < passes; ++pass)
       forEachRow(group, [&](std::size_t i, int v) {
@@ -298,7 +303,8 @@ class FramePipeline {
   const RigFrame* frame_{nullptr};
   int threads_{1};
   RigGeometry rig_;
-  std::vector<DepthMap> depths_;   ///< as measured
+  std::vector<DepthMap> depths_;  ///< as measured
+  std::vector<MultipathCorrection> multipath_;
   std::vector<DepthMap> maps_[2];  ///< what refine() works on
   std::vector<std::uint32_t> offsets_;
   std::vector<Stretch> stretches_;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <fuse_flow/impl/host/depth_map.hpp>
+#include <fuse_flow/impl/host/multipath_correction.hpp>
 #include <fuse_flow/impl/host/rig_geometry.hpp>
 #include <fuse_flow/preprocessing.h>
 
@@ -59,8 +60,15 @@ inline void smoothBilaterally(const PreprocessingParameters& p, DepthMap& depth)
     }
 }
 
-/** \brief What needs a whole image: filling and smoothing. */
-inline void preprocessDepthMap(const PreprocessingParameters& p, DepthMap& depth) {
+/** \brief Whether more is to be done to a view than row by row. */
+inline bool needsWholeImage(const PreprocessingParameters& p, const ViewModel& view) {
+  return p.fill_neighbours > 0 || p.bilateral || MultipathCorrection::wantedBy(view);
+}
+
+/** \brief What needs a whole image: light on detours, filling and smoothing. */
+inline void preprocessDepthMap(const PreprocessingParameters& p, const ViewGeometry& view,
+                               MultipathCorrection& multipath, DepthMap& depth) {
+  if (MultipathCorrection::wantedBy(view)) multipath.correct(view, depth);
   if (p.fill_neighbours > 0) fillSmallHoles(p, depth);
   if (p.bilateral) smoothBilaterally(p, depth);
 }
@@ -71,7 +79,8 @@ inline void makeDepthMap(const PreprocessingParameters& p, const ViewGeometry& g
   depth.resize(view.width(), view.height());
   for (int v = 0; v < view.height(); ++v)
     convertDepthRow(view, p.min_range, p.max_range, v, geometry.corrections(v), depth.row(v));
-  preprocessDepthMap(p, depth);
+  MultipathCorrection multipath;
+  preprocessDepthMap(p, geometry, multipath, depth);
 }
 
 }  // namespace host

@@ -38,6 +38,7 @@ struct ViewGeometry : ViewModel {
     intrinsics = camera.intrinsics;
     T_world_camera = toRigidTransform(camera.T_world_camera);
     T_camera_world = toRigidTransform(camera.T_world_camera.inverse());
+    multipath = camera.multipath;
     own_color_camera = camera.color.has_value();
     if (camera.color) {
       if (!detail::sameIntrinsics(color_intrinsics, camera.color->intrinsics))
