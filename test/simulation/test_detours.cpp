@@ -3,6 +3,8 @@
 #include "simulation/detours.h"
 #include "simulation/sensor.h"
 
+#include <fuse_flow/impl/host/multipath_correction.hpp>
+
 #include <cmath>
 #include <complex>
 
@@ -113,6 +115,43 @@ TEST(Detours, HaveNoNoiseOfTheirOwn) {
   ASSERT_GT(count, 60);
   EXPECT_GT(std::abs(sum) / count, 0.002) << "metres of detour";
   EXPECT_LT(std::sqrt(squares / count / 6), 0.0008) << "noise of a pixel, metres";
+}
+
+TEST(Detours, AreTakenFromWhatASensorMeasuresInACorner) {
+  const auto sensor = makeSensor("time_of_flight_multipath", 0.5);
+  const RayScene scene = corner();
+  FloatImage measured;
+  sensor->measure(scene, Eigen::Isometry3d::Identity(), {1, 0, 0}, 2, measured);
+  fuse_flow::Camera camera;
+  camera.intrinsics = sensor->intrinsics();
+  camera.multipath = {sensor->modulationFrequency(), kReflectance};
+  fuse_flow::host::ViewGeometry geometry;
+  geometry.assign(camera);
+  fuse_flow::host::DepthMap depth;
+  depth.resize(measured.width, measured.height);
+  for (int v = 0; v < measured.height; ++v)
+    for (int u = 0; u < measured.width; ++u) depth.row(v)[u] = measured.at(u, v);
+  fuse_flow::host::MultipathCorrection().correct(geometry, depth);
+  // Of the mean of a column, which has little noise.
+  double before = 0, after = 0;
+  int count = 0;
+  for (int u = measured.width / 2 + 4; u < measured.width / 2 + 80; ++u) {
+    const double x = static_cast<double>(geometry.ray(u, 0).x), truth = 2 / (1 + x);
+    double late = 0, left = 0, n = 0;
+    for (int v = measured.height / 2 - 20; v < measured.height / 2 + 20; ++v) {
+      if (!(measured.at(u, v) > 0)) continue;
+      late += static_cast<double>(measured.at(u, v)) - truth;
+      left += static_cast<double>(depth.row(v)[u]) - truth;
+      n += 1;
+    }
+    if (n < 30) continue;
+    before += std::fabs(late / n);
+    after += std::fabs(left / n);
+    ++count;
+  }
+  ASSERT_GT(count, 60);
+  EXPECT_GT(before / count, 0.005);
+  EXPECT_LT(after, 0.25 * before);
 }
 
 }  // namespace

@@ -13,12 +13,12 @@
  *  It has come (r_y + d − r_x) / 2 farther than what is measured, which turns its phase by that over the period c / 2f. The sum of all phases,
  *  and 1 for the light that came straight, gives the phase that the sensor measures. */
 
+#include <fuse_flow/math/pinhole.h>
+#include <fuse_flow/math/vec3.h>
+
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <fuse_flow/math/depth.h>
-#include <fuse_flow/math/pinhole.h>
-#include <fuse_flow/math/vec3.h>
 
 namespace fuse_flow {
 
