@@ -148,6 +148,21 @@ void accuracyTuning() {
   accuracyTable({"room", "table"}, {"ring-4", "ring-8", "walls-8"}, {kSensors[1], kSensors[2], kSensors[4]});
 }
 
+/** \brief Of three trials that begin beside the truth. */
+Errors errorsOfTrials(Estimation& estimation, const Poses& truth) {
+  Errors errors;
+  for (unsigned int trial = 0; trial < 3; ++trial) {
+    const Poses start = disturbed(truth, trial);
+    errors.add(start, estimation.estimate(start).T_world_camera, truth);
+  }
+  return errors;
+}
+
+void printMedians(const Errors& errors) {
+  std::printf(" | %.2f, %.3f", bench::median(errors.mm), bench::median(errors.degrees));
+  std::fflush(stdout);
+}
+
 /** \brief What more frames do against noise that neighbouring pixels share. */
 void frames() {
   constexpr std::size_t counts[] = {1, 5, 10, 20, 40};
@@ -168,13 +183,7 @@ void frames() {
           simulator.measure(frame, loaded);
           estimation.addFrame(loaded.rig);
         }
-        Errors errors;
-        for (unsigned int trial = 0; trial < 3; ++trial) {
-          const Poses start = disturbed(truth, trial);
-          errors.add(start, estimation.estimate(start).T_world_camera, truth);
-        }
-        std::printf(" | %.2f, %.3f", bench::median(errors.mm), bench::median(errors.degrees));
-        std::fflush(stdout);
+        printMedians(errorsOfTrials(estimation, truth));
       }
       std::printf(" |\n");
     }
@@ -198,13 +207,7 @@ void multipath() {
           for (Camera& camera : frame.cameras) camera.multipath = {};
         Estimation estimation;
         estimation.addFrame(frame);
-        Errors errors;
-        for (unsigned int trial = 0; trial < 3; ++trial) {
-          const Poses start = disturbed(truth, trial);
-          errors.add(start, estimation.estimate(start).T_world_camera, truth);
-        }
-        std::printf(" | %.2f, %.3f", bench::median(errors.mm), bench::median(errors.degrees));
-        std::fflush(stdout);
+        printMedians(errorsOfTrials(estimation, truth));
       }
       std::printf(" |\n");
     }
@@ -263,11 +266,7 @@ void registration() {
           estimation.setParameters(parameters);
           if (pixels > 0) misregister(loaded, pixels);
           estimation.addFrame(loaded.rig);
-          Errors errors;
-          for (unsigned int trial = 0; trial < 3; ++trial) {
-            const Poses start = disturbed(truth, trial);
-            errors.add(start, estimation.estimate(start).T_world_camera, truth);
-          }
+          const Errors errors = errorsOfTrials(estimation, truth);
           std::printf(" | %.2f, %.1f", bench::median(errors.mm), errors.largest());
         }
         std::printf(" |\n");

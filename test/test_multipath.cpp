@@ -2,8 +2,10 @@
 #include "scenes.h"
 
 #include <fuse_flow/depth_backprojection.h>
+#include <fuse_flow/extrinsic_estimation.h>
 #include <fuse_flow/fuse_flow.h>
 #include <fuse_flow/impl/host/multipath_correction.hpp>
+#include <fuse_flow/multi_camera_consistency.h>
 
 #include <pcl/point_types.h>
 
@@ -35,13 +37,35 @@ TEST(Multipath, SineAndAngleAreThoseOfTheLibrary) {
 
 TEST(Multipath, ThePeriodIsHalfAWavelength) { EXPECT_NEAR(multipathPeriod(kFrequency), 0.749481, 1e-6); }
 
-/** \brief A camera with one lamp, 240 × 240 pixels, ± 31°. */
-Camera lampCamera() {
+TEST(Multipath, ASquareSendsWhatAllItsPlacesSend) {
+  // A square of 1 m on the floor, beside a wall; places on the wall, from the middle of the nearest square of it on upwards.
+  for (const auto& [height, tolerance] :
+       {std::pair{0.5, 0.04}, std::pair{1.0, 0.15}, std::pair{2.0, 0.08}, std::pair{4.0, 0.03}}) {
+    constexpr int parts = 200;
+    double expected = 0;  // mean of cos α_x cos α_y / d²
+    for (int i = 0; i < parts; ++i)
+      for (int j = 0; j < parts; ++j) {
+        const double x = (i + 0.5) / parts, y = (j + 0.5) / parts - 0.5, squared = x * x + y * y + height * height;
+        expected += x * height / (squared * squared) / (parts * parts);
+      }
+    SurfacePatch place;
+    place.p = {0, 0, static_cast<float>(height)};
+    place.n = {1, 0, 0};
+    place.distance = 10;  // any: it decides the phase alone
+    DetourReceiver receiver(place, 1e6f);
+    receiver.scale = 1;
+    const DetourLight light = receiver.from({0.5f, 0, 0}, {0, 0, 1}, 1.0f, 1.0f, 10.0f);
+    EXPECT_NEAR(std::hypot(light.in_phase, light.behind), expected, tolerance * expected) << height;
+  }
+}
+
+/** \brief A camera with one lamp, ± 31°, of so many pixels each way. */
+Camera lampCamera(int side = 240) {
   Camera camera;
   camera.name = "lamp";
-  camera.intrinsics.width = camera.intrinsics.height = 240;
-  camera.intrinsics.fx = camera.intrinsics.fy = 200;
-  camera.intrinsics.cx = camera.intrinsics.cy = 119.5f;
+  camera.intrinsics.width = camera.intrinsics.height = side;
+  camera.intrinsics.fx = camera.intrinsics.fy = static_cast<float>(side) / 1.2f;
+  camera.intrinsics.cx = camera.intrinsics.cy = 0.5f * static_cast<float>(side - 1);
   camera.multipath = {kFrequency, kReflectance};
   return camera;
 }
@@ -80,7 +104,7 @@ std::vector<float> corrected(const Camera& camera, const std::vector<float>& z) 
  *  square by square, of what a lamp sends that lights what the camera sees. */
 double delayInCorner(const Camera& camera, const Eigen::Vector3d& place) {
   const Eigen::Vector3d m = Eigen::Vector3d(1, 0, -1).normalized(), n = Eigen::Vector3d(-1, 0, -1).normalized();
-  const double edge = 120 / static_cast<double>(camera.intrinsics.fx), step = 0.01;
+  const double edge = 0.6, step = 0.01;
   const double period = 299792458.0 / (2 * static_cast<double>(camera.multipath.modulation_frequency));
   const double straight = -n.dot(place) / std::pow(place.norm(), 3);
   std::complex<double> light = straight;
@@ -101,35 +125,41 @@ double delayInCorner(const Camera& camera, const Eigen::Vector3d& place) {
 TEST(Multipath, WhatIsTakenAwayIsTheDelayOfAllLightThatComesByTheOtherWall) {
   for (const Multipath& multipath :
        {Multipath{kFrequency, 0.6f}, Multipath{kFrequency, 0.3f}, Multipath{60e6f, 0.6f}}) {
-    Camera camera = lampCamera();
+    Camera camera = lampCamera(480);  // its patches are small
     camera.multipath = multipath;
     const std::vector<float> z = drawCorner(camera), less = corrected(camera, z);
-    for (const auto& [u, v] : {std::pair{140, 120}, std::pair{160, 120}, std::pair{190, 70}, std::pair{220, 160}}) {
-      const std::size_t k = static_cast<std::size_t>(240 * v + u);
-      const double x = (u - 119.5) / 200, y = (v - 119.5) / 200;
-      const Eigen::Vector3d ray(x, y, 1);
+    for (const auto& [u, v] : {std::pair{260, 240}, std::pair{280, 240}, std::pair{320, 240}, std::pair{380, 140},
+                               std::pair{440, 320}, std::pair{470, 20}}) {
+      const std::size_t k = static_cast<std::size_t>(480 * v + u);
+      const Eigen::Vector3d ray((u - 239.5) / 400, (v - 239.5) / 400, 1);
       const double expected = delayInCorner(camera, static_cast<double>(z[k]) * ray) / ray.norm();
-      EXPECT_NEAR(z[k] - less[k], expected, 0.12 * std::fabs(expected) + 0.0005)
+      EXPECT_NEAR(z[k] - less[k], expected, 0.03 * std::fabs(expected) + 0.0003)
           << u << ", " << v << " at " << multipath.modulation_frequency << " Hz";
-      const std::size_t mirrored = static_cast<std::size_t>(240 * v + 239 - u);
-      EXPECT_NEAR(z[k] - less[k], z[mirrored] - less[mirrored], 1.5e-3) << "the corner has two sides";
+      const std::size_t mirrored = static_cast<std::size_t>(480 * v + 479 - u);
+      EXPECT_NEAR(z[mirrored] - less[mirrored], expected, 0.03 * std::fabs(expected) + 0.0003)
+          << "on the other wall of " << u << ", " << v;
     }
   }
 }
 
-TEST(Multipath, DepthThatIsLateInACornerComesOutRight) {
-  // Measured late by the integral at each patch, between them linearly: what is left is a tenth, where it was late by centimetres.
-  const Camera camera = lampCamera();
-  const std::vector<float> z = drawCorner(camera);
-  std::vector<double> delays;  // by column, in the middle of the image
-  for (int u = 0; u < 240; ++u) {
-    const int right = std::max(u, 239 - u);
-    const Eigen::Vector3d ray((right - 119.5) / 200, 0, 1);
-    delays.push_back(delayInCorner(camera, static_cast<double>(z[static_cast<std::size_t>(right)]) * ray) / ray.norm());
+/** \brief A corner as a sensor measures it in the middle row of the image: late by the integral. All rows are alike. */
+std::vector<float> drawLateCorner(const Camera& camera) {
+  std::vector<float> z = drawCorner(camera);
+  const int side = camera.intrinsics.width;
+  std::vector<double> delays;
+  for (int u = 0; u < side; ++u) {
+    const double x =
+        std::fabs(u - static_cast<double>(camera.intrinsics.cx)) / static_cast<double>(camera.intrinsics.fx);
+    const Eigen::Vector3d ray(x, 0, 1);
+    delays.push_back(delayInCorner(camera, 2 / (1 + x) * ray) / ray.norm());
   }
-  std::vector<float> late = z;
-  for (std::size_t k = 0; k < late.size(); ++k) late[k] += static_cast<float>(delays[k % 240]);
-  const std::vector<float> right = corrected(camera, late);
+  for (std::size_t k = 0; k < z.size(); ++k) z[k] += static_cast<float>(delays[k % static_cast<std::size_t>(side)]);
+  return z;
+}
+
+TEST(Multipath, DepthThatIsLateInACornerComesOutRight) {
+  const Camera camera = lampCamera();
+  const std::vector<float> z = drawCorner(camera), late = drawLateCorner(camera), right = corrected(camera, late);
   double before = 0, after = 0;
   for (std::size_t u = 128; u < 200; ++u) {
     const std::size_t k = 240 * 120 + u;
@@ -137,7 +167,7 @@ TEST(Multipath, DepthThatIsLateInACornerComesOutRight) {
     after += std::fabs(static_cast<double>(right[k] - z[k])) / 72;
   }
   EXPECT_GT(before, 0.008);
-  EXPECT_LT(after, 0.2 * before);
+  EXPECT_LT(after, 0.2 * before) << "the surfaces that it goes by are bent themselves";
 }
 
 TEST(Multipath, AWallAloneStaysAsItIs) {
@@ -161,6 +191,41 @@ TEST(Multipath, HolesStayHolesAndSendNothing) {
     for (int u = 0; u < 120; ++u) z[static_cast<std::size_t>(240 * v + u)] = 0;  // the left wall is black
   const std::vector<float> less = corrected(camera, z);
   for (std::size_t k = 0; k < z.size(); ++k) ASSERT_NEAR(less[k], z[k], z[k] > 0 ? 2e-5f : 0.0f) << k;
+}
+
+TEST(Multipath, ABlockWithHolesSendsAsMuchLessAsItMeasured) {
+  // Every other pixel of the left wall: half the light comes from there, as from a wall that reflects half.
+  Camera camera = lampCamera();
+  std::vector<float> z = drawCorner(camera);
+  for (int v = 0; v < 240; ++v)
+    for (int u = v % 2; u < 120; u += 2) z[static_cast<std::size_t>(240 * v + u)] = 0;
+  const std::vector<float> less = corrected(camera, z);
+  camera.multipath.reflectance = 0.5f * kReflectance;
+  const std::vector<float> whole = drawCorner(camera), half = corrected(camera, whole);
+  double taken = 0;
+  for (int u = 125; u < 230; ++u) {
+    const std::size_t k = static_cast<std::size_t>(240 * 120 + u);
+    const double expected = static_cast<double>(whole[k] - half[k]);
+    EXPECT_NEAR(z[k] - less[k], expected, 0.1 * std::fabs(expected) + 0.0002) << u;
+    taken += std::fabs(expected) / 105;
+  }
+  EXPECT_GT(taken, 0.002);
+}
+
+TEST(Multipath, APixelGoesByItsOwnSurfaceAlone) {
+  // A panel that faces the camera stands before the right wall: no light comes to it, and centimetres' worth to the wall around it.
+  const Camera camera = lampCamera();
+  std::vector<float> z = drawCorner(camera);
+  const auto onPanel = [](int u, int v) { return u >= 125 && u < 170 && v >= 101 && v < 142; };
+  for (int v = 0; v < 240; ++v)
+    for (int u = 0; u < 240; ++u)
+      if (onPanel(u, v)) z[static_cast<std::size_t>(240 * v + u)] = 1;
+  const std::vector<float> less = corrected(camera, z);
+  for (int v = 101; v < 142; ++v)
+    for (int u = 125; u < 170; ++u)
+      ASSERT_NEAR(less[static_cast<std::size_t>(240 * v + u)], 1, 1e-4f) << u << ", " << v;
+  const std::size_t above = 240 * 98 + 135;
+  EXPECT_GT(z[above] - less[above], 0.01f) << "the wall just above the panel is late";
 }
 
 TEST(Multipath, NoiseInImagesOfAnySizeGivesFiniteDepth) {
@@ -272,6 +337,70 @@ TEST(Multipath, ACameraThatHasNoneIsLeftAlone) {
     ASSERT_NEAR(fused[k].z, z[k], 1e-5f);
     ASSERT_NEAR(fused[z.size() + k].z, less[k], 1e-5f);
   }
+}
+
+TEST(Multipath, AFrequencyThatChangesFromFrameToFrameCounts) {
+  Camera camera = lampCamera();
+  const std::vector<float> z = drawCorner(camera);
+  DepthView view;
+  view.depth32 = {z.data(), 240, 240};
+  FuseFlow<PointFused> fusion;
+  pcl::PointCloud<PointFused> before, after, again;
+  fusion.fuse({{camera}, {view}}, before);
+  camera.multipath.reflectance = 0.2f;
+  fusion.fuse({{camera}, {view}}, after);
+  camera.multipath.reflectance = kReflectance;
+  fusion.fuse({{camera}, {view}}, again);
+  EXPECT_NE(bytes(before), bytes(after));
+  EXPECT_EQ(bytes(before), bytes(again));
+}
+
+TEST(Multipath, ItIsTakenFromDepthThatHasBeenPutRightOtherwise) {
+  const Camera right = lampCamera();
+  Camera bent = right;  // measures all depth a fiftieth too short
+  bent.depth_correction = {2, 2, std::vector<float>(4, 0.02f), std::vector<float>(4, 0.0f)};
+  const std::vector<float> z = drawCorner(right);
+  std::vector<float> short_z = z;
+  for (float& value : short_z) value /= 1.02f;
+  const std::vector<float> expected = corrected(right, z), found = corrected(bent, short_z);
+  for (std::size_t k = 0; k < z.size(); ++k) ASSERT_NEAR(found[k], expected[k], 2e-5f) << k;
+}
+
+TEST(Multipath, PosesAndTheMeasureOfAgreementSeeTheSameDepth) {
+  // Two cameras look into a corner, a third of a metre apart. To give late depth and a frequency is to give right depth.
+  std::vector<Camera> cameras(2, lampCamera(160)), plain = cameras;
+  cameras[1].T_world_camera.translation() << 0.3, 0.05, 0.1;
+  for (std::size_t i = 0; i < 2; ++i) {
+    plain[i] = cameras[i];
+    plain[i].multipath = {};
+  }
+  std::vector<std::vector<float>> late, right;
+  RigFrame with{cameras, {}}, without{plain, {}};
+  for (const Camera& camera : cameras) {
+    late.push_back(drawLateCorner(camera));
+    right.push_back(corrected(camera, late.back()));
+  }
+  for (std::size_t i = 0; i < 2; ++i) {
+    DepthView view;
+    view.depth32 = {late[i].data(), 160, 160};
+    with.views.push_back(view);
+    view.depth32 = {right[i].data(), 160, 160};
+    without.views.push_back(view);
+  }
+  pcl::PointCloud<PointFused> cloud;
+  FuseFlow<PointFused>().fuse(without, cloud);
+  ASSERT_GT(cloud.size(), 100u);
+  EXPECT_EQ(multiCameraConsistency(cloud, with).error, multiCameraConsistency(cloud, without).error);
+  RigFrame raw = with;
+  raw.cameras = plain;
+  EXPECT_NE(multiCameraConsistency(cloud, raw).error, multiCameraConsistency(cloud, without).error);
+  const auto residual = [](const RigFrame& frame) {
+    ExtrinsicEstimation<PointFused> estimation;
+    estimation.addFrame(frame);
+    return estimation.estimate().residual;
+  };
+  EXPECT_EQ(residual(with), residual(without));
+  EXPECT_NE(residual(raw), residual(without));
 }
 
 TEST(Multipath, WhatIsOutOfRangeIsRefusedByName) {

@@ -216,7 +216,7 @@ void writeRigJson(const std::string& path, const RigDescription& rig) {
       for (const float a : correction.relative) knots["relative"].push_back(shortest(a));
       for (const float b : correction.per_metre) knots["per_metre"].push_back(shortest(b));
     }
-    if (const Multipath& multipath = rig_camera.camera.multipath; multipath != Multipath()) {
+    if (const Multipath& multipath = rig_camera.camera.multipath; multipath.modulation_frequency > 0) {
       entry["multipath"]["modulation_frequency"] = shortest(multipath.modulation_frequency);
       entry["multipath"]["reflectance"] = shortest(multipath.reflectance);
     }

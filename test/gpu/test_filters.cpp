@@ -2,6 +2,7 @@
 
 #include "../test_length.h"
 #include "device_comparison.h"
+#include "furnished_rig.h"
 #include "random_rig.h"
 
 #include <fuse_flow/gpu/adaptive_hash_fusion.h>
@@ -56,7 +57,7 @@ TEST(GpuFilters, ConfidenceEstimationGivesTheHostsConfidenceAndIndices) {
   for (int k = 0; k < timesOver(40, 12); ++k) {
     frame.draw(random, 1);
     const Clouds clouds(frame.rig, random);
-    if (clouds.all->empty() || frame.rig.cameras[0].intrinsics.height < 2) continue;
+    if (clouds.all->empty() || frame.rig.cameras[0].intrinsics.height < 2) continue;  // a row is not organised
     ConfidenceEstimation<PointFused> host(true);
     ConfidenceEstimation<PointFused, device::Thrust> device(true);
     ConfidenceParameters parameters;
@@ -96,6 +97,36 @@ TEST(GpuFilters, DepthBackprojectionGivesTheHostsPoints) {
     }
     expectSameIndices(host.getRemovedIndices(), device.getRemovedIndices());
     expectSameBytes(expected, cloud);
+  }
+}
+
+TEST(GpuFilters, DepthBackprojectionTakesLightOnDetoursAwayAsTheHost) {
+  // Images of many tiles, near and far from each other, with edges and holes.
+  Random random(67);
+  furnished_rig::Options options;
+  options.cameras = 2;
+  options.width = 300;
+  options.height = 220;
+  options.distortion = true;
+  const furnished_rig::FurnishedRig furnished(random, options);
+  for (std::size_t i = 0; i < 2; ++i) {
+    Camera camera = furnished.rig.cameras[i];
+    std::vector<Cloud> clouds(3);
+    DepthBackprojection<PointFused> host;
+    DepthBackprojection<PointFused, device::Thrust> device;
+    for (DepthBackprojection<PointFused>* filter : {&host, static_cast<DepthBackprojection<PointFused>*>(&device)}) {
+      filter->setCamera(camera);
+      filter->setView(furnished.rig.views[i]);
+      filter->filter(clouds[filter == &host ? 0 : 1]);
+    }
+    expectSameBytes(clouds[0], clouds[1]);
+    camera.multipath = {};
+    host.setCamera(camera);
+    host.filter(clouds[2]);
+    std::size_t moved = 0;
+    for (std::size_t k = 0; k < clouds[0].size(); ++k)
+      moved += (clouds[0][k].getVector3fMap() - clouds[2][k].getVector3fMap()).norm() > 0.001f ? 1 : 0;
+    EXPECT_GT(moved, clouds[0].size() / 5) << "there are detours";
   }
 }
 

@@ -141,6 +141,19 @@ TEST_F(RigJson, WhatIsWrittenReadsBackTheSame) {
   EXPECT_EQ(back[1].camera.multipath, fuse_flow::Multipath());
 }
 
+TEST_F(RigJson, OfMultipathOnlyTheFrequencyIsNeeded) {
+  Json camera = leftCamera();
+  camera["multipath"] = {{"modulation_frequency", 80e6}};
+  EXPECT_EQ(read(rig(camera))[0].camera.multipath, (fuse_flow::Multipath{80e6f, 0.6f}));
+}
+
+TEST_F(RigJson, WithoutAFrequencyNothingIsWrittenThatWouldNotBeRead) {
+  std::vector<io::RigCamera> cameras = read(rig(leftCamera()));
+  cameras[0].camera.multipath = {0, 0.3f};
+  io::writeRigJson(path("back.json"), {cameras, std::nullopt});
+  EXPECT_EQ(io::readRigJson(path("back.json")).cameras[0].camera.multipath, fuse_flow::Multipath());
+}
+
 TEST_F(RigJson, WhatIsWrittenReadsWellToPeople) {
   io::writeRigJson(path("back.json"), {read(rig(leftCamera())), std::nullopt});
   const std::string text = io::readFile(path("back.json"));

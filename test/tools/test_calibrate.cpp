@@ -17,9 +17,9 @@ class Calibrate : public ToolTest {
     arguments.insert(arguments.end(), more.begin(), more.end());
     return runProgram(FUSE_FLOW_CALIBRATE_TOOL, arguments);
   }
-  void simulate(const std::vector<std::string>& more) const {
+  void simulate(const std::vector<std::string>& more, const std::string& sensor = "ideal") const {
     std::vector<std::string> arguments{"--scene", "room",     "--rig", "ring-3", "--scale",
-                                       "0.5",     "--sensor", "ideal", "-o",     recording()};
+                                       "0.5",     "--sensor", sensor,  "-o",     recording()};
     arguments.insert(arguments.end(), more.begin(), more.end());
     ASSERT_TRUE(succeeded(runProgram(FUSE_FLOW_SIMULATE_TOOL, arguments)));
   }
@@ -73,6 +73,24 @@ TEST_F(Calibrate, TheNewPosesServeTheOtherTools) {
   EXPECT_LT(disagreement({"--poses", out("refined.json")}), 0.7 * before);
   EXPECT_LT(disagreement({"--refine-extrinsics"}), 0.7 * before);
   EXPECT_TRUE(succeeded(evaluate({recording(), out("cloud.ply"), "--poses", out("refined.json")})));
+}
+
+TEST_F(Calibrate, NewPosesKeepWhatTheCamerasLampsDo) {
+  simulate({"--position-error", "5"}, "time_of_flight_multipath");
+  ASSERT_TRUE(succeeded(calibrate({})));
+  nlohmann::json rig = read(out("refined.json"));
+  const auto disagreement = [&] {
+    EXPECT_TRUE(succeeded(
+        fuse({recording(), "-o", out("cloud.ply"), "--poses", out("refined.json"), "--report", out("report.json")})));
+    return read(out("report.json"))["total"]["e_mc_multi_view_mm"].get<double>();
+  };
+  const double corrected = disagreement();
+  for (nlohmann::json& camera : rig["cameras"]) {
+    EXPECT_EQ(camera["multipath"]["modulation_frequency"], 200e6);
+    camera.erase("multipath");
+  }
+  std::ofstream(out("refined.json")) << rig;
+  EXPECT_NE(disagreement(), corrected) << "what a file of poses says of the lamps counts";
 }
 
 TEST_F(Calibrate, TheDeviceIsChosenAndAMissingGpuIsAnErrorOfOneLine) {

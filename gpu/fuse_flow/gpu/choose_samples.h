@@ -9,20 +9,6 @@ namespace gpu {
 
 // Views are numbered instant by instant here, within them camera by camera; bins of normals view by view.
 
-/** \brief The number of the last of some ascending numbers, the first of them 0, that is at most a given one. */
-FUSE_FLOW_HD std::uint32_t lastUpTo(const std::uint32_t* numbers, std::uint32_t count, std::uint32_t value) {
-  std::uint32_t low = 0, high = count;  // numbers[low] ≤ value < numbers[high]
-  while (high - low > 1) {
-    const std::uint32_t middle = (low + high) / 2;
-    if (numbers[middle] <= value) {
-      low = middle;
-    } else {
-      high = middle;
-    }
-  }
-  return low;
-}
-
 /** \brief The bin of each block's normal in the world; of blocks without one, a bin behind all others. */
 struct BinNormals {
   PixelGrid grid;  // of one instant

@@ -16,20 +16,11 @@ struct PatchAddress {
 };
 
 FUSE_FLOW_HD PatchAddress patchAddress(const TileGrid& tiles, std::uint32_t patch) {
-  const std::uint32_t tile = patch / kTilePatches;
-  std::uint32_t low = 0, high = tiles.pixels.view_count;  // offsets[low] ≤ tile < offsets[high]
-  while (high - low > 1) {
-    const std::uint32_t middle = (low + high) / 2;
-    if (tiles.offsets[middle] <= tile) {
-      low = middle;
-    } else {
-      high = middle;
-    }
-  }
-  const std::uint32_t first = tiles.offsets[low], across = tiles.pixels.views[low].pitch / kChunk;
+  const std::uint32_t tile = patch / kTilePatches, view = tiles.viewOf(tile), first = tiles.offsets[view];
+  const std::uint32_t across = tiles.pixels.views[view].pitch / kChunk;
   const std::uint32_t row = (tile - first) / across;
   const int place = static_cast<int>(patch % kTilePatches);
-  return {low, first, tiles.offsets[low + 1] - first,
+  return {view, first, tiles.offsets[view + 1] - first,
           static_cast<int>(tile - first - row * across) * kTilePixels + place % kPatchesAcrossTile * kPatchPixels,
           static_cast<int>(row) * kTilePixels + place / kPatchesAcrossTile * kPatchPixels};
 }
@@ -59,7 +50,7 @@ struct MergePatches {
   SurfacePatch* merged;
 
   FUSE_FLOW_HD void operator()(std::uint32_t tile) const {
-    if (hasMultipath(tiles.pixels.views[patchAddress(tiles, tile * kTilePatches).view]))
+    if (hasMultipath(tiles.pixels.views[tiles.viewOf(tile)]))
       merged[tile] = mergeSurfacePatches(patches + static_cast<std::size_t>(tile) * kTilePatches);
   }
 };
@@ -72,10 +63,11 @@ struct SumDetours {
   DetourLight* lanes;
 
   FUSE_FLOW_HD void operator()(std::uint32_t k) const {
-    const SurfacePatch patch = patches[k / kDetourLanes];
     const PatchAddress a = patchAddress(tiles, k / kDetourLanes);
     const DeviceView& view = tiles.pixels.views[a.view];
-    if (!hasMultipath(view) || !(patch.power > 0)) return;
+    if (!hasMultipath(view)) return;
+    const SurfacePatch patch = patches[k / kDetourLanes];
+    if (!(patch.power > 0)) return;
     const float period = multipathPeriod(view.model.multipath.modulation_frequency);
     lanes[k] = sumDetoursOfLane(DetourReceiver(patch, period), merged + a.first_tile,
                                 patches + static_cast<std::size_t>(a.first_tile) * kTilePatches, a.tile_count,
@@ -91,12 +83,14 @@ struct FindLate {
   LatePatch* late;
 
   FUSE_FLOW_HD void operator()(std::uint32_t k) const {
-    const DeviceView& view = tiles.pixels.views[patchAddress(tiles, k).view];
+    const DeviceView& view = tiles.pixels.views[tiles.viewOf(k / kTilePatches)];
     if (!hasMultipath(view)) return;
     const SurfacePatch patch = patches[k];
+    late[k] = LatePatch{};
+    if (!(patch.power > 0)) return;  // of which there are no lanes
     const DetourLight light = sumLanes(lanes + static_cast<std::size_t>(k) * kDetourLanes);
     const float period = multipathPeriod(view.model.multipath.modulation_frequency);
-    late[k] = patch.power > 0 ? LatePatch(patch, detourDepth(light, period, patch)) : LatePatch{};
+    late[k] = LatePatch(patch, detourDepth(light, period, patch));
   }
 };
 

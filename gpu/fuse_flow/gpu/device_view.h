@@ -57,6 +57,20 @@ struct PixelAddress {
   int u, v;
 };
 
+/** \brief The number of the last of some ascending numbers, the first of them 0, that is at most a given one. */
+FUSE_FLOW_HD std::uint32_t lastUpTo(const std::uint32_t* numbers, std::uint32_t count, std::uint32_t value) {
+  std::uint32_t low = 0, high = count;  // numbers[low] ≤ value < numbers[high]
+  while (high - low > 1) {
+    const std::uint32_t middle = (low + high) / 2;
+    if (numbers[middle] <= value) {
+      low = middle;
+    } else {
+      high = middle;
+    }
+  }
+  return low;
+}
+
 /** \brief The pixels of all views, numbered view by view, row by row. Rows are padded to whole chunks, so that a chunk never
  *  crosses rows; the order of the numbers is that of the pixels. */
 struct PixelGrid {
@@ -65,18 +79,7 @@ struct PixelGrid {
   const std::uint32_t* offsets;
   std::uint32_t view_count;
 
-  FUSE_FLOW_HD std::uint32_t viewOf(std::uint32_t index) const {
-    std::uint32_t low = 0, high = view_count;  // offsets[low] ≤ index < offsets[high]
-    while (high - low > 1) {
-      const std::uint32_t middle = (low + high) / 2;
-      if (offsets[middle] <= index) {
-        low = middle;
-      } else {
-        high = middle;
-      }
-    }
-    return low;
-  }
+  FUSE_FLOW_HD std::uint32_t viewOf(std::uint32_t index) const { return lastUpTo(offsets, view_count, index); }
 
   FUSE_FLOW_HD PixelAddress addressOf(std::uint32_t index) const {
     const std::uint32_t i = viewOf(index);

@@ -18,6 +18,8 @@ struct TileGrid {
   /** \brief First tile of every view, and the end. */
   const std::uint32_t* offsets;
   std::uint32_t count;
+
+  FUSE_FLOW_HD std::uint32_t viewOf(std::uint32_t tile) const { return lastUpTo(offsets, pixels.view_count, tile); }
 };
 
 inline std::uint32_t tilesOf(const DeviceView& view) {
@@ -58,19 +60,11 @@ template <typename Visit>
 __device__ void forEachPixelOfTile(const TileGrid& tiles, const Visit& visit) {
   __shared__ PixelAddress corner;
   if (threadIdx.x == 0) {
-    std::uint32_t low = 0, high = tiles.pixels.view_count;  // offsets[low] ≤ block < offsets[high]
-    while (high - low > 1) {
-      const std::uint32_t middle = (low + high) / 2;
-      if (tiles.offsets[middle] <= blockIdx.x) {
-        low = middle;
-      } else {
-        high = middle;
-      }
-    }
-    const std::uint32_t tile = blockIdx.x - tiles.offsets[low];
-    const std::uint32_t tiles_in_row = tiles.pixels.views[low].pitch / kChunk;
+    const std::uint32_t i = tiles.viewOf(blockIdx.x);
+    const std::uint32_t tile = blockIdx.x - tiles.offsets[i];
+    const std::uint32_t tiles_in_row = tiles.pixels.views[i].pitch / kChunk;
     const std::uint32_t row = tile / tiles_in_row;
-    corner = {low, static_cast<int>((tile - row * tiles_in_row) * kChunk), static_cast<int>(row * kTileHeight)};
+    corner = {i, static_cast<int>((tile - row * tiles_in_row) * kChunk), static_cast<int>(row * kTileHeight)};
   }
   __syncthreads();
   const DeviceView& view = tiles.pixels.views[corner.view];

@@ -26,7 +26,7 @@ constexpr int kPatchPixels = 8;        ///< side of the block of pixels that is 
 constexpr int kPatchesAcrossTile = 4;  ///< a tile is 4 × 4 patches
 constexpr int kTilePatches = kPatchesAcrossTile * kPatchesAcrossTile;
 constexpr int kTilePixels = kPatchPixels * kPatchesAcrossTile;
-/** \brief Depth on one surface differs from the surface's plane by less than this share. */
+/** \brief Depth on one surface differs from that of its plane, and of the pixels around it, by less than this share. */
 constexpr float kSameSurface = 0.03f;
 
 /** \brief A small piece of surface that a camera sees; its frame, metres. */

@@ -3,6 +3,7 @@
 #include <fuse_flow/fuse_flow.h>
 #include <fuse_flow/impl/host/cell_fusion.hpp>
 #include <fuse_flow/impl/host/consistency_evaluator.hpp>
+#include <fuse_flow/impl/host/depth_surface.hpp>
 #include <fuse_flow/impl/host/point_row.hpp>
 #include <fuse_flow/impl/host/preprocessing.hpp>
 #include <fuse_flow/impl/parameters.hpp>
@@ -94,7 +95,7 @@ class FramePipeline {
   /** \brief Unit normal of the depth surface at a pixel, world frame, facing its camera; zero where neighbours are
    *  missing. */
   Vec3 normal(const FramePoints::Pixel& at) const {
-    return surfaceNormal(rig_[at.view], Surface{refined(at.view), rig_[at.view]}, at.u, at.v);
+    return surfaceNormal(rig_[at.view], DepthSurface{refined(at.view), rig_[at.view]}, at.u, at.v);
   }
 
   using Clock = std::chrono::steady_clock;
@@ -103,14 +104,6 @@ class FramePipeline {
   }
 
  private:
-  /** \brief What surfaceNormal() looks at. */
-  struct Surface {
-    const DepthMap& map;
-    const ViewGeometry& view;
-    float depth(int u, int v) const { return map.row(v)[u]; }
-    Ray ray(int u, int v) const { return view.ray(u, v); }
-  };
-
   /** \brief Rows that one task works on: some 32,000 pixels, whatever the number of threads. */
   struct Stretch {
     std::uint32_t view{0};

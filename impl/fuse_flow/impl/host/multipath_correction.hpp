@@ -1,7 +1,6 @@
 #pragma once
 
-#include <fuse_flow/impl/host/depth_map.hpp>
-#include <fuse_flow/impl/host/rig_geometry.hpp>
+#include <fuse_flow/impl/host/depth_surface.hpp>
 #include <fuse_flow/impl/host/wide_vectors.hpp>
 #include <fuse_flow/math/multipath.h>
 
@@ -78,12 +77,6 @@ class MultipathCorrection {
   }
 
  private:
-  struct Surface {
-    const DepthMap& map;
-    const ViewGeometry& view;
-    float depth(int u, int v) const { return map.row(v)[u]; }
-    Ray ray(int u, int v) const { return view.ray(u, v); }
-  };
   int across() const { return kPatchesAcrossTile * tiles_across_; }
   int down() const { return kPatchesAcrossTile * tiles_down_; }
 
@@ -98,8 +91,9 @@ class MultipathCorrection {
       const int v = static_cast<int>(tile) / tiles_across_ * kTilePixels;
       SurfacePatch* patches = patches_.data() + tile * kTilePatches;
       for (int k = 0; k < kTilePatches; ++k) {
-        patches[k] = makeSurfacePatch(Surface{depth, view}, view.intrinsics, u + k % kPatchesAcrossTile * kPatchPixels,
-                                      v + k / kPatchesAcrossTile * kPatchPixels, view.multipath.reflectance);
+        patches[k] =
+            makeSurfacePatch(DepthSurface{depth, view}, view.intrinsics, u + k % kPatchesAcrossTile * kPatchPixels,
+                             v + k / kPatchesAcrossTile * kPatchPixels, view.multipath.reflectance);
         patch_columns_.set(tile * kTilePatches + static_cast<std::size_t>(k), patches[k]);
       }
       tile_columns_.set(tile, mergeSurfacePatches(patches));

@@ -1,0 +1,1 @@
+#include "drawing/image_of.h"
