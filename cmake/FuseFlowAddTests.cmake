@@ -1,7 +1,7 @@
 include(GoogleTest)
 
 # fuse_flow_add_tests(TARGET [ENVIRONMENT NAME=VALUE] [FILTER PATTERN]): the tests of a GoogleTest binary. It takes longer to start a
-# process than to run most of them, under sanitizers most of all: so the binary is run in four parts, or where
+# process than to run most of them, under sanitizers most of all: so the binary is run in two parts, or where
 # FUSE_FLOW_TESTS_IN_PARTS is off every test in a process of its own, under a name of its own.
 function(fuse_flow_add_tests target)
   cmake_parse_arguments(PARSE_ARGV 1 arg "" "ENVIRONMENT;FILTER" "")
@@ -15,9 +15,9 @@ function(fuse_flow_add_tests target)
   elseif(FUSE_FLOW_SANITIZE MATCHES "thread")
     set(filter "--gtest_filter=-CoarseAlignment.*")  # takes minutes; CoarseAlignmentThreads remains
   endif()
-  foreach(part RANGE 3)
+  foreach(part RANGE 1)
     add_test(NAME ${target}.part_${part} COMMAND ${target} ${filter})
     set_tests_properties(${target}.part_${part} PROPERTIES TIMEOUT 1200
-                         ENVIRONMENT "GTEST_TOTAL_SHARDS=4;GTEST_SHARD_INDEX=${part};${arg_ENVIRONMENT}")
+                         ENVIRONMENT "GTEST_TOTAL_SHARDS=2;GTEST_SHARD_INDEX=${part};${arg_ENVIRONMENT}")
   endforeach()
 endfunction()

@@ -101,10 +101,10 @@ std::vector<float> corrected(const Camera& camera, const std::vector<float>& z) 
 }
 
 /** \brief By how much light from the left wall delays a place on the right one, along its ray, metres: an integral over the wall,
- *  square by square, of what a lamp sends that lights what the camera sees. */
-double delayInCorner(const Camera& camera, const Eigen::Vector3d& place) {
+ *  square by square, of what a lamp sends that lights what the camera sees; \param step sides of the squares, metres. */
+double delayInCorner(const Camera& camera, const Eigen::Vector3d& place, double step = 0.01) {
   const Eigen::Vector3d m = Eigen::Vector3d(1, 0, -1).normalized(), n = Eigen::Vector3d(-1, 0, -1).normalized();
-  const double edge = 0.6, step = 0.01;
+  const double edge = 0.6;
   const double period = 299792458.0 / (2 * static_cast<double>(camera.multipath.modulation_frequency));
   const double straight = -n.dot(place) / std::pow(place.norm(), 3);
   std::complex<double> light = straight;
@@ -146,14 +146,13 @@ TEST(Multipath, WhatIsTakenAwayIsTheDelayOfAllLightThatComesByTheOtherWall) {
 std::vector<float> drawLateCorner(const Camera& camera) {
   std::vector<float> z = drawCorner(camera);
   const int side = camera.intrinsics.width;
-  std::vector<double> delays;
-  for (int u = 0; u < side; ++u) {
-    const double x =
-        std::fabs(u - static_cast<double>(camera.intrinsics.cx)) / static_cast<double>(camera.intrinsics.fx);
+  for (int u = 0; u < side / 2; ++u) {
+    const double x = (static_cast<double>(camera.intrinsics.cx) - u) / static_cast<double>(camera.intrinsics.fx);
     const Eigen::Vector3d ray(x, 0, 1);
-    delays.push_back(delayInCorner(camera, 2 / (1 + x) * ray) / ray.norm());
+    const float delay = static_cast<float>(delayInCorner(camera, 2 / (1 + x) * ray, 0.02) / ray.norm());
+    for (int v = 0; v < side; ++v)
+      for (const int column : {u, side - 1 - u}) z[static_cast<std::size_t>(side * v + column)] += delay;
   }
-  for (std::size_t k = 0; k < z.size(); ++k) z[k] += static_cast<float>(delays[k % static_cast<std::size_t>(side)]);
   return z;
 }
 
@@ -374,19 +373,11 @@ TEST(Multipath, PosesAndTheMeasureOfAgreementSeeTheSameDepth) {
     plain[i] = cameras[i];
     plain[i].multipath = {};
   }
-  std::vector<std::vector<float>> late, right;
-  RigFrame with{cameras, {}}, without{plain, {}};
-  for (const Camera& camera : cameras) {
-    late.push_back(drawLateCorner(camera));
-    right.push_back(corrected(camera, late.back()));
-  }
-  for (std::size_t i = 0; i < 2; ++i) {
-    DepthView view;
-    view.depth32 = {late[i].data(), 160, 160};
-    with.views.push_back(view);
-    view.depth32 = {right[i].data(), 160, 160};
-    without.views.push_back(view);
-  }
+  const std::vector<float> late = drawLateCorner(cameras[0]), right = corrected(cameras[0], late);
+  DepthView late_view, right_view;
+  late_view.depth32 = {late.data(), 160, 160};
+  right_view.depth32 = {right.data(), 160, 160};
+  const RigFrame with{cameras, {late_view, late_view}}, without{plain, {right_view, right_view}};
   pcl::PointCloud<PointFused> cloud;
   FuseFlow<PointFused>().fuse(without, cloud);
   ASSERT_GT(cloud.size(), 100u);

@@ -2,7 +2,20 @@
 #include "io/fusion_with_normals.h"
 #include "io/gpu_method.h"
 
+#include <fuse_flow/gpu/adaptive_hash_fusion.h>
+#include <fuse_flow/gpu/confidence_estimation.h>
+#include <fuse_flow/gpu/depth_backprojection.h>
 #include <fuse_flow/gpu/fuse_flow.h>
+#include <fuse_flow/gpu/multi_view_consistency.h>
+
+#include <pcl/point_types.h>
+
+// No tool needs these: a build where there is nvcc shows that they compile, and so do the host's classes in a CUDA source.
+template class fuse_flow::ConfidenceEstimation<fuse_flow::PointFused, fuse_flow::device::Thrust>;
+template class fuse_flow::DepthBackprojection<fuse_flow::PointFused, fuse_flow::device::Thrust>;
+template class fuse_flow::MultiViewConsistency<fuse_flow::PointFused, fuse_flow::device::Thrust>;
+template class fuse_flow::AdaptiveHashFusion<fuse_flow::PointFused, fuse_flow::device::Thrust>;
+template class fuse_flow::FuseFlow<pcl::PointXYZ>;
 
 namespace fuse_flow::io {
 namespace {

@@ -1,3 +1,4 @@
+#include "../test_length.h"
 #include "mesh_checks.h"
 
 #include "io/error.h"
@@ -153,7 +154,7 @@ TEST_F(Person, RestsExactlyOnTheImplicitSurface) {
 TEST_F(Person, MovesSmoothly) {
   constexpr double step = 1.0 / 120;
   double fastest = 0;
-  for (double start = 0; start < 10; start += 0.61) {
+  for (double start = 0; start < 10; start += 0.61 * timesOver(1, 4)) {
     const std::vector<Object> a = scene.movingObjects(start), b = scene.movingObjects(start + step),
                               c = scene.movingObjects(start + 2 * step);
     for (std::size_t k = 0; k < a.size(); ++k)
@@ -187,7 +188,7 @@ TEST_F(Person, StaysOnTheFloorInsideTheSubjectAndOffTheFurniture) {
   for (const Object& object : scene.fixedObjects())
     if (object.name != "floor") fixed.push_back(object);
   furniture.setFixed(fixed);
-  for (double time = 0; time <= 10; time += 0.17) {
+  for (double time = 0; time <= 10; time += 0.17 * timesOver(1, 4)) {
     float lowest = 1e9f, highest = 0;
     for (const Object& object : scene.movingObjects(time)) {
       for (std::size_t k = 0; k < object.mesh.vertices.size(); ++k) {

@@ -190,7 +190,7 @@ TEST_F(Results, EvaluateFindsTheFiguresOfTheReport) {
   for (const std::string& method : kMethods) {
     for (const char* format : {"ply", "pcd"}) {
       const nlohmann::json report = reportOf({"--method", method, "--format", format});
-      for (std::size_t frame = 0; frame < wall_.frames; ++frame) {
+      for (std::size_t frame = 0; frame < wall_.frames; frame += timesOver(1, 100)) {
         const std::string cloud = out("out/00000" + std::to_string(frame) + "." + format);
         const ToolResult result =
             evaluate({recording(), cloud, "--frame", std::to_string(frame), "--json", out("figures.json")});

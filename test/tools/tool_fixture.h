@@ -1,5 +1,6 @@
 #pragma once
 
+#include "../test_length.h"
 #include "run_tool.h"
 #include "wall_recording.h"
 
