@@ -1,1 +1,0 @@
-#include "drawing/image_of.h"
