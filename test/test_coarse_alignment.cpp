@@ -144,7 +144,7 @@ TEST(CoarseAlignmentThreads, AnyNumberOfThemFindsTheSame) {
   scenes::paintWorld(scene, floorPaint);
   for (fuse_flow::Camera& camera : scene.rig.cameras) camera.T_world_camera.setIdentity();
   const CoarseAlignmentResult one = align(scene, 1);
-  for (const unsigned int threads : {2u, 5u}) {
+  for (const unsigned int threads : scenes::kSanitized ? std::vector{3u} : std::vector{2u, 5u}) {
     const CoarseAlignmentResult many = align(scene, threads);
     EXPECT_EQ(one.placements, many.placements);
     ASSERT_EQ(one.T_world_camera.size(), many.T_world_camera.size());
@@ -187,7 +187,7 @@ TEST(CoarseAlignment, OneWallAloneIsAmbiguous) {
 }
 
 TEST(CoarseAlignment, ColourKeepsCamerasFromBeingPlacedHalfATurnAway) {
-  const auto cameras = around({10, 45, 85, 120});
+  const auto cameras = around(scenes::kSanitized ? std::vector<double>{10, 45} : std::vector<double>{10, 45, 85, 120});
   Scene scene = scenes::makeScene(cameras, halfTurnedRoom());
   scenes::addNoise(scene, 0.002f);
   // No wall differs from the one opposite by more than exposures may.

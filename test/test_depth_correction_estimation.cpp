@@ -163,7 +163,8 @@ TEST(DepthCorrectionEstimation, ScaleStaysOnAverage) {
 }
 
 TEST(DepthCorrectionEstimation, ThreadsDoNotMatter) {
-  const std::vector<Camera> cameras = around();
+  std::vector<Camera> cameras = around();
+  if (scenes::kSanitized) cameras.resize(2);
   const std::vector<DepthCorrection> sensors(cameras.size(), tilted(5, 4));
   const DepthCorrectionResult one = measured(cameras, sensors, parameters(false), 1)->estimate();
   const DepthCorrectionResult many = measured(cameras, sensors, parameters(false), 3)->estimate();

@@ -78,7 +78,7 @@ TEST(GpuSameAsHost, TheDemoRecordingIsFusedAsOnTheHost) {
   Host host;
   Device device;
   const auto count = static_cast<std::size_t>(timesOver(2, 1));
-  for (const fuse_flow::io::LoadedFrame& frame : simulated_recording::frames(0.5, count)) {
+  for (const fuse_flow::io::LoadedFrame& frame : simulated_recording::frames(shortTests() ? 0.25 : 0.5, count)) {
     for (FuseFlowParameters parameters : {FuseFlowParameters(), FuseFlowParameters::published()})
       for (const bool hash : {true, false}) {
         parameters.use_spatial_hash = hash;

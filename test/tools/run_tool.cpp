@@ -1,5 +1,7 @@
 #include "run_tool.h"
 
+#include "fork_server.h"
+
 #include <fcntl.h>
 #include <poll.h>
 #include <signal.h>
@@ -38,20 +40,23 @@ Channel makeTerminal() {
   return channel;
 }
 
-/** \brief Between fork and exec: nothing but system calls. */
-[[noreturn]] void becomeTool(const char* path, char* const* arguments, int out, int err, const RunOptions& options) {
-  dup2(out, STDOUT_FILENO);
-  dup2(err, STDERR_FILENO);
-  if (options.file_size_limit) {
-    const rlimit limit{*options.file_size_limit, *options.file_size_limit};
-    setrlimit(RLIMIT_FSIZE, &limit);
-    const rlimit no_core{0, 0};
-    setrlimit(RLIMIT_CORE, &no_core);
-  }
-  // Whoever started the tests in the background, or with nohup, has had them ignored.
-  for (const int number : {SIGINT, SIGQUIT, SIGHUP}) signal(number, SIG_DFL);
-  execv(path, arguments);
+pid_t execute(const std::vector<std::string>& arguments, int out, int err, const RunOptions& options) {
+  std::vector<char*> argv;
+  for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
+  argv.push_back(nullptr);
+  const pid_t pid = fork();
+  if (pid < 0) fail("fork");
+  if (pid > 0) return pid;
+  becomeTool(out, err, options.file_size_limit);
+  execv(argv[0], argv.data());
   _exit(127);
+}
+
+int waitForStatus(pid_t pid) {
+  int status = 0;
+  while (waitpid(pid, &status, 0) < 0 && errno == EINTR) {
+  }
+  return status;
 }
 
 /** \brief Reads what there is; false once the other side has closed. */
@@ -66,18 +71,17 @@ bool drain(int descriptor, std::string& text) {
 
 ToolResult runProgram(const std::string& path, const std::vector<std::string>& arguments, const RunOptions& options) {
   if (access(path.c_str(), X_OK) != 0) fail(path);
-  std::vector<char*> argv{const_cast<char*>(path.c_str())};
-  for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
-  argv.push_back(nullptr);
+  std::vector<std::string> all{path};
+  all.insert(all.end(), arguments.begin(), arguments.end());
 
   Channel out = makePipe();
   const Channel err = options.terminal ? makeTerminal() : makePipe();
   const int out_file =
       options.out_path.empty() ? out.write_end : open(options.out_path.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0600);
   if (out_file < 0) fail(options.out_path);
-  const pid_t pid = fork();
-  if (pid < 0) fail("fork");
-  if (pid == 0) becomeTool(path.c_str(), argv.data(), out_file, err.write_end, options);
+  ForkServer* const server = ForkServer::of(path);
+  const pid_t pid = server ? server->start(all, out_file, err.write_end, options.file_size_limit)
+                           : execute(all, out_file, err.write_end, options);
   close(out.write_end);
   close(err.write_end);
   if (out_file != out.write_end) close(out_file);
@@ -98,9 +102,7 @@ ToolResult runProgram(const std::string& path, const std::vector<std::string>& a
     if (polled[0].revents && !drain(polled[0].fd, result.out)) polled[0].fd = -1;
     if (polled[1].revents && !drain(polled[1].fd, result.err)) polled[1].fd = -1;
   }
-  int status = 0;
-  while (waitpid(pid, &status, 0) < 0 && errno == EINTR) {
-  }
+  const int status = server ? server->waitForStatus() : waitForStatus(pid);
   close(out.read_end);
   close(err.read_end);
   result.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);

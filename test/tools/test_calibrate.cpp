@@ -18,8 +18,8 @@ class Calibrate : public ToolTest {
     return runProgram(FUSE_FLOW_CALIBRATE_TOOL, arguments);
   }
   void simulate(const std::vector<std::string>& more, const std::string& sensor = "ideal") const {
-    std::vector<std::string> arguments{"--scene", "room",     "--rig", "ring-3", "--scale",
-                                       "0.5",     "--sensor", sensor,  "-o",     recording()};
+    std::vector<std::string> arguments{"--scene",  "room", "--rig", "ring-3",   "--scale", shortTests() ? "0.4" : "0.5",
+                                       "--sensor", sensor, "-o",    recording()};
     arguments.insert(arguments.end(), more.begin(), more.end());
     ASSERT_TRUE(succeeded(runProgram(FUSE_FLOW_SIMULATE_TOOL, arguments)));
   }

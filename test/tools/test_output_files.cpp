@@ -5,7 +5,7 @@
 #include <poll.h>
 #include <signal.h>
 #include <sys/stat.h>
-#include <sys/wait.h>
+#include <sys/syscall.h>
 
 #include <array>
 
@@ -139,6 +139,15 @@ TEST_F(OutputFiles, AFullDiskKeepsTheWholeFramesAndNothingElse) {
 
 /** \brief Holds the tool at frame 1 for as long as it takes: that frame's file is a pipe, too short for a cloud, which
  *  is read only after the signal. */
+/** \brief Of a process that need not be a child of this one. */
+void waitForEnd(pid_t pid) {
+  const int process = static_cast<int>(syscall(SYS_pidfd_open, pid, 0));
+  if (process < 0) return;  // it has ended
+  pollfd polled{process, POLLIN, 0};
+  poll(&polled, 1, 120000);
+  close(process);
+}
+
 class Interrupt : public OutputFiles {
  protected:
   void SetUp() override {
@@ -187,8 +196,7 @@ class Interrupt : public OutputFiles {
       ASSERT_EQ(poll(&polled, 1, 120000), 1);
       kill(pid, first);
       kill(pid, second);
-      siginfo_t ended;
-      waitid(P_PID, static_cast<id_t>(pid), &ended, WEXITED | WNOWAIT);
+      waitForEnd(pid);
       close(two);
     };
     return options;
