@@ -1,6 +1,6 @@
 // Preloaded into the compilers by .ci/compile: gcc asks for its memory 2 MB at a time, on pages of 4 KB, and on a virtual machine a
-// fifth of its time goes into finding them. Here it gets it from pages of 2 MB, where the system has "madvise" for
-// /sys/kernel/mm/transparent_hugepage/enabled, as distributions do; elsewhere it changes nothing.
+// fifth of its time goes into finding them. Here it gets it from pages of 2 MB, where the system has "madvise" in
+// /sys/kernel/mm/transparent_hugepage/enabled; with "never" it changes nothing, and with "always" there is little to gain.
 
 #define _GNU_SOURCE
 #include <stddef.h>

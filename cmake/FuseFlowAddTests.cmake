@@ -12,7 +12,7 @@ function(fuse_flow_add_tests target)
   endif()
   if(arg_FILTER)
     set(filter "--gtest_filter=${arg_FILTER}")
-  elseif(FUSE_FLOW_SANITIZE MATCHES "thread")
+  elseif(FUSE_FLOW_SANITIZE MATCHES "thread" AND target STREQUAL "fuse_flow_tests")
     # What starts threads of its own, and for all that divides its work among OpenMP's a test that it does.
     set(filter "--gtest_filter=*Thread*:ExtrinsicTracking.*:ViewSynchronizer*:FuseFlow*")
   endif()

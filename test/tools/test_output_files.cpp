@@ -6,8 +6,10 @@
 #include <signal.h>
 #include <sys/stat.h>
 #include <sys/syscall.h>
+#include <sys/wait.h>
 
 #include <array>
+#include <cerrno>
 
 namespace tool_test {
 namespace {
@@ -137,17 +139,22 @@ TEST_F(OutputFiles, AFullDiskKeepsTheWholeFramesAndNothingElse) {
   EXPECT_EQ(result.out, "fuse_flow_fuse: " + path + ": cannot be written: No space left on device\n000000.ply\n");
 }
 
-/** \brief Holds the tool at frame 1 for as long as it takes: that frame's file is a pipe, too short for a cloud, which
- *  is read only after the signal. */
-/** \brief Of a process that need not be a child of this one. */
+/** \brief Of a process that is a child of this one, or of a ForkServer; it is left to whoever waits for it. */
 void waitForEnd(pid_t pid) {
+  siginfo_t ended;
+  if (waitid(P_PID, static_cast<id_t>(pid), &ended, WEXITED | WNOWAIT) == 0) return;
   const int process = static_cast<int>(syscall(SYS_pidfd_open, pid, 0));
-  if (process < 0) return;  // it has ended
+  if (process < 0) {
+    ASSERT_EQ(errno, ESRCH);  // else it is not known whether it has ended
+    return;
+  }
   pollfd polled{process, POLLIN, 0};
-  poll(&polled, 1, 120000);
+  EXPECT_EQ(poll(&polled, 1, 120000), 1);
   close(process);
 }
 
+/** \brief Holds the tool at frame 1 for as long as it takes: that frame's file is a pipe, too short for a cloud, which
+ *  is read only after the signal. */
 class Interrupt : public OutputFiles {
  protected:
   void SetUp() override {
