@@ -4,6 +4,8 @@
  *  \brief Counts what is taken from malloc. For one source of a program: it defines malloc itself rather than operator new, which ends
  *  there, as do Eigen's aligned allocations, which PCL's clouds use, and the OpenMP run time's. */
 
+#include "sanitized.h"
+
 #include <atomic>
 #include <cerrno>
 #include <cstddef>
@@ -11,15 +13,6 @@
 
 #if defined(__GLIBC__)
 #include <malloc.h>
-#endif
-
-#if defined(__has_feature)
-#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer) || __has_feature(memory_sanitizer)
-#define FUSE_FLOW_TEST_SANITIZED 1
-#endif
-#endif
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-#define FUSE_FLOW_TEST_SANITIZED 1
 #endif
 
 // CUDA's driver allocates as it likes.

@@ -4,6 +4,7 @@
  *  \brief Scenes whose geometry is known by hand, rendered to depth by meeting rays with surfaces. */
 
 #include "io/image_io.h"
+#include "sanitized.h"
 
 #include <fuse_flow/fuse_flow.h>
 #include <fuse_flow/point_types.h>
@@ -26,7 +27,7 @@ namespace scenes {
 
 /** \brief What takes long takes ten times as long under sanitizers, which look at the code and not at what it finds: there one of
  *  each kind is enough. */
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#if defined(FUSE_FLOW_TEST_SANITIZED)
 constexpr bool kSanitized = true;
 #else
 constexpr bool kSanitized = false;

@@ -5,11 +5,13 @@
  *  variable FUSE_FLOW_TEST_SHORT set, whatever to, the long tests do less and the whole binary can run under it. So they do under
  *  the compiler's sanitizers, which see the same code. */
 
+#include "sanitized.h"
+
 #include <cstddef>
 #include <cstdlib>
 
 inline bool shortTests() {
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#if defined(FUSE_FLOW_TEST_SANITIZED)
   return true;
 #else
   return std::getenv("FUSE_FLOW_TEST_SHORT") != nullptr;

@@ -23,6 +23,14 @@ struct Part {
     const Vector3d q(from.x() + (p.x() - from.x()) / flat, p.y(), p.z());
     return capsuleDistance(q, from, to, radius_from, radius_to);
   }
+
+  /** \brief How far from it the body begins to flow into it, metres: bulky parts do, fingers and face keep their shape. */
+  double blend() const { return std::clamp(0.8 * std::min(radius_from, radius_to), 0.008, 0.05); }
+
+  /** \brief How much distance() can change over a way of one metre. */
+  double steepest() const {
+    return (1 + std::fabs(radius_to - radius_from) / (to - from).norm()) * std::max(1.0, 1 / flat);
+  }
 };
 
 void addSide(std::vector<Part>& parts, double side) {
@@ -72,6 +80,54 @@ const std::vector<Part>& parts() {
   static const std::vector<Part> all = makeParts();
   return all;
 }
+
+/** \brief Where the body is, with what is around it. */
+Eigen::AlignedBox3d bodyBounds() { return {Vector3d(-0.3, -0.75, -0.03), Vector3d(0.3, 0.75, 1.82)}; }
+
+/** \brief For each cell of a grid the parts that distance() depends on in it. A point has a few of them, the body forty. */
+class PartsByCell {
+ public:
+  PartsByCell() {
+    for (int k = 0; k < size_.z(); ++k)
+      for (int j = 0; j < size_.y(); ++j)
+        for (int i = 0; i < size_.x(); ++i)
+          cells_.push_back(partsNear(bounds_.min() + kCell * (Vector3d(i, j, k) + Vector3d::Constant(0.5))));
+  }
+
+  const std::vector<Part>& at(const Vector3d& p) const {
+    if (!bounds_.contains(p)) return parts();
+    const Eigen::Array3i cell = ((p - bounds_.min()) / kCell).array().cast<int>().min(size_ - 1);
+    return cells_[static_cast<std::size_t>((cell.z() * size_.y() + cell.y()) * size_.x() + cell.x())];
+  }
+
+ private:
+  static constexpr double kCell = 0.05;
+
+  /** \brief Goes through the parts as distance() does, with bounds of its value in the cell. Left out are those that smoothUnion()
+   *  gives back the other of, and those before one that it gives back: the value is the same to the bit. */
+  static std::vector<Part> partsNear(const Vector3d& centre) {
+    constexpr double half_diagonal = 0.8661 * kCell;
+    std::vector<Part> near;
+    double least = 1, most = 1;
+    for (const Part& part : parts()) {
+      const double d = part.distance(centre), off = half_diagonal * part.steepest() + 1e-6, blend = part.blend();
+      if (d - off > most + blend) continue;
+      if (d + off < least - blend) {
+        near.clear();
+        least = d - off;
+      } else {
+        least = std::min(least, d - off) - 0.25 * blend;
+      }
+      most = std::min(most, d + off);
+      near.push_back(part);
+    }
+    return near;
+  }
+
+  const Eigen::AlignedBox3d bounds_ = bodyBounds();
+  const Eigen::Array3i size_ = (bounds_.sizes() / kCell).array().ceil().cast<int>();
+  std::vector<std::vector<Part>> cells_;
+};
 
 Material materialOf(Cloth cloth) {
   switch (cloth) {
@@ -146,19 +202,15 @@ Vector3d neck() { return {-0.005, 0, 1.5}; }
 }  // namespace rest_pose
 
 double PersonBody::distance(const Vector3d& p) {
+  static const PartsByCell near;
   double f = 1;
-  for (const Part& part : parts()) {
-    // Bulky parts flow into each other, fingers and face keep their shape.
-    const double blend = std::clamp(0.8 * std::min(part.radius_from, part.radius_to), 0.008, 0.05);
-    f = smoothUnion(f, part.distance(p), blend);
-  }
+  for (const Part& part : near.at(p)) f = smoothUnion(f, part.distance(p), part.blend());
   return f;
 }
 
 PersonBody::PersonBody() : patches_(kClothCount) {
   constexpr const char* names[] = {"shirt", "trousers", "shoes", "skin", "hair"};
-  const Eigen::AlignedBox3d bounds(Vector3d(-0.3, -0.75, -0.03), Vector3d(0.3, 0.75, 1.82));
-  body_ = polygonise(distance, bounds, 0.009);
+  body_ = polygonise(distance, bodyBounds(), 0.009);
   for (const Vector3f& v : body_.vertices) weights_.push_back(weightsAt(v.cast<double>()));
   constexpr std::uint32_t none = ~0u;
   std::vector<std::vector<std::uint32_t>> own(kClothCount, std::vector<std::uint32_t>(body_.vertices.size(), none));

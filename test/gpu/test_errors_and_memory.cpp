@@ -1,4 +1,5 @@
 #include "../refusal.h"
+#include "../sanitized.h"
 #include "../test_length.h"
 #include "device_comparison.h"
 #include "random_rig.h"
@@ -151,7 +152,7 @@ TEST(GpuErrors, RunningOutOfTheDevicesMemoryIsSaidAndSurvived) {
 
 /** \brief Resident memory of this process, bytes; 0 where it cannot be told, or is a sanitizer's, which keeps what is freed. */
 std::size_t hostBytes() {
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#if defined(FUSE_FLOW_TEST_SANITIZED)
   return 0;
 #else
   std::ifstream file("/proc/self/statm");

@@ -1,3 +1,4 @@
+#include "../sanitized.h"
 #include "cloud_file.h"
 #include "tool_fixture.h"
 
@@ -324,7 +325,7 @@ TEST_F(CommandLine, AMistakeInAConfigFileIsNamed) {
 
 /** \brief OpenMP would end the program with a message of its own. */
 TEST_F(CommandLine, ThreadsThatCannotBeStartedAreAnErrorOfOneLine) {
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#if defined(FUSE_FLOW_TEST_SANITIZED)
   GTEST_SKIP() << "sanitizers take more addresses than are left here";
 #endif
   ASSERT_TRUE(succeeded(fuseWith({"--frames", "0"})));

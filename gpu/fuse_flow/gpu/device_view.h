@@ -96,7 +96,8 @@ struct DepthMapOfView {
 
   FUSE_FLOW_HD float depth(int u, int v) const {
     const Intrinsics& K = view->model.intrinsics;
-    return (u >= 0) & (v >= 0) & (u < K.width) & (v < K.height) ? z[view->indexOf(u, v)] : 0.0f;
+    const bool inside = (u >= 0) & (v >= 0) & (u < K.width) & (v < K.height);
+    return inside ? z[view->indexOf(u, v)] : 0.0f;
   }
   FUSE_FLOW_HD Ray ray(int u, int v) const { return view->ray(u, v); }
 };

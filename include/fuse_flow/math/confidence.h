@@ -138,7 +138,8 @@ struct MeasurementGate {
   FUSE_FLOW_HD float weight(const ConfidenceParameters& p, float C, float depth) const {
     const float noise = axialNoise(p, depth);
     const float weight = C * noiseWeight(noise, per_half);
-    return (C > threshold) & !(noise > max_noise) ? weight : 0.0f;
+    const bool passes = (C > threshold) & !(noise > max_noise);
+    return passes ? weight : 0.0f;
   }
 };
 

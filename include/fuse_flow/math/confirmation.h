@@ -28,7 +28,7 @@ FUSE_FLOW_HD float depthBetween(float x, float y, float jump, float here, float 
   // here / (1 + x (here − row) / row + y (here − column) / column), with one division
   const float product = row * column;
   const float depth = here * product / (product + (along * (here - row) * column + down * (here - column) * row));
-  return has_row & has_column ? depth : 0.0f;
+  return (has_row & has_column) ? depth : 0.0f;
 }
 
 /** \brief The same of an image. \param du how far right of the centre of its pixel the place is, pixels, −½ … ½

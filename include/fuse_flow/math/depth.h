@@ -16,7 +16,8 @@ FUSE_FLOW_HD float metres(std::uint16_t raw, float scale, float min_range, float
 
 /** \brief The same of a measurement in metres. NaN and infinities fail the comparisons: max_range is finite. */
 FUSE_FLOW_HD float metres(float raw, float min_range, float max_range) {
-  return (raw > 0) & (raw >= min_range) & (raw <= max_range) ? raw : 0.0f;
+  const bool valid = (raw > 0) & (raw >= min_range) & (raw <= max_range);
+  return valid ? raw : 0.0f;
 }
 
 /** \brief Small-hole fill of a pixel without measurement: the mean of its neighbours, if enough are there and they lie on one

@@ -18,7 +18,7 @@ namespace host {
 class RigPlacement {
  public:
   RigPlacement(const AlignmentSystem& system, const CoarseAlignmentParameters& parameters, const HypothesisTable& table)
-      : system_(system), p_(parameters), table_(table), comparison_(system, parameters) {
+      : p_(parameters), table_(table), comparison_(system, parameters) {
     comparison_.setColorNoise(table.colorNoise());
   }
 
@@ -276,7 +276,6 @@ class RigPlacement {
     return others;
   }
 
-  const AlignmentSystem& system_;
   const CoarseAlignmentParameters& p_;
   const HypothesisTable& table_;
   ViewComparison comparison_;
