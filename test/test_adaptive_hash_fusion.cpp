@@ -20,7 +20,7 @@ TYPED_TEST_SUITE(AdaptiveHashFusionOf, PointTypes, PointName);
 
 /** \brief A grid of points 20 mm apart on the plane z = 1, C = 0.8. */
 template <typename P>
-typename pcl::PointCloud<P>::Ptr plane() {
+typename pcl::PointCloud<P>::Ptr planeOf() {
   auto cloud = std::make_shared<pcl::PointCloud<P>>();
   for (int i = 0; i < 400; ++i) {
     cloud->push_back(distinctPoint<P>(0.02f * static_cast<float>(i % 20) - 0.2f,
@@ -32,7 +32,7 @@ typename pcl::PointCloud<P>::Ptr plane() {
 }
 
 template <typename P>
-pcl::PointCloud<P> fuse(AdaptiveHashFusion<P>& filter, const typename pcl::PointCloud<P>::ConstPtr& cloud) {
+pcl::PointCloud<P> fused(AdaptiveHashFusion<P>& filter, const typename pcl::PointCloud<P>::ConstPtr& cloud) {
   pcl::PointCloud<P> output;
   filter.setInputCloud(cloud);
   filter.filter(output);
@@ -40,9 +40,9 @@ pcl::PointCloud<P> fuse(AdaptiveHashFusion<P>& filter, const typename pcl::Point
 }
 
 template <typename P>
-pcl::PointCloud<P> fuse(const typename pcl::PointCloud<P>::ConstPtr& cloud) {
+pcl::PointCloud<P> fused(const typename pcl::PointCloud<P>::ConstPtr& cloud) {
   AdaptiveHashFusion<P> filter;
-  return fuse(filter, cloud);
+  return fused(filter, cloud);
 }
 
 /** \brief Two points of cameras 0 and 1 in one cell, of which the first has three times the weight where there is any. */
@@ -57,7 +57,7 @@ typename pcl::PointCloud<P>::Ptr twoPointsInACell() {
 }
 
 TYPED_TEST(AdaptiveHashFusionOf, OfAPlaneStaysInsideItsHull) {
-  const auto output = fuse<TypeParam>(plane<TypeParam>());
+  const auto output = fused<TypeParam>(planeOf<TypeParam>());
   ASSERT_GT(output.size(), 40u);  // a cell each 64 mm at the very least
   ASSERT_LE(output.size(), 400u);
   for (const TypeParam& p : output) {
@@ -73,7 +73,7 @@ TYPED_TEST(AdaptiveHashFusionOf, OfAPlaneStaysInsideItsHull) {
 }
 
 TYPED_TEST(AdaptiveHashFusionOf, WritesTheWeightToConfidenceElseToIntensity) {
-  const auto output = fuse<TypeParam>(plane<TypeParam>());
+  const auto output = fused<TypeParam>(planeOf<TypeParam>());
   ASSERT_FALSE(output.empty());
   for (const TypeParam& p : output) {
     if constexpr (hasConfidence<TypeParam>) {
@@ -88,13 +88,13 @@ TYPED_TEST(AdaptiveHashFusionOf, WritesTheWeightToConfidenceElseToIntensity) {
 }
 
 TYPED_TEST(AdaptiveHashFusionOf, CarriesHeaderAndSensorPoseOver) {
-  expectHeaderAndPose(fuse<TypeParam>(plane<TypeParam>()));
+  expectHeaderAndPose(fused<TypeParam>(planeOf<TypeParam>()));
 }
 
 TYPED_TEST(AdaptiveHashFusionOf, FiltersInPlace) {
-  const auto cloud = plane<TypeParam>();
+  const auto cloud = planeOf<TypeParam>();
   AdaptiveHashFusion<TypeParam> filter;
-  const auto elsewhere = fuse(filter, cloud);
+  const auto elsewhere = fused(filter, cloud);
   filter.filter(*cloud);
   EXPECT_TRUE(sameClouds(*cloud, elsewhere));
   expectHeaderAndPose(*cloud);
@@ -103,22 +103,22 @@ TYPED_TEST(AdaptiveHashFusionOf, FiltersInPlace) {
 TYPED_TEST(AdaptiveHashFusionOf, OfAnEmptyCloudIsEmpty) {
   AdaptiveHashFusion<TypeParam> filter(true);
   filter.setInputCloud(std::make_shared<pcl::PointCloud<TypeParam>>());
-  pcl::PointCloud<TypeParam> output = *plane<TypeParam>();
+  pcl::PointCloud<TypeParam> output = *planeOf<TypeParam>();
   ASSERT_NO_THROW(filter.filter(output));
   EXPECT_TRUE(output.empty());
   EXPECT_TRUE(filter.getRemovedIndices()->empty());
 }
 
 TYPED_TEST(AdaptiveHashFusionOf, SkipsPointsThatAreNotFinite) {
-  const auto cloud = plane<TypeParam>();
-  const auto clean = fuse<TypeParam>(cloud);
+  const auto cloud = planeOf<TypeParam>();
+  const auto clean = fused<TypeParam>(cloud);
   for (const float bad : {kNaN, kInf, -kInf}) {
     cloud->push_back(distinctPoint<TypeParam>(bad, 0, 1, 1));
     cloud->insert(cloud->begin(), distinctPoint<TypeParam>(0, bad, 1, 1));
     cloud->insert(cloud->begin() + 100, distinctPoint<TypeParam>(0, 0, bad, 1));
   }
   cloud->is_dense = false;
-  const auto output = fuse<TypeParam>(cloud);
+  const auto output = fused<TypeParam>(cloud);
   EXPECT_TRUE(sameClouds(output, clean));
   EXPECT_TRUE(output.is_dense);
 }
@@ -127,22 +127,22 @@ TYPED_TEST(AdaptiveHashFusionOf, SkipsPointsWithoutConfidence) {
   if constexpr (!hasConfidence<TypeParam>) {
     GTEST_SKIP() << "no confidence field";
   } else {
-    const auto cloud = plane<TypeParam>();
-    const auto clean = fuse<TypeParam>(cloud);
+    const auto cloud = planeOf<TypeParam>();
+    const auto clean = fused<TypeParam>(cloud);
     for (const float C : {0.0f, -1.0f, kNaN}) {
       cloud->push_back(distinctPoint<TypeParam>(0.001f, 0.001f, 1.01f, 1));
       setConfidence(cloud->back(), C);
     }
-    EXPECT_TRUE(sameClouds(fuse<TypeParam>(cloud), clean));
+    EXPECT_TRUE(sameClouds(fused<TypeParam>(cloud), clean));
   }
 }
 
 TYPED_TEST(AdaptiveHashFusionOf, HonoursIndices) {
-  const auto cloud = plane<TypeParam>();
+  const auto cloud = planeOf<TypeParam>();
   const auto half = std::make_shared<pcl::PointCloud<TypeParam>>(*cloud, pcl::Indices{3, 4, 5, 30, 200});
   AdaptiveHashFusion<TypeParam> filter;
   filter.setIndices(std::make_shared<pcl::Indices>(pcl::Indices{3, 4, 5, 30, 200}));
-  EXPECT_TRUE(sameClouds(fuse(filter, cloud), fuse<TypeParam>(half)));
+  EXPECT_TRUE(sameClouds(fused(filter, cloud), fused<TypeParam>(half)));
 }
 
 TYPED_TEST(AdaptiveHashFusionOf, RemovesThePointsThatRepresentNoOutputPoint) {
@@ -162,23 +162,23 @@ TYPED_TEST(AdaptiveHashFusionOf, RemovesThePointsThatRepresentNoOutputPoint) {
     AdaptiveHashFusion<TypeParam> filter(extract);
     filter.setParameters(parameters);
     filter.setIndices(std::make_shared<pcl::Indices>(pcl::Indices{0, 1, 2, 3, 4}));
-    EXPECT_EQ(fuse(filter, cloud).size(), 1u);
+    EXPECT_EQ(fused(filter, cloud).size(), 1u);
     const pcl::Indices expected{0, hasConfidence<TypeParam> ? 1 : 4};
     EXPECT_EQ(*filter.getRemovedIndices(), extract ? expected : pcl::Indices());
   }
 }
 
 TYPED_TEST(AdaptiveHashFusionOf, NamesAPointThatIsTooFarOut) {
-  const auto cloud = plane<TypeParam>();
+  const auto cloud = planeOf<TypeParam>();
   cloud->push_back(distinctPoint<TypeParam>(0.5f, 1e7f, 0.25f, 1));
   AdaptiveHashFusion<TypeParam> filter;
-  expectThrow<pcl::PCLException>([&] { fuse(filter, cloud); }, {"AdaptiveHashFusion", "(0.5, 1e+07, 0.25)"});
+  expectThrow<pcl::PCLException>([&] { fused(filter, cloud); }, {"AdaptiveHashFusion", "(0.5, 1e+07, 0.25)"});
 }
 
 TYPED_TEST(AdaptiveHashFusionOf, OfTwoPointsInACellIsTheirWeightedMeanByHand) {
   AdaptiveHashFusion<TypeParam> filter;
   filter.setCameraIndices({0, 1});
-  const auto output = fuse(filter, twoPointsInACell<TypeParam>());
+  const auto output = fused(filter, twoPointsInACell<TypeParam>());
   ASSERT_EQ(output.size(), 1u);
   const float share = hasConfidence<TypeParam> ? 0.25f : 0.5f;  // of the second
   EXPECT_NEAR(output[0].x, 0.101f + share * 0.004f, 1e-6f);
@@ -202,7 +202,7 @@ TYPED_TEST(AdaptiveHashFusionOf, CarriesTheFieldsItDoesNotKnowFromTheMainReprese
       if (swap) std::swap((*cloud)[0], (*cloud)[1]);
       AdaptiveHashFusion<TypeParam> filter;
       filter.setCameraIndices({0, 1});
-      const auto output = fuse(filter, cloud);
+      const auto output = fused(filter, cloud);
       ASSERT_EQ(output.size(), 1u);
       const TypeParam& main = (*cloud)[swap ? 1 : 0];
       if constexpr (std::is_same_v<TypeParam, OddPoint>) {
@@ -226,7 +226,7 @@ TYPED_TEST(AdaptiveHashFusionOf, AveragesColourByHand) {
     point::setColor((*cloud)[1], {200, 150, 200});
     AdaptiveHashFusion<TypeParam> filter;
     filter.setCameraIndices({0, 1});
-    const auto output = fuse(filter, cloud);
+    const auto output = fused(filter, cloud);
     ASSERT_EQ(output.size(), 1u);
     EXPECT_EQ(output[0].r, hasConfidence<TypeParam> ? 125 : 150);
     EXPECT_EQ(output[0].g, hasConfidence<TypeParam> ? 75 : 100);
@@ -244,7 +244,7 @@ TYPED_TEST(AdaptiveHashFusionOf, AveragesNormalsByHandToUnitLength) {
     point::setNormal((*cloud)[1], {0, -1, 0});
     AdaptiveHashFusion<TypeParam> filter;
     filter.setCameraIndices({0, 1});
-    const auto output = fuse(filter, cloud);
+    const auto output = fused(filter, cloud);
     ASSERT_EQ(output.size(), 1u);
     const float first = hasConfidence<TypeParam> ? 0.75f : 0.5f;
     const float norm = std::sqrt(first * first + (1 - first) * (1 - first));
@@ -264,7 +264,7 @@ TYPED_TEST(AdaptiveHashFusionOf, ANormalThatIsNotKnownLeavesTheOthers) {
       point::setNormal((*cloud)[1 - unknown], {0, -3, 0});
       AdaptiveHashFusion<TypeParam> filter;
       filter.setCameraIndices({0, 1});
-      const auto output = fuse(filter, cloud);
+      const auto output = fused(filter, cloud);
       ASSERT_EQ(output.size(), 1u);
       EXPECT_EQ(output[0].normal_x, 0.0f);
       EXPECT_NEAR(output[0].normal_y, -1.0f, 1e-6f);
@@ -282,7 +282,7 @@ TYPED_TEST(AdaptiveHashFusionOf, ConfidenceOverOneCountsAsOne) {
     setConfidence((*cloud)[1], kInf);
     AdaptiveHashFusion<TypeParam> filter;
     filter.setCameraIndices({0, 1});
-    const auto output = fuse(filter, cloud);
+    const auto output = fused(filter, cloud);
     ASSERT_EQ(output.size(), 1u);
     EXPECT_NEAR(output[0].x, 0.103f, 1e-6f);  // half way between them
     EXPECT_EQ(confidenceOf(output[0]), 1.0f);
@@ -325,9 +325,9 @@ TEST(AdaptiveHashFusion, DoesNotDependOnTheOrderOfThePoints) {
     AdaptiveHashFusion<PointFused> filter;
     filter.setParameters(parameters);
     filter.setCameraIndices(cameras);
-    const auto a = fuse(filter, cloud);
+    const auto a = fused(filter, cloud);
     filter.setCameraIndices(shuffled_cameras);
-    const auto b = fuse(filter, shuffled);
+    const auto b = fused(filter, shuffled);
     ASSERT_GT(a.size(), 100u);
     ASSERT_EQ(a.size(), b.size());
     for (const PointFused& p : a)
@@ -349,12 +349,12 @@ TEST(AdaptiveHashFusion, GivesTheSameBytesOnAnyNumberOfThreads) {
     filter.setParameters(parameters);
     filter.setCameraIndices(cameras);
     filter.setNumberOfThreads(1);
-    const auto one = fuse(filter, cloud);
+    const auto one = fused(filter, cloud);
     const pcl::Indices removed = *filter.getRemovedIndices();
     ASSERT_GT(one.size(), 1000u);
     for (const unsigned int threads : {2u, 3u, 0u}) {
       filter.setNumberOfThreads(threads);
-      EXPECT_TRUE(sameClouds(fuse(filter, cloud), one)) << threads << " threads";
+      EXPECT_TRUE(sameClouds(fused(filter, cloud), one)) << threads << " threads";
       EXPECT_EQ(*filter.getRemovedIndices(), removed);
     }
   }
@@ -367,13 +367,13 @@ TEST(AdaptiveHashFusion, NamesTheFirstPointThatIsTooFarOutOnAnyNumberOfThreads) 
   for (const unsigned int threads : {1u, 2u, 3u}) {
     AdaptiveHashFusion<PointFused> filter;
     filter.setNumberOfThreads(threads);
-    expectThrow<pcl::PCLException>([&] { fuse(filter, cloud); }, {"(2e+07, "});
+    expectThrow<pcl::PCLException>([&] { fused(filter, cloud); }, {"(2e+07, "});
   }
 }
 
 TEST(AdaptiveHashFusion, CellsAreFixedToTheWorldSoThatPointsFarAwayChangeNothing) {
   const auto cloud = scattered(3000);
-  const auto alone = fuse<PointFused>(cloud);
+  const auto alone = fused<PointFused>(cloud);
   const auto more = std::make_shared<pcl::PointCloud<PointFused>>();
   for (const float far : {-7.123f, 5.017f}) {
     for (int i = 0; i < 50; ++i) {
@@ -383,7 +383,7 @@ TEST(AdaptiveHashFusion, CellsAreFixedToTheWorldSoThatPointsFarAwayChangeNothing
     if (far < 0) *more += *cloud;
   }
   pcl::PointCloud<PointFused> near;
-  for (const PointFused& p : fuse<PointFused>(more))
+  for (const PointFused& p : fused<PointFused>(more))
     if (std::fabs(p.x) < 2) near.push_back(p);
   EXPECT_TRUE(sameClouds(near, alone));
 }
@@ -393,7 +393,7 @@ TEST(AdaptiveHashFusion, PointsInDifferentCellsOnEitherSideOfTheOriginStayApart)
   for (const float x : {-0.001f, 0.001f})
     for (const float y : {-0.001f, 0.001f})
       for (const float z : {-0.001f, 0.001f}) cloud->push_back({x, y, z});
-  const auto output = fuse<pcl::PointXYZ>(cloud);
+  const auto output = fused<pcl::PointXYZ>(cloud);
   ASSERT_EQ(output.size(), 8u);
   for (const pcl::PointXYZ& p : output) EXPECT_NEAR(p.getVector3fMap().cwiseAbs().minCoeff(), 0.001f, 1e-7f);
 }
@@ -404,10 +404,10 @@ TEST(AdaptiveHashFusion, CellsFollowTheLocalDensityByHand) {
   for (int i = 0; i < 16; ++i)
     dense->push_back(
         {0.008f + 0.016f * static_cast<float>(i % 4), 0.008f + 0.016f * static_cast<float>(i / 4), 0.008f});
-  EXPECT_EQ(fuse<pcl::PointXYZ>(dense).size(), 16u);
+  EXPECT_EQ(fused<pcl::PointXYZ>(dense).size(), 16u);
   // Four of them want four children of 32 mm: these four share one.
   const auto sparse = std::make_shared<pcl::PointCloud<pcl::PointXYZ>>(*dense, pcl::Indices{0, 1, 4, 5});
-  const auto output = fuse<pcl::PointXYZ>(sparse);
+  const auto output = fused<pcl::PointXYZ>(sparse);
   ASSERT_EQ(output.size(), 1u);
   EXPECT_NEAR(output[0].x, 0.016f, 1e-6f);
   EXPECT_NEAR(output[0].y, 0.016f, 1e-6f);
@@ -416,7 +416,7 @@ TEST(AdaptiveHashFusion, CellsFollowTheLocalDensityByHand) {
   parameters.min_cell_size = 0.064f;
   AdaptiveHashFusion<pcl::PointXYZ> coarse;
   coarse.setParameters(parameters);
-  EXPECT_EQ(fuse(coarse, dense).size(), 1u);
+  EXPECT_EQ(fused(coarse, dense).size(), 1u);
 }
 
 TEST(AdaptiveHashFusion, DropsAPointUnderTheLeastWeight) {
@@ -426,11 +426,11 @@ TEST(AdaptiveHashFusion, DropsAPointUnderTheLeastWeight) {
     cloud->back().confidence = C;
   }
   AdaptiveHashFusion<PointFused> filter;
-  EXPECT_EQ(fuse(filter, cloud).size(), 2u);  // weak, but alone
+  EXPECT_EQ(fused(filter, cloud).size(), 2u);  // weak, but alone
   AggregationParameters parameters;
   parameters.min_weight = 0.2f;
   filter.setParameters(parameters);
-  const auto output = fuse(filter, cloud);
+  const auto output = fused(filter, cloud);
   ASSERT_EQ(output.size(), 1u);
   EXPECT_NEAR(output[0].x, 0.3f, 1e-6f);
 }
@@ -442,13 +442,13 @@ TEST(AdaptiveHashFusion, AWeakPointBesideABetterOneGoesUnlessAllAreKept) {
   (*cloud)[0].confidence = 0.9f;
   (*cloud)[1].confidence = 0.1f;
   AdaptiveHashFusion<PointFused> filter;
-  const auto output = fuse(filter, cloud);
+  const auto output = fused(filter, cloud);
   ASSERT_EQ(output.size(), 1u);
   EXPECT_NEAR(output[0].x, 0.01f, 1e-6f);
   AggregationParameters parameters;
   parameters.weak_weight = 0;
   filter.setParameters(parameters);
-  EXPECT_EQ(fuse(filter, cloud).size(), 2u);
+  EXPECT_EQ(fused(filter, cloud).size(), 2u);
 }
 
 /** \brief Six points of four cameras in one cell that is not refined; x in millimetres is 1, 2, 4, 8, 16, 32. */
@@ -474,7 +474,7 @@ class SixPointsOfFourCameras : public ::testing::Test {
     parameters.representatives = mode;
     filter.setParameters(parameters);
     filter.setCameraIndices(cameras);
-    const auto output = fuse(filter, cloud);
+    const auto output = fused(filter, cloud);
     EXPECT_EQ(output.size(), 1u);
     return output.empty() ? PointFused() : output[0];
   }
@@ -547,7 +547,7 @@ TEST(AdaptiveHashFusion, WithAFrameCellsAreWeighedWithVOfTheRepresentativesOrOfT
   // V is 1 for the first and 1/e for the second.
   parameters.consistency_at = ConsistencyAt::Representatives;
   filter.setParameters(parameters);
-  auto output = fuse(filter, cloud);
+  auto output = fused(filter, cloud);
   ASSERT_EQ(output.size(), 1u);
   const float V = std::exp(-1.0f);
   EXPECT_NEAR(output[0].z, (2.0f + V * 2.02f) / (1 + V), 1e-5f);
@@ -556,7 +556,7 @@ TEST(AdaptiveHashFusion, WithAFrameCellsAreWeighedWithVOfTheRepresentativesOrOfT
   // Their mean is half a σ behind the wall, whichever camera is asked.
   parameters.consistency_at = ConsistencyAt::CellMean;
   filter.setParameters(parameters);
-  output = fuse(filter, cloud);
+  output = fused(filter, cloud);
   ASSERT_EQ(output.size(), 1u);
   EXPECT_NEAR(output[0].z, 2.01f, 1e-5f);
   EXPECT_NEAR(output[0].intensity, std::exp(-0.25f), 1e-4f);
@@ -565,15 +565,15 @@ TEST(AdaptiveHashFusion, WithAFrameCellsAreWeighedWithVOfTheRepresentativesOrOfT
   PreprocessingParameters near;
   near.max_range = 1.5f;
   filter.setPreprocessing(near);
-  EXPECT_NEAR(fuse(filter, cloud)[0].intensity, 1.0f, 1e-6f);
+  EXPECT_NEAR(fused(filter, cloud)[0].intensity, 1.0f, 1e-6f);
   filter.setPreprocessing({});
-  EXPECT_NEAR(fuse(filter, cloud)[0].intensity, std::exp(-0.25f), 1e-4f);
+  EXPECT_NEAR(fused(filter, cloud)[0].intensity, std::exp(-0.25f), 1e-4f);
 
   filter.setCameraIndices({0, 2});
-  expectThrow([&] { fuse(filter, cloud); }, {"AdaptiveHashFusion", "point 1", "camera 2", "has 2"});
+  expectThrow([&] { fused(filter, cloud); }, {"AdaptiveHashFusion", "point 1", "camera 2", "has 2"});
 
   filter.setFrame({});  // no frame any more: V = 1, and cameras have any numbers
-  EXPECT_NEAR(fuse(filter, cloud)[0].intensity, 1.0f, 1e-6f);
+  EXPECT_NEAR(fused(filter, cloud)[0].intensity, 1.0f, 1e-6f);
 }
 
 TEST(AdaptiveHashFusion, FusesWhatDepthBackprojectionMakesOfAView) {
@@ -588,7 +588,7 @@ TEST(AdaptiveHashFusion, FusesWhatDepthBackprojectionMakesOfAView) {
   backprojection.setView(view);
   const auto points = std::make_shared<pcl::PointCloud<PointFused>>();
   backprojection.filter(*points);
-  const auto output = fuse<PointFused>(points);
+  const auto output = fused<PointFused>(points);
   EXPECT_EQ(output.size(), points->size());  // a metre apart
   for (const PointFused& p : output) EXPECT_EQ(p.confidence, 1.0f);
 }
@@ -596,7 +596,8 @@ TEST(AdaptiveHashFusion, FusesWhatDepthBackprojectionMakesOfAView) {
 TEST(AdaptiveHashFusion, CountsCameraIndicesAndPointsIfTheyDiffer) {
   AdaptiveHashFusion<pcl::PointXYZ> filter;
   filter.setCameraIndices({0, 1, 2});
-  expectThrow([&] { fuse(filter, plane<pcl::PointXYZ>()); }, {"AdaptiveHashFusion", "3 camera indices", "400 points"});
+  expectThrow([&] { fused(filter, planeOf<pcl::PointXYZ>()); },
+              {"AdaptiveHashFusion", "3 camera indices", "400 points"});
 }
 
 TEST(BadParameters, AdaptiveHashFusionNamesThem) {
