@@ -1,4 +1,6 @@
-// What device_comparison.h and pose_comparison.h declare to be compiled elsewhere.
+// What device_comparison.h and pose_comparison.h declare to be compiled elsewhere. The first header shows that it is complete.
+#include <fuse_flow/extrinsic_tracking.h>
+// And those of the GPU.
 #include <fuse_flow/gpu/extrinsic_estimation.h>
 #include <fuse_flow/gpu/fuse_flow.h>
 #include <fuse_flow/point_types.h>
