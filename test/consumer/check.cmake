@@ -11,7 +11,7 @@ endfunction()
 function(configure from to build_type)
   run(${CMAKE_COMMAND} -S ${from} -B ${to} -G ${generator} -DCMAKE_BUILD_TYPE=${build_type} -DCMAKE_C_COMPILER=${c_compiler}
       -DCMAKE_CXX_COMPILER=${cxx_compiler} -DCMAKE_CXX_COMPILER_LAUNCHER=${launcher}
-      "-DCMAKE_CXX_FLAGS=-Wall -Wextra -Wpedantic -Wshadow -Werror" -DCMAKE_CXX_FLAGS_DEBUG=-O0 ${ARGN})
+      "-DCMAKE_CXX_FLAGS=$ENV{CXXFLAGS} -Wall -Wextra -Wpedantic -Wshadow -Werror" -DCMAKE_CXX_FLAGS_DEBUG=-O0 ${ARGN})
 endfunction()
 
 if(mode STREQUAL "install")

@@ -9,6 +9,7 @@
 
 #include <map>
 #include <memory>
+#include <random>
 #include <string_view>
 
 namespace {
@@ -149,6 +150,23 @@ TEST_F(Person, RestsExactlyOnTheImplicitSurface) {
   for (const Object& object : scene.movingObjects(0))
     for (const Vector3f& v : object.mesh.rest)
       ASSERT_NEAR(PersonBody::distance(v.cast<double>()), 0, 1e-5) << v.transpose();
+}
+
+/** \brief Nowhere does a part of the body begin or end to count from one point to the next: not where a coordinate is a whole number
+ *  of centimetres either, where cells end in which some are left out. */
+TEST_F(Person, HasADistanceWithoutSteps) {
+  std::mt19937 random(8);
+  std::uniform_real_distribution<double> x(-0.4, 0.4), y(-0.8, 0.8), z(-0.1, 1.9);
+  for (int k = 0; k < 20000 * timesOver(10, 1); ++k) {
+    const Vector3d p(x(random), y(random), z(random));
+    for (int axis = 0; axis < 3; ++axis) {
+      constexpr double step = 1e-6;
+      Vector3d before = p;
+      before[axis] = 0.01 * std::round(100 * p[axis]) - step;
+      const Vector3d after = before + 2 * step * Vector3d::Unit(axis);
+      ASSERT_NEAR(PersonBody::distance(before), PersonBody::distance(after), 4 * step) << p.transpose();
+    }
+  }
 }
 
 TEST_F(Person, MovesSmoothly) {
