@@ -14,6 +14,9 @@
 #if defined(__GLIBC__)
 #include <malloc.h>
 #endif
+#if __has_include(<mm_malloc.h>)
+#include <mm_malloc.h>  // clang's declares posix_memalign() otherwise than below, which is no error only if it comes first
+#endif
 
 // CUDA's driver allocates as it likes.
 #if defined(__GLIBC__) && !defined(FUSE_FLOW_TEST_SANITIZED) && !defined(__CUDACC__)
