@@ -1,6 +1,7 @@
-// What device_comparison.h and pose_comparison.h declare to be compiled elsewhere. The first header shows that it is complete.
+// First, to show that its definitions need no other header: test/CMakeLists.txt compiles it alone without them.
 #include <fuse_flow/extrinsic_tracking.h>
-// And those of the GPU.
+
+// What device_comparison.h and pose_comparison.h declare to be compiled elsewhere.
 #include <fuse_flow/gpu/extrinsic_estimation.h>
 #include <fuse_flow/gpu/fuse_flow.h>
 #include <fuse_flow/point_types.h>
