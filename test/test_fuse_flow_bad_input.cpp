@@ -268,6 +268,8 @@ TEST(FuseFlowBadInput, AParameterOutOfItsRangeIsRefusedByClassNameAndValueAndCha
       {[](auto& p) { p.smoothing.wide_above = -1; }, {"FuseFlow", "smoothing_wide_above", "-1"}},
       {[](auto& p) { p.half_weight_noise = -1; }, {"FuseFlow", "half_weight_noise", "-1"}},
       {[=](auto& p) { p.max_noise = nan; }, {"FuseFlow", "max_noise", "nan"}},
+      {[](auto& p) { p.min_support = 9; }, {"FuseFlow", "min_support", "9"}},
+      {[](auto& p) { p.min_support = -1; }, {"FuseFlow", "min_support", "-1"}},
       {[](auto& p) { p.aggregation.min_weight = 2; }, {"AdaptiveHashFusion", "min_weight", "2"}},
       {[=](auto& p) { p.aggregation.weak_weight = nan; }, {"AdaptiveHashFusion", "weak_weight", "nan"}},
       {[](auto& p) { p.aggregation.confirmation_reach = -1; }, {"AdaptiveHashFusion", "confirmation_reach", "-1"}},

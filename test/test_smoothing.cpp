@@ -320,6 +320,7 @@ TEST(Refinement, ThePublishedFormHasNone) {
   EXPECT_FALSE(published.adapt_noise);
   EXPECT_EQ(published.half_weight_noise, 0.0f);
   EXPECT_EQ(published.max_noise, 0.0f);
+  EXPECT_EQ(published.min_support, 0);
 }
 
 }  // namespace

@@ -73,6 +73,7 @@ ParameterOptions::ParameterOptions(CLI::App& app) {
   add(app, "--adapt-noise", given_.adapt_noise, "measure how noisy each view is (true/false)");
   add(app, "--half-weight-noise", given_.half_weight_noise, "axial noise that halves a weight, m; 0: none does");
   add(app, "--max-noise", given_.max_noise, "drop measurements of more axial noise, m; 0: none");
+  add(app, "--min-support", given_.min_support, "drop measurements that fewer neighbours continue, 1-8; 0: none");
   ConfidenceParameters& c = given_.confidence;
   addEnum(app, "--confidence-form", c.form,
           {{"published", ConfidenceForm::Published}, {"slope_compensated", ConfidenceForm::SlopeCompensated}}, "eq. 3");

@@ -27,6 +27,7 @@ std::vector<Gate> gatesOf(const FuseFlowParameters& p) {
         [](FuseFlowParameters& q) { q.aggregation.min_weight = 0; });
   if (p.max_noise > 0)
     add("largest noise, mm", 1000 * static_cast<double>(p.max_noise), [](FuseFlowParameters& q) { q.max_noise = 0; });
+  if (p.min_support > 0) add("smallest support", p.min_support, [](FuseFlowParameters& q) { q.min_support = 0; });
   return gates;
 }
 

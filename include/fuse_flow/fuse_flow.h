@@ -37,6 +37,10 @@ struct FuseFlowParameters {
   /** \brief Measurements with more axial noise than this are dropped, metres; ≥ 0, 0: none is. Smoothing cannot bring them
    *  near to the surface: they are what a noisy sensor leaves beside it. */
   float max_noise{0.07f};
+  /** \brief Of the eight pixels around a measurement so many must pass the gate of eq. 9 too and continue its surface, see
+   *  surfaceSupport(), or it is dropped: what sensors measure beside an edge, between one surface and another, lies alone; 0 … 8, 0: none must. Up to 3 the
+   *  corners of surfaces stay. Without measurement confidence none must. */
+  int min_support{3};
   /** \brief MF of the paper's ablation; off: C = 1 wherever there is a measurement. */
   bool use_measurement_confidence{true};
   /** \brief DC; off: V = 1. */
@@ -56,8 +60,9 @@ inline void checkParameters(const FuseFlowParameters& parameters);
 
 /** \brief What happened in the last frame. */
 struct FrameStatistics {
-  std::size_t measured_points{0};            ///< pixels with a measurement in range
-  std::size_t gated_points{0};               ///< of those, the ones with C > τ, within max_noise, inside the crop box
+  std::size_t measured_points{0};  ///< pixels with a measurement in range
+  /** \brief Of those, the ones with C > τ, within max_noise, with min_support, inside the crop box. */
+  std::size_t gated_points{0};
   std::size_t coarse_cells{0};               ///< that hold a gated point
   std::size_t fused_points{0};               ///< of the output cloud
   std::vector<std::size_t> missing_cameras;  ///< numbers of the cameras without a view

@@ -162,6 +162,7 @@ inline fuse_flow::FuseFlowParameters parameters(Random& random, double scale = 1
   p.half_weight_noise = random.oneIn(3) ? 0.0f : random.uniform(0.002f, 0.1f);
   p.max_noise =
       random.oneIn(2) ? 0.0f : random.uniform(0.5f, 3.0f) * axialNoise(p.confidence, static_cast<float>(scale));
+  p.min_support = random.below(9);
   p.confidence.form = random.oneIn(2) ? ConfidenceForm::Published : ConfidenceForm::SlopeCompensated;
   p.confidence.threshold = random.oneIn(3) ? random.uniform(0.0f, 0.7f) : p.confidence.threshold;
   p.consistency.occlusion = random.oneIn(2) ? OcclusionForm::Published : OcclusionForm::OcclusionAware;

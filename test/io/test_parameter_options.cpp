@@ -49,6 +49,7 @@ const std::vector<Option>& options() {
       {"--adapt-noise", "false", [](const P& p) { return p.adapt_noise; }, 0, "0.5"},
       {"--half-weight-noise", "0.5", [](const P& p) { return p.half_weight_noise; }, 0.5, "-1"},
       {"--max-noise", "0.5", [](const P& p) { return p.max_noise; }, 0.5, "-1"},
+      {"--min-support", "5", [](const P& p) { return p.min_support; }, 5, "9"},
       {"--confidence-form", "published", [](const P& p) { return static_cast<double>(p.confidence.form); },
        static_cast<double>(ConfidenceForm::Published), "printed"},
       {"--alpha", "0.31", [](const P& p) { return p.confidence.alpha; }, 0.31, "-1"},

@@ -125,7 +125,7 @@ TEST_F(FrameFusing, TheSettingThatLeavesNoPointIsFound) {
               p.confidence.threshold = 1;
               p.aggregation.min_weight = 1;
             }),
-            "no point passes tau = 1, smallest weight = 1, largest noise, mm = 70");
+            "no point passes tau = 1, smallest weight = 1, largest noise, mm = 70, smallest support = 3");
 }
 
 TEST_F(FrameFusing, AParameterOutOfRangeIsAnAnswerThatNamesIt) {

@@ -68,8 +68,8 @@ class FramePipeline {
 
   /** \brief Device memory held. */
   std::size_t bytes() const {
-    return views_.bytes() + maps_.bytes() + table_.bytes() + points_.bytes() + slots_.bytes() + gated_.bytes() +
-           aggregation_.bytes() + fused_.bytes() + run.scratchBytes();
+    return views_.bytes() + maps_.bytes() + table_.bytes() + weights_.bytes() + points_.bytes() + slots_.bytes() +
+           gated_.bytes() + aggregation_.bytes() + fused_.bytes() + run.scratchBytes();
   }
 
  private:
@@ -103,11 +103,13 @@ class FramePipeline {
     const std::size_t pixels = views_.pixels();
     points_.resize(pixels);
     slots_.resize(pixels);
+    if (detail::asksForSupport(parameters)) weights_.resize(pixels);
     counters_.device(run);  // the first time it starts something of its own
     const std::size_t capacity = parameters.use_spatial_hash ? std::max(table_.capacity(), pixels / 64) : 1;
     const auto launches = [&] {
       maps_.make(run, times, views_,
                  {parameters.preprocessing, parameters.smoothing, parameters.confidence, parameters.adapt_noise});
+      if (detail::asksForSupport(parameters)) weigh();
       generateInto(capacity);
     };
     if (times.enabled || parameters.preprocessing.bilateral) {  // which wait in between
@@ -137,13 +139,11 @@ class FramePipeline {
     PointCounts* counts = &counters_.device(run)->points;
     run.fill(counts, 1, 0);
     run.fill(&counts->too_far, 1, 0xff);
+    const bool support = detail::asksForSupport(parameters);
     const GeneratePoints step{views_.grid(),
-                              maps_.measured(),
-                              maps_.refined(),
-                              parameters.confidence,
-                              parameters.half_weight_noise,
-                              parameters.max_noise,
-                              parameters.use_measurement_confidence,
+                              measurement(),
+                              support ? weights_.data() : nullptr,
+                              parameters.min_support,
                               parameters.use_spatial_hash,
                               1.0f / parameters.aggregation.cell_size,
                               detail::cropBox(parameters),
@@ -156,10 +156,37 @@ class FramePipeline {
 #else
     run.forEach(chunks(), step);
 #endif
-    const bool two_maps = parameters.smoothing.passes > 0 && parameters.use_measurement_confidence;
-    times.mark("confidence, points, cells", static_cast<double>(pixels) * ((two_maps ? 8 : 4) + sizeof(WeightedPoint) +
-                                                                           (parameters.use_spatial_hash ? 4 : 0)));
+    const double read = support ? 8 : readToWeigh();
+    times.mark("points, cells",
+               static_cast<double>(pixels) * (read + sizeof(WeightedPoint) + (parameters.use_spatial_hash ? 4 : 0)));
     counters_.fetch(run);
+  }
+
+  /** \brief Bytes of depth a pixel. */
+  double readToWeigh() const {
+    return parameters.smoothing.passes > 0 && parameters.use_measurement_confidence ? 8 : 4;
+  }
+
+  WeighMeasurement measurement() const {
+    return {views_.grid(),
+            maps_.measured(),
+            maps_.refined(),
+            parameters.confidence,
+            parameters.half_weight_noise,
+            parameters.max_noise,
+            parameters.use_measurement_confidence};
+  }
+
+  /** \brief What every measurement weighs, for its neighbours. */
+  void weigh() {
+    const WeighMeasurements step{measurement(), weights_.data()};
+#if FUSE_FLOW_CUDA
+    run.launch("weighMeasurementsKernel", weighMeasurementsKernel, views_.tiles().count, kTileThreads, step,
+               views_.tiles());
+#else
+    run.forEach(views_.pixels(), step);
+#endif
+    times.mark("confidence", static_cast<double>(views_.pixels()) * (readToWeigh() + 4));
   }
 
   void keepNoiseScales() {
@@ -220,6 +247,7 @@ class FramePipeline {
   DepthMaps maps_;
   CellTable table_;
   CellTableView table_view_{};
+  DeviceBuffer<float> weights_;
   DeviceBuffer<WeightedPoint> points_;
   DeviceBuffer<std::uint32_t> slots_, gated_;
   Aggregation aggregation_{run, times, counters_};

@@ -15,9 +15,8 @@ struct PointCounts {
   std::uint32_t too_far;
 };
 
-/** \brief Eq. 3, 8, 9 and the coarse cell of every pixel. As a step of forEach() it works on one chunk of pixels; the CUDA
- *  kernel, one warp a chunk, gives the same. */
-struct GeneratePoints {
+/** \brief Eq. 3, and what a measurement weighs by eq. 9 before its neighbours have their say. */
+struct WeighMeasurement {
   PixelGrid grid;
   /** \brief As measured, for the confidence; and D^r of eq. 8. */
   const float* raw_z;
@@ -27,15 +26,6 @@ struct GeneratePoints {
   float half_weight_noise;
   float max_noise;
   bool use_confidence;
-  bool use_cells;
-  float inverse_cell_size;
-  Box crop_box;
-  CellTableView table;
-
-  WeightedPoint* points;
-  /** \brief Slot of each point's coarse cell in the table; kNone: no point. */
-  std::uint32_t* slots;
-  PointCounts* counts;
 
   FUSE_FLOW_HD float measurementConfidence(const DeviceView& view, int u, int v, std::uint32_t index) const {
     float C = 1.0f;
@@ -48,21 +38,70 @@ struct GeneratePoints {
     return view.confidence ? C * givenConfidence(view.confidence.row(v)[u]) : C;
   }
 
+  /** \brief Of a pixel with a measurement; 0: gated. */
+  FUSE_FLOW_HD float weight(const DeviceView& view, int u, int v, std::uint32_t index) const {
+    const MeasurementGate gate =
+        measurementGate(use_confidence ? confidence.threshold : 0.0f, max_noise, half_weight_noise, view.noise_scale);
+    return gate.weight(confidence, measurementConfidence(view, u, v, index), z[index]);
+  }
+};
+
+/** \brief The weights of all pixels, for their neighbours. */
+struct WeighMeasurements {
+  WeighMeasurement measurement;
+  float* weights;
+
+  FUSE_FLOW_HD void weigh(const PixelAddress& a, std::uint32_t index) const {
+    const DeviceView& view = measurement.grid.views[a.view];
+    const bool there = a.u < view.model.intrinsics.width && measurement.z[index] > 0;
+    weights[index] = there ? measurement.weight(view, a.u, a.v, index) : 0.0f;
+  }
+  FUSE_FLOW_HD void operator()(std::uint32_t index) const { weigh(measurement.grid.addressOf(index), index); }
+};
+
+/** \brief Eq. 3, 8, 9 and the coarse cell of every pixel. As a step of forEach() it works on one chunk of pixels; the CUDA
+ *  kernel, one warp a chunk, gives the same. */
+struct GeneratePoints {
+  PixelGrid grid;
+  WeighMeasurement measurement;
+  /** \brief Of WeighMeasurements; null where no support is asked for. */
+  const float* weights;
+  int min_support;
+  bool use_cells;
+  float inverse_cell_size;
+  Box crop_box;
+  CellTableView table;
+
+  WeightedPoint* points;
+  /** \brief Slot of each point's coarse cell in the table; kNone: no point. */
+  std::uint32_t* slots;
+  PointCounts* counts;
+
+  /** \brief Of a pixel with a measurement; 0: it becomes no point. */
+  FUSE_FLOW_HD float weight(const DeviceView& view, int u, int v, std::uint32_t index) const {
+    if (weights == nullptr) return measurement.weight(view, u, v, index);
+    const float own = weights[index];
+    if (!(own > 0)) return 0;
+    DepthPatch around, depth;
+    readPatch({&view, weights}, u, v, index, 1, around.z);
+    readPatch({&view, measurement.z}, u, v, index, 1, depth.z);
+    const int support = surfaceSupport(measurement.confidence, view.slope, view.noise_scale, depth, around);
+    return support >= min_support ? own : 0.0f;
+  }
+
   /** \brief Pixel u of a row; C = 0: no measurement or gated. */
   FUSE_FLOW_HD WeightedPoint measure(const DeviceView& view, int u, int v, bool& measured) const {
     measured = false;
     if (u >= view.model.intrinsics.width) return {};
     const std::uint32_t index = view.indexOf(u, v);
-    const float depth = z[index];
+    const float depth = measurement.z[index];
     if (!(depth > 0)) return {};
     measured = true;
-    const MeasurementGate gate =
-        measurementGate(use_confidence ? confidence.threshold : 0.0f, max_noise, half_weight_noise, view.noise_scale);
-    const float weight = gate.weight(confidence, measurementConfidence(view, u, v, index), depth);
-    if (!(weight > 0)) return {};
+    const float own = weight(view, u, v, index);
+    if (!(own > 0)) return {};
     const Vec3 p = view.model.T_world_camera * pointOnRay(view.ray(u, v), depth);  // eq. 8
     if (!crop_box.contains(p)) return {};
-    return {p, weight};
+    return {p, own};
   }
 
   /** \brief Key of a point's coarse cell; kEmpty for none, and for a point too far out, whose number is reported. */

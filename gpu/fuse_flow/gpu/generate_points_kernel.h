@@ -26,6 +26,12 @@ __device__ inline std::uint32_t slotOfWarp(const GeneratePoints& step, std::uint
   return __shfl_sync(all, slot, 31 - __clz(upto));
 }
 
+/** \brief WeighMeasurements, one block a tile. */
+static __global__ void __launch_bounds__(kTileThreads)
+    weighMeasurementsKernel(const WeighMeasurements step, const TileGrid tiles) {
+  forEachPixelOfTile(tiles, [&step](const PixelAddress& a, std::uint32_t index) { step.weigh(a, index); });
+}
+
 /** \brief GeneratePoints, one block a tile. */
 static __global__ void __launch_bounds__(kTileThreads)
     generatePointsKernel(const GeneratePoints step, const TileGrid tiles) {

@@ -12,6 +12,7 @@ inline FuseFlowParameters FuseFlowParameters::published() {
   p.adapt_noise = false;
   p.half_weight_noise = 0;
   p.max_noise = 0;
+  p.min_support = 0;
   p.confidence.form = ConfidenceForm::Published;
   p.confidence.threshold = 0.4f;
   p.consistency.occlusion = OcclusionForm::Published;
@@ -33,6 +34,7 @@ inline void checkParameters(const FuseFlowParameters& p) {
   checkParameters(p.aggregation);
   detail::checkNonNegative("fuse_flow::FuseFlow", "half_weight_noise", p.half_weight_noise);
   detail::checkNonNegative("fuse_flow::FuseFlow", "max_noise", p.max_noise);
+  detail::checkRange("fuse_flow::FuseFlow", "min_support", p.min_support, 0, 8);
   if (p.crop_box && (p.crop_box->isEmpty() || !p.crop_box->min().allFinite() || !p.crop_box->max().allFinite()))
     detail::throwBadArgument("fuse_flow::FuseFlow: crop_box is empty or not finite");
 }

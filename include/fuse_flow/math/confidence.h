@@ -58,7 +58,7 @@ FUSE_FLOW_HD float confidence(const ConfidenceParameters& p, float G, float sigm
   return (p.alpha * s + p.gamma * g) / (g * s * (p.alpha + p.gamma));  // one division instead of three
 }
 
-/** \brief The 3×3 neighbourhood of a depth pixel, row by row, metres; 0 where there is no measurement. */
+/** \brief The 3×3 neighbourhood of a depth pixel, row by row, metres; 0 where there is no measurement. Also of other figures, as of weights. */
 struct DepthPatch {
   float z[9];  ///< z[4] is the pixel itself
 };
@@ -149,6 +149,24 @@ FUSE_FLOW_HD MeasurementGate measurementGate(float threshold, float max_noise, f
                                              float noise_scale) {
   return {threshold, noiseLimit(max_noise, noise_scale),
           half_weight_noise > 0 ? noise_scale / half_weight_noise : 0.0f};
+}
+
+/** \brief How many of the eight measurements around one pass the gate too and continue its surface: differ from it by no more than the step
+ *  of a surface seen at max_incidence and three standard deviations of noise. \param slope of slopeScale()
+ *  \param noise_scale noiseScale() of the view  \param depth D^r of eq. 8  \param weight of the same pixels, see MeasurementGate */
+FUSE_FLOW_HD int surfaceSupport(const ConfidenceParameters& p, const SlopeScale& slope, float noise_scale,
+                                const DepthPatch& depth, const DepthPatch& weight) {
+  const float centre = depth.z[4];
+  const float noise = 3.0f * noise_scale * axialNoise(p, centre);
+  const float straight = 0.5f * slope.straight * centre + noise;
+  const float diagonal = 0.5f * slope.diagonal * centre + noise;
+  int count = 0;
+  for (int i = 0; i < 9; ++i) {
+    if (i == 4) continue;
+    const bool continues = std::fabs(depth.z[i] - centre) <= (i % 2 == 0 ? diagonal : straight);
+    count += (weight.z[i] > 0) & continues;
+  }
+  return count;
 }
 
 /** \brief What a sensor's own confidence multiplies C by; NaN counts as none. */

@@ -73,6 +73,8 @@ struct RowsOfPatch {
   const float* __restrict below;
   int step;
 
+  RowsOfPatch(const float* row_above, const float* row, const float* row_below)
+      : above(row_above), here(row), below(row_below), step(1) {}
   RowsOfPatch(const DepthMap& depth, int v, int spacing)
       : above(depth.row(v - spacing)), here(depth.row(v)), below(depth.row(v + spacing)), step(spacing) {}
 

@@ -6,6 +6,7 @@
 #include <fuse_flow/impl/host/depth_surface.hpp>
 #include <fuse_flow/impl/host/point_row.hpp>
 #include <fuse_flow/impl/host/preprocessing.hpp>
+#include <fuse_flow/impl/host/weight_rows.hpp>
 #include <fuse_flow/impl/parameters.hpp>
 
 #include <chrono>
@@ -18,6 +19,11 @@ inline Box cropBox(const FuseFlowParameters& parameters) {
   if (!parameters.crop_box) return {};
   const Eigen::Vector3f &low = parameters.crop_box->min(), &high = parameters.crop_box->max();
   return {{low.x(), low.y(), low.z()}, {high.x(), high.y(), high.z()}};
+}
+
+/** \brief Whether measurements need others around them. */
+inline bool asksForSupport(const FuseFlowParameters& parameters) {
+  return parameters.use_measurement_confidence && parameters.min_support > 0;
 }
 
 }  // namespace detail
@@ -224,15 +230,18 @@ class FramePipeline {
     std::vector<RunBuilder>& builders = aggregation_.grid.start(stretches_.size());
     points_.assign(rig_, refined(), offsets_);
     crop_box_ = detail::cropBox(parameters);
-    if (rows_.size() < static_cast<std::size_t>(threads_)) rows_.resize(static_cast<std::size_t>(threads_));
+    if (rows_.size() < static_cast<std::size_t>(threads_)) {
+      rows_.resize(static_cast<std::size_t>(threads_));
+      weight_rows_.resize(static_cast<std::size_t>(threads_));
+    }
     std::size_t width = 0;
     for (const DepthMap& depth : depths_) width = std::max(width, static_cast<std::size_t>(depth.width()));
     for (PointRow& row : rows_) row.reserve(width);
+    for (WeightRows& rows : weight_rows_) rows.reserve(width);
     parallelFor(threads_, stretches_.size(), [&](std::size_t s, int thread) {
       builders[s].start(parameters.aggregation.cell_size);
       Counts counts;  // on this thread's stack: neighbours in an array would fight for one cache line
-      for (int v = stretches_[s].begin_row; v < stretches_[s].end_row; ++v)
-        generateRow(stretches_[s].view, v, rows_[static_cast<std::size_t>(thread)], builders[s], counts);
+      generateRows(stretches_[s], static_cast<std::size_t>(thread), builders[s], counts);
       builders[s].finish();
       counts_[s] = counts;
     });
@@ -242,18 +251,54 @@ class FramePipeline {
     }
   }
 
-  void generateRow(std::uint32_t i, int v, PointRow& row, RunBuilder& builder, Counts& counts) {
-    const float* z = refined(i).row(v);
-    const int width = depths_[i].width();
-    const std::uint32_t first = offsets_[i] + static_cast<std::uint32_t>(v) * static_cast<std::uint32_t>(width);
-    float* weights = points_.weights() + first;
+  void generateRows(const Stretch& stretch, std::size_t thread, RunBuilder& builder, Counts& counts) {
+    const std::uint32_t i = stretch.view;
+    const int width = depths_[i].width(), height = depths_[i].height();
+    const auto weightsOf = [&](int v) {
+      return points_.weights() + offsets_[i] + static_cast<std::uint32_t>(v) * static_cast<std::uint32_t>(width);
+    };
+    if (!detail::asksForSupport(parameters)) {
+      for (int v = stretch.begin_row; v < stretch.end_row; ++v) {
+        counts.measured += weighRow(i, v, weightsOf(v));
+        counts.gated += placeRow(i, v, weightsOf(v), rows_[thread], builder);
+      }
+      return;
+    }
+    const SlopeScale slope = slopeScale(parameters.confidence, 1.0f / rig_[i].intrinsics.fx);
+    WeightRows& around = weight_rows_[thread];
+    around.start(width);
+    // The rows beside the stretch are weighed twice, here and there.
+    for (int v = stretch.begin_row - 1; v <= stretch.end_row; ++v) {
+      if (v < 0 || v >= height) {
+        around.clear(v);
+      } else {
+        const std::size_t measured = weighRow(i, v, around.row(v));
+        if (v >= stretch.begin_row && v < stretch.end_row) counts.measured += measured;
+      }
+      if (v <= stretch.begin_row) continue;
+      around.keepSupported(parameters.confidence, slope, statistics.noise_scales[i], parameters.min_support, refined(i),
+                           v - 1, weightsOf(v - 1));
+      counts.gated += placeRow(i, v - 1, weightsOf(v - 1), rows_[thread], builder);
+    }
+  }
+
+  /** \brief Eq. 3 and 9. \returns how many measurements there are */
+  std::size_t weighRow(std::uint32_t i, int v, float* weights) const {
     measurementConfidence(i, v, weights);
     const MeasurementGate gate =
         measurementGate(parameters.use_measurement_confidence ? parameters.confidence.threshold : 0.0f,
                         parameters.max_noise, parameters.half_weight_noise, statistics.noise_scales[i]);
-    counts.measured += row.weigh(gate, parameters.confidence, z, width, weights);
-    counts.gated += row.place(rig_[i], v, crop_box_, parameters.aggregation.cell_size, z);
+    return PointRow::weigh(gate, parameters.confidence, refined(i).row(v), depths_[i].width(), weights);
+  }
+
+  /** \brief Eq. 8. \returns how many points there are */
+  std::size_t placeRow(std::uint32_t i, int v, float* weights, PointRow& row, RunBuilder& builder) const {
+    const int width = depths_[i].width();
+    const std::size_t gated =
+        row.place(rig_[i], v, crop_box_, parameters.aggregation.cell_size, refined(i).row(v), width, weights);
+    const std::uint32_t first = offsets_[i] + static_cast<std::uint32_t>(v) * static_cast<std::uint32_t>(width);
     if (parameters.use_spatial_hash) row.addTo(builder, first);
+    return gated;
   }
 
   void measurementConfidence(std::uint32_t i, int v, float* C) const {
@@ -305,6 +350,7 @@ class FramePipeline {
   std::vector<Counts> counts_;
   Box crop_box_;
   std::vector<PointRow> rows_;
+  std::vector<WeightRows> weight_rows_;
   HashAggregation aggregation_;
 };
 

@@ -28,18 +28,16 @@ class PointRow {
   }
 
   /** \brief Eq. 9: what the measurements of the row weigh. \param z metres, 0 where there is no measurement
-   *  \param weights the pixels' confidence, becomes their weight, and is kept \returns how many measurements there are */
-  std::size_t weigh(const MeasurementGate& gate, const ConfidenceParameters& parameters, const float* z, int width,
-                    float* weights) {
-    width_ = width;
-    weight_ = weights;
+   *  \param weights the pixels' confidence, becomes their weight \returns how many measurements there are */
+  static std::size_t weigh(const MeasurementGate& gate, const ConfidenceParameters& parameters, const float* z,
+                           int width, float* weights) {
     std::int32_t measured = 0;
-    inWideVectors([&, this] {
+    inWideVectors([&] {
       const ConfidenceParameters p = parameters;  // copies: the compiler then knows that nothing overwrites them
       const MeasurementGate g = gate;
       const int n = width;
       const float* __restrict depth = z;
-      float* __restrict weight = weight_;
+      float* __restrict weight = weights;
       std::int32_t count = 0;
       for (int u = 0; u < n; ++u) {
         const bool there = depth[u] > 0;
@@ -53,8 +51,11 @@ class PointRow {
   }
 
   /** \brief Eq. 8, and the coarse cell of each point. \param crop_box what is outside weighs nothing  \param z as of weigh()
-   *  \returns how many weigh something */
-  std::size_t place(const ViewGeometry& view, int v, const Box& crop_box, float cell_size, const float* z) {
+   *  \param weights of weigh(), kept \returns how many weigh something */
+  std::size_t place(const ViewGeometry& view, int v, const Box& crop_box, float cell_size, const float* z, int width,
+                    float* weights) {
+    width_ = width;
+    weight_ = weights;
     std::size_t gated = 0;
     view.withRays(0, v, [&](const auto& ray) {
       inWideVectors([&, this] {
