@@ -136,11 +136,12 @@ class Page {
                  drawing::drawClouds(picture, viewpoint));
       }
       for (std::size_t k = 0; k < peers.size(); ++k) bars[k].push_back(results[k].truth.accuracy_mean);
-      groups.push_back(setup.scene + " " + setup.rig + " " + shortName(setup.sensor));
+      groups.push_back(setup.scene + "\n" + setup.rig + "\n" + shortName(setup.sensor));
       all.insert(all.end(), results.begin(), results.end());
     }
     addImage(image, "Mean distance to the true surface",
-             drawing::drawBars({"Mean distance to the true surface", "", "mm"}, groups, names, bars));
+             drawing::drawBars({"Mean distance to the true surface", " " /* room for the names */, "mm"}, groups, names,
+                               bars));
     return all;
   }
 

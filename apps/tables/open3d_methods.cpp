@@ -1,6 +1,6 @@
 #include "tables/open3d_methods.h"
 
-#include <fuse_flow/impl/host/depth_map.hpp>
+#include <fuse_flow/impl/host/preprocessing.hpp>
 
 #include <open3d/camera/PinholeCameraIntrinsic.h>
 #include <open3d/geometry/Image.h>
@@ -73,8 +73,8 @@ class VoxelDownSampling : public io::Method {
   double leaf_;
 };
 
-/** \brief Every view into a ScalableTSDFVolume of its own frame, and its surface out. The truncation is that of Open3D's own
- *  examples. For lenses without distortion, as the simulator's are. */
+/** \brief Every view into a ScalableTSDFVolume of its own frame, and its surface out. Its depth is that of the other peers, light on detours
+ *  taken away; the truncation is that of Open3D's own examples. For lenses without distortion, as the simulator's are. */
 class Tsdf : public io::Method {
  public:
   explicit Tsdf(const io::MethodOptions& options) : options_(options) {}
@@ -110,10 +110,10 @@ class Tsdf : public io::Method {
     open3d::geometry::RGBDImage image;
     image.depth_.Prepare(view.width(), view.height(), 1, sizeof(float));
     image.color_.Prepare(view.width(), view.height(), 3, 1);
+    host::DepthMap depth;
+    host::makeDepthMap(options_.parameters.preprocessing, geometry, view, depth);
     for (int v = 0; v < view.height(); ++v) {
-      const PreprocessingParameters& range = options_.parameters.preprocessing;
-      host::convertDepthRow(view, range.min_range, range.max_range, v, geometry.corrections(v),
-                            image.depth_.PointerAt<float>(0, v));
+      std::copy_n(depth.row(v), view.width(), image.depth_.PointerAt<float>(0, v));
       if (view.color)
         std::memcpy(image.color_.PointerAt<std::uint8_t>(0, v, 0), view.color.row(v),
                     3 * static_cast<std::size_t>(view.width()));
