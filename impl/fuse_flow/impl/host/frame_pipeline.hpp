@@ -8,6 +8,7 @@
 #include <fuse_flow/impl/host/preprocessing.hpp>
 #include <fuse_flow/impl/host/weight_rows.hpp>
 #include <fuse_flow/impl/parameters.hpp>
+#include <fuse_flow/precompiled.h>
 
 #include <chrono>
 
@@ -38,35 +39,10 @@ class FramePipeline {
   FrameStatistics statistics;
 
   /** \brief Preprocessing, eq. 3, 8, 9. The frame must stay alive until its output has been read. */
-  void generate(const RigFrame& frame) {
-    const Clock::time_point start = Clock::now();  // a first frame lays out memory, which takes time too
-    checkRigFrame(frame);
-    frame_ = &frame;
-    threads_ = resolveThreads(threads);
-    rig_.update(frame.cameras);
-    layOut();
-    preprocess();
-    statistics.preprocess_ms = since(start);
-    const Clock::time_point generated = Clock::now();
-    generatePoints();
-    statistics.generate_ms = since(generated);
-  }
+  FUSE_FLOW_INLINE void generate(const RigFrame& frame);
 
   /** \brief Section 5; the fused points are then read with aggregation().forEach(). */
-  void aggregate() {
-    const Clock::time_point start = Clock::now();
-    aggregation_.grid.merge();
-    statistics.merge_ms = since(start);
-    statistics.coarse_cells = aggregation_.grid.cells().size();
-    const Clock::time_point merged = Clock::now();
-    if (parameters.use_distance_consistency) {
-      const ConsistencyEvaluator evaluator = makeEvaluator();
-      aggregation_.fuse(parameters.aggregation, threads_, points_, &evaluator);
-    } else {
-      aggregation_.fuse(parameters.aggregation, threads_, points_, nullptr);
-    }
-    statistics.fuse_ms = since(merged);
-  }
+  FUSE_FLOW_INLINE void aggregate();
 
   /** \brief The ablation's point-wise fusion: every gated point, of weight C V, with the points that other views have in
    *  its place, each of weight C exp(−d²/σ²). Calls emit(fused point) in the order of the pixels. */
@@ -353,6 +329,39 @@ class FramePipeline {
   std::vector<WeightRows> weight_rows_;
   HashAggregation aggregation_;
 };
+
+#if !defined(FUSE_FLOW_DECLARATIONS_ONLY)
+
+FUSE_FLOW_INLINE void FramePipeline::generate(const RigFrame& frame) {
+  const Clock::time_point start = Clock::now();  // a first frame lays out memory, which takes time too
+  checkRigFrame(frame);
+  frame_ = &frame;
+  threads_ = resolveThreads(threads);
+  rig_.update(frame.cameras);
+  layOut();
+  preprocess();
+  statistics.preprocess_ms = since(start);
+  const Clock::time_point generated = Clock::now();
+  generatePoints();
+  statistics.generate_ms = since(generated);
+}
+
+FUSE_FLOW_INLINE void FramePipeline::aggregate() {
+  const Clock::time_point start = Clock::now();
+  aggregation_.grid.merge();
+  statistics.merge_ms = since(start);
+  statistics.coarse_cells = aggregation_.grid.cells().size();
+  const Clock::time_point merged = Clock::now();
+  if (parameters.use_distance_consistency) {
+    const ConsistencyEvaluator evaluator = makeEvaluator();
+    aggregation_.fuse(parameters.aggregation, threads_, points_, &evaluator);
+  } else {
+    aggregation_.fuse(parameters.aggregation, threads_, points_, nullptr);
+  }
+  statistics.fuse_ms = since(merged);
+}
+
+#endif
 
 }  // namespace host
 }  // namespace fuse_flow

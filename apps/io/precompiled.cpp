@@ -1,9 +1,10 @@
-// The classes that find poses, compiled once for all tools, tests and benchmarks: see fuse_flow/precompiled.h.
+// The classes that find poses, and the frame pipeline, compiled once for all tools, tests and benchmarks: see fuse_flow/precompiled.h.
 #define FUSE_FLOW_PRECOMPILING
 #include <fuse_flow/coarse_alignment.h>
 #include <fuse_flow/depth_correction_estimation.h>
 #include <fuse_flow/extrinsic_estimation.h>
 #include <fuse_flow/extrinsic_tracking.h>
+#include <fuse_flow/fuse_flow.h>
 #include <fuse_flow/point_types.h>
 #include <fuse_flow/pose_filter.h>
 
