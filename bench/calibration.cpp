@@ -189,9 +189,11 @@ void frames() {
     }
 }
 
-/** \brief What it is worth to take away what light on detours adds. */
+/** \brief What it is worth to take away what light on detours adds, and to count with what is left of it. */
 void multipath() {
-  std::printf("| scene | rig | as measured: median mm, deg | corrected |\n|---|---|---|---|\n");
+  std::printf(
+      "| scene | rig | as measured: median mm, deg | corrected | and far depth less certain "
+      "|\n|---|---|---|---|---|\n");
   for (const char* scene : {"thin", "person"})
     for (const char* rig : {"ring-4", "ring-8", "walls-16"}) {
       const std::string& sensor = kSensors[3];
@@ -201,11 +203,14 @@ void multipath() {
       std::printf("| %s | %s", scene, rig);
       io::LoadedFrame loaded;
       simulator.measure(0, loaded);
-      for (const bool corrected : {false, true}) {
+      for (const int done : {0, 1, 2}) {
         RigFrame frame = loaded.rig;
-        if (!corrected)
+        if (done < 1)
           for (Camera& camera : frame.cameras) camera.multipath = {};
+        ExtrinsicParameters p;
+        if (done < 2) p.unknown_detours = 0;
         Estimation estimation;
+        estimation.setParameters(p);
         estimation.addFrame(frame);
         printMedians(errorsOfTrials(estimation, truth));
       }

@@ -1,9 +1,12 @@
 #include "refusal.h"
 #include "scenes.h"
 
+#include "simulation/simulator.h"
+
 #include <fuse_flow/depth_backprojection.h>
 #include <fuse_flow/extrinsic_estimation.h>
 #include <fuse_flow/fuse_flow.h>
+#include <fuse_flow/impl/host/alignment_view.hpp>
 #include <fuse_flow/impl/host/multipath_correction.hpp>
 #include <fuse_flow/multi_camera_consistency.h>
 
@@ -387,11 +390,76 @@ TEST(Multipath, PosesAndTheMeasureOfAgreementSeeTheSameDepth) {
   EXPECT_NE(multiCameraConsistency(cloud, raw).error, multiCameraConsistency(cloud, without).error);
   const auto residual = [](const RigFrame& frame) {
     ExtrinsicEstimation<PointFused> estimation;
+    ExtrinsicParameters p;
+    p.unknown_detours = 0;
+    estimation.setParameters(p);
     estimation.addFrame(frame);
     return estimation.estimate().residual;
   };
   EXPECT_EQ(residual(with), residual(without));
   EXPECT_NE(residual(raw), residual(without));
+}
+
+TEST(Multipath, WhatNoViewTellsOfMakesFarDepthUncertain) {
+  const Multipath multipath{kFrequency, kReflectance};
+  // 7 % of the light at one metre, of 0.6, a quarter of a period late: 0.042 / 2π of 0.749 m.
+  EXPECT_NEAR(unknownDetours(multipath, 0.07f), 0.0050099f, 1e-6f);
+  EXPECT_FLOAT_EQ(unknownDetours({0.5f * kFrequency, kReflectance}, 0.07f), 2 * unknownDetours(multipath, 0.07f));
+  EXPECT_FLOAT_EQ(unknownDetours({kFrequency, 0.5f * kReflectance}, 0.07f), 0.5f * unknownDetours(multipath, 0.07f));
+  EXPECT_EQ(unknownDetours({0, kReflectance}, 0.07f), 0.0f);
+
+  // A view of a wall straight ahead, whose normals are the optical axis.
+  const int size = 160;
+  Camera lamp = lampCamera(size);
+  const std::vector<float> z(static_cast<std::size_t>(size) * size, 2.0f);
+  DepthView view;
+  view.depth32 = {z.data(), size, size};
+  const auto blocksOf = [&](const Camera& camera, float share) {
+    ExtrinsicParameters p;
+    p.unknown_detours = share;
+    host::ViewGeometry geometry;
+    geometry.assign(camera);
+    auto blocks = std::make_unique<host::AlignmentView>();
+    blocks->assign(geometry, view, p);
+    return blocks;
+  };
+  const auto with = blocksOf(lamp, 0.07f), without = blocksOf(lamp, 0);
+  lamp.multipath = {};
+  const auto other = blocksOf(lamp, 0.07f);
+  const int middle = with->width() / 2;
+  const float noise = without->noise(middle, middle);
+  EXPECT_EQ(other->noise(middle, middle), noise) << "other sensors have none";
+  EXPECT_NEAR(with->noise(middle, middle), std::hypot(noise, 0.02004f), 2e-5f);  // 4 m² times 5.01 mm
+  EXPECT_NEAR(with->image().axialDeviation(1), std::hypot(without->image().axialDeviation(1), 0.00501f), 1e-6f);
+}
+
+TEST(Multipath, PosesOfARoomThatIsFarOutOfRangeAreTheBetterForIt) {
+  if (kSanitized) GTEST_SKIP() << "the code of the test before";
+  simulation::SimulationOptions options;
+  options.scene = "table";
+  options.rig = "ring-4";
+  options.sensor = "time_of_flight_multipath";
+  options.scale = 0.5;
+  simulation::Simulator simulator(options);
+  io::LoadedFrame frame;
+  simulator.measure(0, frame);
+  std::vector<Eigen::Isometry3d> truth;
+  for (const Camera& camera : simulator.trueCameras()) truth.push_back(camera.T_world_camera);
+  const auto farthest = [&](const ExtrinsicParameters& p) {
+    ExtrinsicEstimation<PointFused> estimation;
+    estimation.setParameters(p);
+    estimation.addFrame(frame.rig);
+    const std::vector<Eigen::Isometry3d> found = estimation.estimate(truth).T_world_camera;
+    double most = 0;
+    for (std::size_t i = 1; i < truth.size(); ++i)
+      most = std::max(most, (found[i].translation() - truth[i].translation()).norm());
+    return most;
+  };
+  ExtrinsicParameters trusting;
+  trusting.unknown_detours = 0;
+  const double by_all = farthest(trusting), by_near = farthest({});
+  EXPECT_GT(by_all, 0.005);
+  EXPECT_LT(by_near, 0.4 * by_all);
 }
 
 TEST(Multipath, WhatIsOutOfRangeIsRefusedByName) {

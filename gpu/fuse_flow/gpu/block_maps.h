@@ -5,6 +5,7 @@
 #include <fuse_flow/gpu/block_views.h>
 #include <fuse_flow/gpu/depth_maps.h>
 #include <fuse_flow/gpu/normal_noise_kernel.h>
+#include <fuse_flow/math/multipath.h>
 
 namespace fuse_flow {
 namespace gpu {
@@ -89,6 +90,7 @@ class BlockMaps {
     }
     image.noise = p.noise;
     image.noise_scale = noise_scales_[camera];
+    image.unknown_detours = unknownDetours(full.model.multipath, p.unknown_detours);
     return image;
   }
 

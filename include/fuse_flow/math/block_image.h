@@ -55,6 +55,7 @@ struct BlockImage : BlockMap {
   std::ptrdiff_t squares_pitch{0};  ///< from row to row of squares
   ConfidenceParameters noise;       ///< of the sensor …
   float noise_scale{1};             ///< … and how much more, or less, there is
+  float unknown_detours{0};         ///< see unknownDetours()
 
   /** \brief Whether there is no image. */
   FUSE_FLOW_HD bool missing() const { return z == nullptr; }
@@ -82,10 +83,15 @@ struct BlockImage : BlockMap {
 
   /** \brief Unit, facing the camera; zero where the surface is not smooth. */
   FUSE_FLOW_HD const Vec3& normal(int u, int v) const { return normals[index(u, v)]; }
-  /** \brief Standard deviation of a block's depth along its normal, metres. */
-  FUSE_FLOW_HD float deviation(int u, int v) const {
-    return noise_scale * axialNoise(noise, depth(u, v)) * std::fabs(normal(u, v).z);
+  /** \brief Standard deviation of a depth that is truly so long, metres: of noise, and of light on detours that nothing tells of. */
+  FUSE_FLOW_HD float axialDeviation(float true_z) const {
+    const float noisy = noise_scale * axialNoise(noise, true_z);
+    if (!(unknown_detours > 0)) return noisy;
+    const float late = unknown_detours * true_z * true_z;
+    return std::sqrt(noisy * noisy + late * late);
   }
+  /** \brief Standard deviation of a block's depth along its normal, metres. */
+  FUSE_FLOW_HD float deviation(int u, int v) const { return axialDeviation(depth(u, v)) * std::fabs(normal(u, v).z); }
   /** \brief 0 … 255; negative where there is none. */
   FUSE_FLOW_HD float luma(int u, int v, int scale) const { return lumas[scale][index(u, v)]; }
   /** \brief What the grey levels of another view's blocks are compared with, at one of kLumaScales. */

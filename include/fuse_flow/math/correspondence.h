@@ -84,7 +84,7 @@ FUSE_FLOW_HD bool isMatch(const CameraPlace& i, const CameraPlace& j, const Bloc
   // Depth alone turns most away, before the rest of the block is fetched.
   const float z = other.depth(match.u, match.v);
   if (!(z > 0)) return false;
-  const float along = match.q.z - z, axial = other.noise_scale * axialNoise(other.noise, z);
+  const float along = match.q.z - z, axial = other.axialDeviation(z);
   const float measured = sample.noise * sample.noise + kBlockFloor * kBlockFloor,
               near = gates.distance * gates.distance;
   const float per_variance = gates.deviations * gates.deviations;
@@ -101,8 +101,7 @@ FUSE_FLOW_HD bool isMatch(const CameraPlace& i, const CameraPlace& j, const Bloc
   const float share = measured / (measured + axial * axial * n.z * n.z);
   const float own = sample.noise * axialNoise(other.noise, depthRatio(-share * match.r, facing) * sample.p.z) /
                     axialNoise(other.noise, sample.p.z);
-  const float others =
-      other.noise_scale * std::fabs(n.z) * axialNoise(other.noise, depthRatio((1.0f - share) * match.r, dot(n, d)) * z);
+  const float others = std::fabs(n.z) * other.axialDeviation(depthRatio((1.0f - share) * match.r, dot(n, d)) * z);
   const float of_point = own * own + kBlockFloor * kBlockFloor, variance = of_point + others * others;
   const float noisy = per_variance * variance;
   if (!(squaredNorm(e) < (noisy > near ? noisy : near))) return false;

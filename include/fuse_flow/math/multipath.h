@@ -15,6 +15,7 @@
 
 #include <fuse_flow/math/pinhole.h>
 #include <fuse_flow/math/vec3.h>
+#include <fuse_flow/multipath.h>
 
 #include <cmath>
 #include <cstddef>
@@ -40,6 +41,15 @@ struct SurfacePatch {
 
 /** \brief What makes depth late: c / 2f, where the phase begins again, in metres. \param frequency Hz, > 0 */
 FUSE_FLOW_HD float multipathPeriod(float frequency) { return 0.5f * 299792458.0f / frequency; }
+
+/** \brief Standard deviation of what detours that no view tells of leave of a depth of one metre, metres. Light that comes straight thins
+ *  with the square of the distance, light from all around does not: it grows with the square of depth.
+ *  \param share of such light, see ExtrinsicParameters::unknown_detours  \return 0 without a modulation frequency */
+FUSE_FLOW_HD float unknownDetours(const Multipath& multipath, float share) {
+  if (!(multipath.modulation_frequency > 0)) return 0.0f;
+  constexpr float per_turn = 0.159154943f;  // 1 / 2π
+  return share * multipath.reflectance * per_turn * multipathPeriod(multipath.modulation_frequency);
+}
 
 /** \brief Fits 1/z = a x + b y + c over rays (x, y) beside a middle: planes are linear in inverse depth. */
 class InverseDepthFit {

@@ -5,6 +5,7 @@
 #include <fuse_flow/impl/host/preprocessing.hpp>
 #include <fuse_flow/impl/host/rig_geometry.hpp>
 #include <fuse_flow/math/block_average.h>
+#include <fuse_flow/math/multipath.h>
 
 #include <algorithm>
 #include <array>
@@ -66,6 +67,7 @@ class AlignmentView {
     image_.max_squared_radius = geometry.max_squared_radius;
     image_.reduction = reduction;
     image_.noise = p.noise;
+    image_.unknown_detours = unknownDetours(geometry.multipath, p.unknown_detours);
     image_.width = full_.width() / reduction;
     image_.height = full_.height() / reduction;
     image_.pitch = image_.width;
