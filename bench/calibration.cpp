@@ -203,12 +203,13 @@ void multipath() {
       std::printf("| %s | %s", scene, rig);
       io::LoadedFrame loaded;
       simulator.measure(0, loaded);
-      for (const int done : {0, 1, 2}) {
+      enum Done { kNothing, kCorrected, kWeighed };
+      for (const Done done : {kNothing, kCorrected, kWeighed}) {
         RigFrame frame = loaded.rig;
-        if (done < 1)
+        if (done == kNothing)
           for (Camera& camera : frame.cameras) camera.multipath = {};
         ExtrinsicParameters p;
-        if (done < 2) p.unknown_detours = 0;
+        if (done == kCorrected) p.unknown_detours = 0;
         Estimation estimation;
         estimation.setParameters(p);
         estimation.addFrame(frame);

@@ -137,6 +137,24 @@ TEST(CoarseAlignment, PosesThatTheCamerasHaveMakeNoDifference) {
     EXPECT_EQ(without.T_world_camera[i].matrix(), with.T_world_camera[i].matrix());
 }
 
+TEST(CoarseAlignment, FarDepthCountsAsAnyOtherOnceLightOnDetoursIsTakenAway) {
+  const auto cameras = around({10, 45});
+  Scene late = unposed(cameras, furnishedRoom()), right = unposed(cameras, furnishedRoom());
+  for (std::size_t i = 0; i < cameras.size(); ++i) {
+    late.rig.cameras[i].multipath.modulation_frequency = 200e6f;
+    fuse_flow::host::ViewGeometry geometry;
+    geometry.assign(late.rig.cameras[i]);
+    fuse_flow::host::DepthMap depth;
+    fuse_flow::host::makeDepthMap({}, geometry, late.rig.views[i], depth);
+    for (int v = 0; v < depth.height(); ++v) std::copy_n(depth.row(v), depth.width(), &right.depth[i].at(0, v));
+  }
+  const CoarseAlignmentResult found = align(late), expected = align(right);
+  ASSERT_EQ(expected.placements[1], Placement::Placed);
+  EXPECT_EQ(found.placements, expected.placements);
+  EXPECT_EQ(found.T_world_camera[1].matrix(), expected.T_world_camera[1].matrix());
+  EXPECT_NE(found.T_world_camera[1].matrix(), align(unposed(cameras, furnishedRoom())).T_world_camera[1].matrix());
+}
+
 TEST(CoarseAlignmentThreads, AnyNumberOfThemFindsTheSame) {
   Scene scene = scenes::makeScene(
       around(scenes::kSanitized ? std::vector<double>{10, 55} : std::vector<double>{10, 55, 115}), furnishedRoom());

@@ -431,6 +431,20 @@ TEST(Multipath, WhatNoViewTellsOfMakesFarDepthUncertain) {
   EXPECT_EQ(other->noise(middle, middle), noise) << "other sensors have none";
   EXPECT_NEAR(with->noise(middle, middle), std::hypot(noise, 0.02004f), 2e-5f);  // 4 m² times 5.01 mm
   EXPECT_NEAR(with->image().axialDeviation(1), std::hypot(without->image().axialDeviation(1), 0.00501f), 1e-6f);
+
+  // Two such views from one place: what noise and light leave of a residual is of both, and blocks leave half a millimetre.
+  const AlignmentGates gates{0.25f, 3.0f, 0.7f, 1e9f, 0.0f, 40.0f, false, 0, 1};
+  const auto deviationOf = [&](const host::AlignmentView& first, const host::AlignmentView& second) {
+    Match match;
+    EXPECT_TRUE(findMatch({}, {}, second.image(), sampleOf(first.image(), middle, middle), gates, match));
+    EXPECT_NEAR(match.r, 0, 1e-6f);
+    return 1 / match.per_sigma;
+  };
+  const float light = 0.02004f, of_both = std::hypot(std::hypot(noise, noise), 0.0005f);
+  EXPECT_NEAR(deviationOf(*without, *without), of_both, 1e-6f);
+  EXPECT_NEAR(deviationOf(*with, *without), std::hypot(of_both, light), 2e-5f);
+  EXPECT_NEAR(deviationOf(*without, *with), std::hypot(of_both, light), 2e-5f);
+  EXPECT_NEAR(deviationOf(*with, *with), std::hypot(std::hypot(of_both, light), light), 4e-5f);
 }
 
 TEST(Multipath, PosesOfARoomThatIsFarOutOfRangeAreTheBetterForIt) {

@@ -9,7 +9,7 @@
  *  #define FUSE_FLOW_PRECOMPILING  // in this source alone
  *  #include <fuse_flow/coarse_alignment.h>
  *  #include <fuse_flow/extrinsic_tracking.h>
- *  #include <fuse_flow/fuse_flow.h>
+ *  #include <fuse_flow/fuse_flow.h>  // if the program fuses
  *  template class fuse_flow::ExtrinsicEstimation<MyPoint>;
  *  template class fuse_flow::ExtrinsicTracking<MyPoint>;
  *  \endcode */
