@@ -9,6 +9,7 @@
 #include "io/board.h"
 #include "io/file_io.h"
 #include "io/method.h"
+#include "io/pose_frames.h"
 #include "io/poses.h"
 #include "io/range.h"
 #include "io/recording.h"
@@ -47,16 +48,6 @@ struct Options {
   drawing::Viewpoint viewpoint;
 };
 
-/** \brief At most ten, evenly spread: noise averages out, and the work stays within seconds. */
-std::vector<std::size_t> chooseFrames(const std::string& spec, std::size_t count) {
-  if (!spec.empty()) return io::parseRange(spec, count);
-  constexpr std::size_t most = 10;
-  std::vector<std::size_t> frames;
-  const std::size_t n = std::min(most, count);
-  for (std::size_t k = 0; k < n; ++k) frames.push_back(k * count / n);
-  return frames;
-}
-
 /** \brief In words: "slides along (1.00, 0.00, 0.00)", "turns about …". */
 std::string describe(const Eigen::Matrix<double, 6, 1>& twist) {
   const bool slides = twist.head<3>().norm() >= twist.tail<3>().norm();
@@ -69,7 +60,7 @@ std::string describe(const Eigen::Matrix<double, 6, 1>& twist) {
 
 constexpr double kDegrees = 57.29577951308232;
 
-void print(const std::vector<Camera>& cameras, const ExtrinsicResult& result) {
+void print(const std::vector<Camera>& cameras, const ExtrinsicResult& result, std::size_t frames) {
   std::printf("%-20s %12s %12s %14s %10s\n", "camera", "moved", "turned", "+- (1 sigma)", "overlaps");
   for (std::size_t i = 0; i < cameras.size(); ++i) {
     const CameraCorrection& c = result.corrections[i];
@@ -86,9 +77,11 @@ void print(const std::vector<Camera>& cameras, const ExtrinsicResult& result) {
   for (const CameraOverlap& o : result.overlaps)
     std::printf("%-32s %10zu %9.2f mm %9.2f mm\n", (cameras[o.first].name + " - " + cameras[o.second].name).c_str(),
                 o.matches, 1000 * o.residual_before, 1000 * o.residual);
-  std::printf("\nsurfaces disagree by %.2f mm before, %.2f mm after (root mean square); %s after %d iterations\n",
-              1000 * result.residual_before, 1000 * result.residual, result.converged ? "at rest" : "still moving",
-              result.iterations);
+  std::printf(
+      "\nsurfaces disagree by %.2f mm before, %.2f mm after (root mean square); %s after %d iterations, over %zu "
+      "frame%s\n",
+      1000 * result.residual_before, 1000 * result.residual, result.converged ? "at rest" : "still moving",
+      result.iterations, frames, frames == 1 ? "" : "s");
 }
 
 /** \brief Of a correction, at a depth: how far it moves what is measured there, metres. */
@@ -225,7 +218,9 @@ int run(Options options) {
   if (options.board > 0) board.emplace(options.board, options.board_family);
   options.recording.read_color = options.parameters.use_color || board;
   const std::unique_ptr<io::Recording> recording = io::openRecording(options.inputs, options.recording);
-  const std::vector<std::size_t> frames = chooseFrames(options.frames, recording->frameCount());
+  const std::vector<std::size_t> frames = options.frames.empty()
+                                              ? io::framesForPoses(*recording, options.parameters)
+                                              : io::parseRange(options.frames, recording->frameCount());
   if (frames.empty()) throw io::InputError(options.inputs[0] + ": has no frame");
 
   CoarseAlignment coarse;
@@ -241,14 +236,17 @@ int run(Options options) {
   }
   io::LoadedFrame loaded;
   std::vector<float> depth_scales(recording->cameras().size(), DepthView().depth_scale);
-  for (const std::size_t frame : frames) {
-    recording->read(frame, loaded);
+  // To begin with, and for corrections, which noise pulls the further the more frames there are, ten do unless more are named.
+  std::vector<char> few(frames.size(), 0);
+  for (const std::size_t k : io::spreadFrames(10, frames.size())) few[k] = 1;
+  for (std::size_t k = 0; k < frames.size(); ++k) {
+    recording->read(frames[k], loaded);
     for (std::size_t i = 0; i < depth_scales.size(); ++i)
       if (!loaded.rig.views[i].missing()) depth_scales[i] = loaded.rig.views[i].depth_scale;
     estimation->addFrame(loaded.rig);
-    if (options.from_scratch) coarse.addFrame(loaded.rig);
+    if (options.from_scratch && few[k]) coarse.addFrame(loaded.rig);
     if (board) board->addFrame(loaded);
-    if (correction) correction->addFrame(loaded.rig);
+    if (correction && (few[k] || !options.frames.empty())) correction->addFrame(loaded.rig);
   }
   const std::vector<Camera> before = recording->cameras();
   std::vector<Eigen::Isometry3d> initial;
@@ -264,6 +262,7 @@ int run(Options options) {
 
   if (!options.json.empty()) {
     nlohmann::json figures = toJson(before, result);
+    figures["frames"] = frames.size();
     if (correction) addTo(figures, corrected);
     io::writeFile(options.json, figures.dump(2) + "\n");
   }
@@ -289,7 +288,7 @@ int run(Options options) {
   if (correction)
     std::printf("With poses alone, for comparison; %s has those found together with the corrections, below.\n\n",
                 options.output.c_str());
-  print(before, result);
+  print(before, result, frames.size());
   if (correction) print(initial, corrected);
   return command_line::kSuccess;
 }
@@ -310,7 +309,10 @@ int main(int argc, char** argv) {
   app.add_option("--picture", options.picture,
                  "PNG of all measurements, a colour a camera, before and after; needs a display")
       ->check(command_line::path());
-  app.add_option("--frames", options.frames, "A:B:STEP, B not included; default: ten, evenly spread")
+  app.add_option(
+         "--frames", options.frames,
+         "A:B:STEP, B not included; default: ten, evenly spread, or forty where a sensor matches blocks, as active "
+         "stereo does; of those --from-scratch begins with ten")
       ->multi_option_policy(CLI::MultiOptionPolicy::Join);
   app.add_flag("--from-scratch", options.from_scratch,
                "ignore the given poses and find all of them from what upright cameras see; the first camera stays");

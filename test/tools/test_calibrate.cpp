@@ -60,6 +60,22 @@ TEST_F(Calibrate, BringsCamerasBackToWhereTheyTrulyStand) {
   EXPECT_LT(figures["residual_mm"], 0.5 * figures["residual_before_mm"].get<double>());
 }
 
+TEST_F(Calibrate, TakesTenFramesMoreOfActiveStereoOrThoseThatAreNamed) {
+  const auto frames = [&](const std::string& sensor, const std::vector<std::string>& more) {
+    std::vector<std::string> arguments{"--json", out("figures.json")};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    fs::remove_all(recording_);
+    EXPECT_TRUE(succeeded(
+        runProgram(FUSE_FLOW_SIMULATE_TOOL, {"--scene", "table", "--rig", "ring-1", "--scale", "0.5", "--frames", "12",
+                                             "--sensor", sensor, "--no-color", "-o", recording()})));
+    EXPECT_TRUE(succeeded(calibrate(arguments)));
+    return read(out("figures.json"))["frames"];
+  };
+  EXPECT_EQ(frames("time_of_flight", {}), 10);
+  EXPECT_EQ(frames("active_stereo", {}), 12);
+  EXPECT_EQ(frames("active_stereo", {"--frames", "::2"}), 6);
+}
+
 TEST_F(Calibrate, TheNewPosesServeTheOtherTools) {
   simulate({"--position-error", "20", "--rotation-error", "0.5"});
   ASSERT_TRUE(succeeded(calibrate({})));
