@@ -83,8 +83,10 @@ Surface halfTurnedRoom() {
   return scenes::nearest(surfaces);
 }
 
-CoarseAlignmentResult align(const Scene& scene, unsigned int threads = 2) {
+CoarseAlignmentResult align(const Scene& scene, unsigned int threads = 2,
+                            const CoarseAlignmentParameters& parameters = {}) {
   CoarseAlignment alignment;
+  alignment.setParameters(parameters);
   alignment.setNumberOfThreads(threads);
   alignment.addFrame(scene.rig);
   return alignment.estimate();
@@ -156,14 +158,19 @@ TEST(CoarseAlignment, FarDepthCountsAsAnyOtherOnceLightOnDetoursIsTakenAway) {
 }
 
 TEST(CoarseAlignmentThreads, AnyNumberOfThemFindsTheSame) {
-  Scene scene = scenes::makeScene(
-      around(scenes::kSanitized ? std::vector<double>{10, 55} : std::vector<double>{10, 55, 115}), furnishedRoom());
+  Scene scene = scenes::makeScene(around({10, 55, 115}), furnishedRoom());
   scenes::addNoise(scene, 0.002f);
   scenes::paintWorld(scene, floorPaint);
   for (fuse_flow::Camera& camera : scene.rig.cameras) camera.T_world_camera.setIdentity();
-  const CoarseAlignmentResult one = align(scene, 1);
+  CoarseAlignmentParameters parameters;
+  if (scenes::kSanitized) {  // all of its code, of fewer poses
+    parameters.samples = 200;
+    parameters.hypotheses = 3;
+    parameters.cell_size = 0.25f;
+  }
+  const CoarseAlignmentResult one = align(scene, 1, parameters);
   for (const unsigned int threads : scenes::kSanitized ? std::vector{3u} : std::vector{2u, 5u}) {
-    const CoarseAlignmentResult many = align(scene, threads);
+    const CoarseAlignmentResult many = align(scene, threads, parameters);
     EXPECT_EQ(one.placements, many.placements);
     ASSERT_EQ(one.T_world_camera.size(), many.T_world_camera.size());
     for (std::size_t i = 0; i < one.T_world_camera.size(); ++i)
