@@ -100,7 +100,7 @@ CorrectionAt correctionAt(const DepthCorrection& correction, double z) {
   return result;
 }
 
-void print(const std::vector<Eigen::Isometry3d>& initial, const DepthCorrectionResult& result) {
+void print(const std::vector<Eigen::Isometry3d>& initial, const DepthCorrectionResult& result, std::size_t frames) {
   std::printf("\n%-20s %12s %12s %12s %12s %12s\n", "depth correction", "moved", "at 1 m, rms", "at 2 m, rms", "most",
               "knots told");
   for (std::size_t i = 0; i < initial.size(); ++i) {
@@ -112,9 +112,10 @@ void print(const std::vector<Eigen::Isometry3d>& initial, const DepthCorrectionR
                 1000 * std::sqrt(near.mean_square), 1000 * std::sqrt(far.mean_square), 1000 * far.most,
                 100 * result.told[i]);
   }
-  std::printf("\nwith corrections surfaces disagree by %.2f mm (%.2f mm before); %s after %d iterations\n",
-              1000 * result.residual, 1000 * result.residual_before, result.converged ? "at rest" : "still moving",
-              result.iterations);
+  std::printf(
+      "\nwith corrections surfaces disagree by %.2f mm (%.2f mm before); %s after %d iterations, over %zu frame%s\n",
+      1000 * result.residual, 1000 * result.residual_before, result.converged ? "at rest" : "still moving",
+      result.iterations, frames, frames == 1 ? "" : "s");
 }
 
 void addTo(nlohmann::json& j, const DepthCorrectionResult& result) {
@@ -236,9 +237,11 @@ int run(Options options) {
   }
   io::LoadedFrame loaded;
   std::vector<float> depth_scales(recording->cameras().size(), DepthView().depth_scale);
-  // To begin with, and for corrections, which noise pulls the further the more frames there are, ten do unless more are named.
+  // Few are enough to place cameras, and each takes seconds. Corrections are pulled further by noise the more frames there are: they
+  // take all only where someone names them.
   std::vector<char> few(frames.size(), 0);
-  for (const std::size_t k : io::spreadFrames(10, frames.size())) few[k] = 1;
+  for (const std::size_t k : io::spreadFrames(io::kFewFrames, frames.size())) few[k] = 1;
+  std::size_t corrected_by = 0;
   for (std::size_t k = 0; k < frames.size(); ++k) {
     recording->read(frames[k], loaded);
     for (std::size_t i = 0; i < depth_scales.size(); ++i)
@@ -246,7 +249,10 @@ int run(Options options) {
     estimation->addFrame(loaded.rig);
     if (options.from_scratch && few[k]) coarse.addFrame(loaded.rig);
     if (board) board->addFrame(loaded);
-    if (correction && (few[k] || !options.frames.empty())) correction->addFrame(loaded.rig);
+    if (correction && (few[k] || !options.frames.empty())) {
+      correction->addFrame(loaded.rig);
+      ++corrected_by;
+    }
   }
   const std::vector<Camera> before = recording->cameras();
   std::vector<Eigen::Isometry3d> initial;
@@ -263,7 +269,10 @@ int run(Options options) {
   if (!options.json.empty()) {
     nlohmann::json figures = toJson(before, result);
     figures["frames"] = frames.size();
-    if (correction) addTo(figures, corrected);
+    if (correction) {
+      addTo(figures, corrected);
+      figures["with_corrections"]["frames"] = corrected_by;
+    }
     io::writeFile(options.json, figures.dump(2) + "\n");
   }
   if (!options.picture.empty()) {
@@ -289,7 +298,7 @@ int run(Options options) {
     std::printf("With poses alone, for comparison; %s has those found together with the corrections, below.\n\n",
                 options.output.c_str());
   print(before, result, frames.size());
-  if (correction) print(initial, corrected);
+  if (correction) print(initial, corrected, corrected_by);
   return command_line::kSuccess;
 }
 
@@ -312,7 +321,8 @@ int main(int argc, char** argv) {
   app.add_option(
          "--frames", options.frames,
          "A:B:STEP, B not included; default: ten, evenly spread, or forty where a sensor matches blocks, as active "
-         "stereo does; of those --from-scratch begins with ten")
+         "stereo does; --from-scratch begins with ten of them, and --depth-correction takes ten unless they are named "
+         "here")
       ->multi_option_policy(CLI::MultiOptionPolicy::Join);
   app.add_flag("--from-scratch", options.from_scratch,
                "ignore the given poses and find all of them from what upright cameras see; the first camera stays");

@@ -11,6 +11,7 @@
 #include "io/board.h"
 #include "io/error.h"
 #include "io/instances.h"
+#include "io/pose_frames.h"
 #include "io/recording.h"
 #include "simulation/simulator.h"
 
@@ -359,9 +360,11 @@ struct ScratchTrials {
     by_one.within += others.by_one.within;
     by_many.within += others.by_many.within;
   }
-  void print() const {
-    std::printf("%d of %d right, %d open, %d wrong, %d within the target from one frame, %d from many\n", right, trials,
-                open, trials - right - open, by_one.within, by_many.within);
+  void print(bool many) const {
+    std::printf("%d of %d right, %d open, %d wrong, %d within the target from one frame", right, trials, open,
+                trials - right - open, by_one.within);
+    if (many) std::printf(", %d from many", by_many.within);
+    std::printf("\n");
   }
 };
 
@@ -384,10 +387,10 @@ ScratchTrials::Found fpfh(const RigFrame& frame) {
   return {result.T_world_camera, true, result.milliseconds};
 }
 
-/** \brief Trials are seeds: where the small things lie, and the noise. Poses are found from one frame, and then refined by it alone and
- *  by as many as are told. */
+/** \brief Trials are seeds: where the small things lie, and the noise. Poses are found from one frame, and then refined by it alone and,
+ *  if wanted, by as many as fuse_flow_calibrate takes by itself. */
 ScratchTrials scratchTrials(const std::string& scene, const std::string& rig, const std::string& sensor, int seeds,
-                            const FromScratch& find, std::size_t many = 1) {
+                            const FromScratch& find, bool many = false) {
   ScratchTrials result;
   const double factor = sensor == "structured_light" ? 2 : 1;
   for (int seed = 1; seed <= seeds; ++seed) {
@@ -417,25 +420,24 @@ ScratchTrials scratchTrials(const std::string& scene, const std::string& rig, co
       to.errors.add(expected, poses, truth);
     };
     add(refined, result.by_one);
-    for (std::size_t frame = 1; frame < many; ++frame) {
+    if (!many) continue;
+    const std::size_t enough = io::enoughFrames(loaded.rig, estimation.getParameters());
+    for (std::size_t frame = 1; frame < enough; ++frame) {
       simulator.measure(frame, loaded);
       estimation.addFrame(loaded.rig);
     }
-    add(many == 1 ? refined : estimation.estimate(found.poses).T_world_camera, result.by_many);
+    add(estimation.estimate(found.poses).T_world_camera, result.by_many);
   }
   return result;
 }
 
-/** \brief As many frames as fuse_flow_calibrate takes by itself: see io::framesForPoses(). */
-std::size_t framesOfTheTool(const std::string& sensor) { return sensor == "active_stereo" ? 40 : 10; }
-
 void scratchTable(const std::vector<std::string>& scenes, const std::vector<std::string>& rigs,
                   const std::vector<std::string>& sensors, int seeds, const FromScratch& find, bool many) {
-  std::printf(
-      "| scene | rig | sensor | right | said to be open | wrong unnoticed | within the target, 1 frame | of those "
-      "right: median mm, deg | %s: within the target | median mm, deg | ms "
-      "|\n|---|---|---|---|---|---|---|---|---|---|---|\n",
-      many ? "as many frames as the tool takes" : "the same");
+  std::printf("| scene | rig | sensor | right | said to be open | wrong unnoticed");
+  std::vector<const char*> columns{"1 frame"};
+  if (many) columns.push_back("10 or 40 frames");
+  for (const char* frames : columns) std::printf(" | within the target, %s | of those right: median mm, deg", frames);
+  std::printf(" | ms |\n|---|---|---|---|---|---|%s---|\n", many ? "---|---|---|---|" : "---|---|");
   ScratchTrials all;
   for (const std::string& rig : rigs)
     for (const std::string& scene : scenes)
@@ -443,18 +445,20 @@ void scratchTable(const std::vector<std::string>& scenes, const std::vector<std:
         const int trials =
             wantedTrials(scene + '/' + rig + '/' + sensor, rig == "walls-16" ? 1 : seeds);  // minutes each
         if (trials < 1) continue;
-        const ScratchTrials t = scratchTrials(scene, rig, sensor, trials, find, many ? framesOfTheTool(sensor) : 1);
+        const ScratchTrials t = scratchTrials(scene, rig, sensor, trials, find, many);
         std::printf("| %s | %s | %s | %d of %d | %d | %d", scene.c_str(), rig.c_str(), sensor.c_str(), t.right,
                     t.trials, t.open, t.trials - t.right - t.open);
-        for (const ScratchTrials::Refined* refined : {&t.by_one, &t.by_many}) {
-          std::printf(" | %d", refined->within);
-          printMedians(refined->errors);
+        std::printf(" | %d", t.by_one.within);
+        printMedians(t.by_one.errors);
+        if (many) {
+          std::printf(" | %d", t.by_many.within);
+          printMedians(t.by_many.errors);
         }
         std::printf(" | %.0f |\n", bench::median(t.ms));
         std::fflush(stdout);
         all.add(t);
       }
-  all.print();
+  all.print(many);
 }
 
 ScratchTrials::Found ours(const RigFrame& frame) { return coarseAlignment(frame, {}); }
@@ -487,7 +491,7 @@ void scratchNear() {
         std::fflush(stdout);
         all.add(t);
       }
-  all.print();
+  all.print(false);
 }
 
 /** \brief Poses from a marker that someone waves, and refined from there; nothing is known before. */

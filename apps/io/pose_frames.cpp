@@ -7,7 +7,7 @@
 namespace fuse_flow::io {
 namespace {
 
-constexpr std::size_t kFrames = 10, kCoarseFrames = 40;
+constexpr std::size_t kManyFrames = 40;
 
 /** \brief Whether neighbouring pixels of the view err together, as pose estimation sees it. */
 bool isCoarse(const Camera& camera, const DepthView& view, const ExtrinsicParameters& parameters) {
@@ -28,20 +28,24 @@ std::vector<std::size_t> spreadFrames(std::size_t most, std::size_t count) {
   return frames;
 }
 
+std::size_t enoughFrames(const RigFrame& frame, const ExtrinsicParameters& parameters) {
+  for (std::size_t i = 0; i < frame.views.size(); ++i)
+    if (!frame.views[i].missing() && isCoarse(frame.cameras[i], frame.views[i], parameters)) return kManyFrames;
+  return kFewFrames;
+}
+
 std::vector<std::size_t> framesForPoses(Recording& recording, const ExtrinsicParameters& parameters) {
-  const std::vector<std::size_t> few = spreadFrames(kFrames, recording.frameCount());
-  if (few.size() == recording.frameCount()) return few;
+  const std::size_t count = recording.frameCount();
+  const std::vector<std::size_t> few = spreadFrames(kFewFrames, count);
+  if (few.size() == count) return few;
   std::vector<char> seen(recording.cameras().size(), 0);
   LoadedFrame loaded;
   for (const std::size_t frame : few) {
-    if (std::count(seen.begin(), seen.end(), 0) == 0) break;
     recording.read(frame, loaded);
-    for (std::size_t i = 0; i < seen.size(); ++i) {
-      if (seen[i] || loaded.rig.views[i].missing()) continue;
-      if (isCoarse(loaded.rig.cameras[i], loaded.rig.views[i], parameters))
-        return spreadFrames(kCoarseFrames, recording.frameCount());
-      seen[i] = 1;
-    }
+    const std::size_t enough = enoughFrames(loaded.rig, parameters);
+    if (enough > few.size()) return spreadFrames(enough, count);
+    for (std::size_t i = 0; i < seen.size(); ++i) seen[i] |= !loaded.rig.views[i].missing();
+    if (std::count(seen.begin(), seen.end(), 0) == 0) break;
   }
   return few;
 }

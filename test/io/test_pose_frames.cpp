@@ -1,11 +1,12 @@
 #include "io/pose_frames.h"
 
 #include "io_fixture.h"
+#include "simulation/simulator.h"
 
 #include <fuse_flow/math/confidence.h>
 
-#include <algorithm>
 #include <random>
+#include <utility>
 
 namespace {
 
@@ -75,6 +76,28 @@ TEST(FramesForPoses, AreFortyWhereOneCameraIsAsNoisyAsThoseThatMatchBlocks) {
   for (const std::vector<float>& noise : {std::vector<float>{4, 1}, std::vector<float>{1, 4}}) {
     Walls walls(100, noise);
     EXPECT_EQ(io::framesForPoses(walls, {}), io::spreadFrames(40, 100));
+  }
+}
+
+TEST(FramesForPoses, TheBorderIsThatOfCoarserBlocks) {
+  Walls below(100, {1.5f, 1.5f}), above(100, {2.2f, 1});  // coarse_above is 1.8
+  EXPECT_EQ(io::framesForPoses(below, {}).size(), 10u);
+  EXPECT_EQ(io::framesForPoses(above, {}).size(), 40u);
+}
+
+TEST(FramesForPoses, ASimulatedSensorTakesFortyOnlyIfItMatchesBlocks) {
+  const std::vector<std::pair<std::string, std::size_t>> sensors{
+      {"ideal", 10}, {"structured_light", 10}, {"time_of_flight", 10}, {"active_stereo", 40}};
+  for (const auto& [sensor, frames] : sensors) {
+    simulation::SimulationOptions options;
+    options.scene = "thin";
+    options.rig = "ring-1";
+    options.sensor = sensor;
+    options.color = false;
+    simulation::Simulator simulator(options);
+    io::LoadedFrame loaded;
+    simulator.measure(0, loaded);
+    EXPECT_EQ(io::enoughFrames(loaded.rig, {}), frames) << sensor;
   }
 }
 

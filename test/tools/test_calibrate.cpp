@@ -61,7 +61,7 @@ TEST_F(Calibrate, BringsCamerasBackToWhereTheyTrulyStand) {
 }
 
 TEST_F(Calibrate, TakesTenFramesMoreOfActiveStereoOrThoseThatAreNamed) {
-  const auto frames = [&](const std::string& sensor, const std::vector<std::string>& more) {
+  const auto figures = [&](const std::string& sensor, const std::vector<std::string>& more) {
     std::vector<std::string> arguments{"--json", out("figures.json")};
     arguments.insert(arguments.end(), more.begin(), more.end());
     fs::remove_all(recording_);
@@ -69,11 +69,15 @@ TEST_F(Calibrate, TakesTenFramesMoreOfActiveStereoOrThoseThatAreNamed) {
         runProgram(FUSE_FLOW_SIMULATE_TOOL, {"--scene", "table", "--rig", "ring-1", "--scale", "0.5", "--frames", "12",
                                              "--sensor", sensor, "--no-color", "-o", recording()})));
     EXPECT_TRUE(succeeded(calibrate(arguments)));
-    return read(out("figures.json"))["frames"];
+    return read(out("figures.json"));
   };
-  EXPECT_EQ(frames("time_of_flight", {}), 10);
-  EXPECT_EQ(frames("active_stereo", {}), 12);
-  EXPECT_EQ(frames("active_stereo", {"--frames", "::2"}), 6);
+  EXPECT_EQ(figures("time_of_flight", {})["frames"], 10);
+  nlohmann::json stereo = figures("active_stereo", {"--depth-correction", "each"});
+  EXPECT_EQ(stereo["frames"], 12);
+  EXPECT_EQ(stereo["with_corrections"]["frames"], 10);
+  stereo = figures("active_stereo", {"--depth-correction", "each", "--frames", ":11"});
+  EXPECT_EQ(stereo["frames"], 11);
+  EXPECT_EQ(stereo["with_corrections"]["frames"], 11);
 }
 
 TEST_F(Calibrate, TheNewPosesServeTheOtherTools) {
