@@ -132,6 +132,20 @@ TEST(DepthCorrectionEstimation, SensorsWithErrorsOfTheirOwnAreEachPutRight) {
   EXPECT_NE(result.cameras[0].depth_correction, result.cameras[1].depth_correction);
 }
 
+TEST(DepthCorrectionEstimation, WhatSensorsBendIsMissingWithoutCorrections) {
+  const std::vector<Camera> truth = around();
+  std::vector<Eigen::Isometry3d> poses;
+  for (const Camera& camera : truth) poses.push_back(camera.T_world_camera);
+  // At the true poses: bent depth disagrees by centimetres, right depth by its noise, and no more than with the poses and corrections found.
+  const auto bent = measured(truth, std::vector<DepthCorrection>(truth.size(), tilted(5, 4)), parameters(true));
+  EXPECT_GT(bent->residualWithout(poses), 3 * bent->estimate().residual);
+  const auto right = measured(truth, std::vector<DepthCorrection>(truth.size()), parameters(true));
+  EXPECT_NEAR(right->residualWithout(poses), right->estimate().residual, 0.05 * right->residualWithout(poses));
+  EXPECT_DOUBLE_EQ(right->residualWithout(poses), right->estimate().residual_before);
+  EXPECT_THROW(right->residualWithout({}), pcl::BadArgumentException);
+  EXPECT_THROW(DepthCorrectionEstimation().residualWithout({}), pcl::PCLException);
+}
+
 TEST(DepthCorrectionEstimation, RightSensorsAreLeftAlone) {
   const std::vector<Camera> cameras = around();
   const std::vector<DepthCorrection> sensors(cameras.size());
@@ -160,6 +174,31 @@ TEST(DepthCorrectionEstimation, ScaleStaysOnAverage) {
         }
   }
   EXPECT_LT(std::fabs(sum / n), 0.004);  // samples are even over normals, not over the image
+}
+
+TEST(DepthCorrectionEstimation, MoreInstantsThanCountTellNoMore) {
+  // The same frames again and again: as much as those alone where no more of them count, and else more than what is believed.
+  const std::vector<Camera> truth = around();
+  const std::vector<DepthCorrection> sensors(truth.size(), tilted(5, 4));
+  const auto knots = [&](int times, int most_instants) {
+    DepthCorrectionParameters p = parameters(true);
+    p.views.max_iterations = 12;
+    p.most_instants = most_instants;
+    DepthCorrectionEstimation estimation;
+    estimation.setParameters(p);
+    for (int k = 0; k < times; ++k)
+      for (int t = 0; t < 2; ++t) estimation.addFrame(instant(truth, sensors, t).rig);
+    return estimation.estimate().cameras[0].depth_correction.per_metre;
+  };
+  const auto largestDifference = [](const std::vector<float>& a, const std::vector<float>& b) {
+    float largest = 0;
+    for (std::size_t k = 0; k < a.size(); ++k) largest = std::max(largest, std::fabs(a[k] - b[k]));
+    return largest;
+  };
+  const std::vector<float> once = knots(1, 2);
+  EXPECT_LT(largestDifference(knots(4, 2), once), 1e-6f);
+  EXPECT_LT(largestDifference(knots(1, 8), once), 1e-6f);
+  EXPECT_GT(largestDifference(knots(4, 8), once), 1e-4f);
 }
 
 TEST(DepthCorrectionEstimation, ThreadsDoNotMatter) {
@@ -262,6 +301,7 @@ TEST(DepthCorrectionEstimation, RefusesWhatItCannotUse) {
   refuses([](DepthCorrectionParameters& p) { p.roughness = -1; }, "roughness");
   refuses([](DepthCorrectionParameters& p) { p.pose_deviation = std::nanf(""); }, "pose_deviation");
   refuses([](DepthCorrectionParameters& p) { p.redundancy = 0.5f; }, "redundancy");
+  refuses([](DepthCorrectionParameters& p) { p.most_instants = 0; }, "most_instants");
 }
 
 }  // namespace

@@ -4,7 +4,9 @@
 #include "tables/open3d_methods.h"
 #include "tables/random_thinning.h"
 
+#include <pcl/filters/impl/uniform_sampling.hpp>
 #include <pcl/filters/impl/voxel_grid.hpp>
+#include <pcl/filters/uniform_sampling.h>
 #include <pcl/filters/voxel_grid.h>
 #include <pcl/impl/pcl_base.hpp>  // PCL has none for our point type
 
@@ -72,6 +74,12 @@ class Entrant {
       grid.setInputCloud(cloud.makeShared());
       grid.setLeafSize(options_.leaf_size, options_.leaf_size, options_.leaf_size);
       grid.filter(cloud);
+    }
+    if (contender_.thinning == Thinning::UniformSampling) {
+      pcl::UniformSampling<PointFused> sampling;
+      sampling.setInputCloud(cloud.makeShared());
+      sampling.setRadiusSearch(options_.leaf_size);  // the side of its leaves
+      sampling.filter(cloud);
     }
     return method_->statistics().total_ms +
            std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
@@ -224,6 +232,7 @@ std::vector<Contender> ablation() {
           {"no distance consistency", "fuse_flow", no_consistency},
           {"no spatial hash: a point a pixel", "fuse_flow", no_hash},
           {"the same, then VoxelGrid", "fuse_flow", no_hash, Thinning::VoxelGrid},
+          {"the same, then UniformSampling", "fuse_flow", no_hash, Thinning::UniformSampling},
           {"the same, thinned at random", "fuse_flow", no_hash, Thinning::Random},
           {"depth as measured", "fuse_flow", measured},
           {"the published forms", "fuse_flow", FuseFlowParameters::published()}};

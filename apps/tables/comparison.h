@@ -31,6 +31,8 @@ enum class Thinning {
   Leaf,
   /** \brief By the leaf of a pcl::VoxelGrid over its cloud, for methods that have no leaf. */
   VoxelGrid,
+  /** \brief By the leaf of a pcl::UniformSampling over its cloud, which leaves one of the points in each as it is. */
+  UniformSampling,
   /** \brief By chance, see thinAtRandom(). */
   Random
 };

@@ -33,6 +33,9 @@ struct DepthCorrectionParameters {
   float pose_deviation{0.05f};
   /** \brief Correspondences that tell as much as one whose error no other one shares; ≥ 1. */
   float redundancy{30.0f};
+  /** \brief More instants than so many tell together as much as so many: of what sensors get wrong beside a bend, at edges, in small
+   *  things, much comes again in every frame, and would outweigh what is believed; ≥ 1. */
+  int most_instants{10};
 
   /** \brief Those of ExtrinsicEstimation, with what differs. */
   static ExtrinsicParameters defaultViews() {
@@ -106,6 +109,11 @@ class DepthCorrectionEstimation {
 
   /** \brief From other poses, one a camera. */
   FUSE_FLOW_INLINE DepthCorrectionResult estimate(const std::vector<Eigen::Isometry3d>& initial);
+
+  /** \brief What DepthCorrectionResult::residual would be with these poses, one a camera, and no corrections, metres. Where poses that
+   *  ExtrinsicEstimation has refined come to less than a twentieth more than poses and corrections together, sensors bend nothing that
+   *  these views can tell, and corrections only follow noise. \throws pcl::PCLException without a frame */
+  FUSE_FLOW_INLINE double residualWithout(const std::vector<Eigen::Isometry3d>& poses);
 
  private:
   DepthCorrectionParameters parameters_;

@@ -162,6 +162,23 @@ TEST_F(Calibrate, AWallAloneIsSaidToLeaveTheCamerasOpen) {
   EXPECT_NE(result.out.find("left open: slides along"), std::string::npos) << result.out;
 }
 
+TEST_F(Calibrate, CorrectionsThatExplainNothingAreLeftOut) {
+  simulate({"--frames", "3", "--fps", "3", "--position-error", "10"});
+  ASSERT_TRUE(succeeded(calibrate({})));
+  const ToolResult result = runProgram(FUSE_FLOW_CALIBRATE_TOOL, {recording(), "--depth-correction", "each", "--json",
+                                                                  out("figures.json"), "-o", out("corrected.json")});
+  ASSERT_TRUE(succeeded(result));
+  EXPECT_NE(result.out.find("corrections are left out"), std::string::npos) << result.out;
+  const nlohmann::json figures = read(out("figures.json"));
+  EXPECT_TRUE(figures["with_corrections"]["left_out"]);
+  EXPECT_GE(figures["with_corrections"]["residual_mm"],
+            0.95 * figures["with_corrections"]["residual_without_mm"].get<double>());
+  // What is written is what poses alone gave.
+  const nlohmann::json rig = read(out("corrected.json")), alone = read(out("refined.json"));
+  EXPECT_FALSE(rig["cameras"][1].contains("depth_correction"));
+  EXPECT_EQ(rig["cameras"][1]["T_world_camera"], alone["cameras"][1]["T_world_camera"]);
+}
+
 TEST_F(Calibrate, FindsWhatDepthCamerasMeasureWrong) {
   simulate({"--frames", "3", "--fps", "3", "--depth-distortion", "25"});
   ASSERT_TRUE(succeeded(calibrate({})));
@@ -187,6 +204,9 @@ TEST_F(Calibrate, FindsWhatDepthCamerasMeasureWrong) {
   ASSERT_TRUE(succeeded(calibrate({"--depth-correction", "shared"})));
   const nlohmann::json shared = read(out("refined.json"));
   EXPECT_EQ(shared["cameras"][0]["depth_correction"], shared["cameras"][2]["depth_correction"]);
+  EXPECT_FALSE(figures["with_corrections"]["left_out"]);
+  EXPECT_LT(figures["with_corrections"]["residual_mm"],
+            0.95 * figures["with_corrections"]["residual_without_mm"].get<double>());
   EXPECT_TRUE(
       isOneLineError(calibrate({"--depth-correction", "some"}), 2, {"--depth-correction", "some", "each", "shared"}));
 }

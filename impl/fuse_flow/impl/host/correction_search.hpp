@@ -66,20 +66,7 @@ class CorrectionSearch {
         normal_cosine_(std::cos(parameters.views.max_normal_angle)) {}
 
   DepthCorrectionResult run() {
-    system_.sample(initial_, p_.views.samples);
-    const SceneExtent extent = system_.extent(initial_);
-    center_ = extent.center;
-    radius_ = extent.radius;
-    for (Eigen::Isometry3d& T : poses_) T = Eigen::Translation3d(-center_) * T;
-    const Eigen::Index corrections = p_.shared ? 1 : count();
-    unknowns_ = 6 * count() + corrections * of_correction_;
-    knots_ = Eigen::VectorXd::Zero(corrections * of_correction_);
-    moved_ = Eigen::VectorXd::Zero(6 * count());
-
-    gate_ = p_.views.max_distance;
-    const AlignmentGates gates{gate_, kDeviations, normal_cosine_, 1e9f, 0, 0, false, 0, 1};
-    system_.findNeighbours(poses_, gates, p_.views.max_neighbours);
-    measureDepths();
+    begin();
     DepthCorrectionResult result;
     result.residual_before = residual();
     Eigen::VectorXd last;
@@ -108,7 +95,30 @@ class CorrectionSearch {
     return result;
   }
 
+  /** \brief DepthCorrectionResult::residual of the given poses, without corrections; instead of run(). */
+  double residualAtStart() {
+    begin();
+    return residual();
+  }
+
  private:
+  void begin() {
+    system_.sample(initial_, p_.views.samples);
+    const SceneExtent extent = system_.extent(initial_);
+    center_ = extent.center;
+    radius_ = extent.radius;
+    for (Eigen::Isometry3d& T : poses_) T = Eigen::Translation3d(-center_) * T;
+    const Eigen::Index corrections = p_.shared ? 1 : count();
+    unknowns_ = 6 * count() + corrections * of_correction_;
+    knots_ = Eigen::VectorXd::Zero(corrections * of_correction_);
+    moved_ = Eigen::VectorXd::Zero(6 * count());
+
+    gate_ = p_.views.max_distance;
+    const AlignmentGates gates{gate_, kDeviations, normal_cosine_, 1e9f, 0, 0, false, 0, 1};
+    system_.findNeighbours(poses_, gates, p_.views.max_neighbours);
+    measureDepths();
+  }
+
   Eigen::Index count() const { return static_cast<Eigen::Index>(initial_.size()); }
   /** \brief Number of the first knot of a camera's correction among the unknowns. */
   Eigen::Index firstKnot(std::size_t camera) const {
@@ -235,6 +245,8 @@ class CorrectionSearch {
     out.g = Eigen::VectorXd::Zero(n);
     out.histogram.assign(kNoiseBins, 0);
     const double per_radius = 1 / radius_;
+    const double alike =
+        static_cast<double>(p_.redundancy) * std::max(1.0, static_cast<double>(system_.instants()) / p_.most_instants);
     std::array<Eigen::Index, 28> index;
     std::array<double, 28> J;
     forEachPairing(cameras, [&](const Pairing& m) {
@@ -266,8 +278,8 @@ class CorrectionSearch {
       };
       putKnots(12, 12, m.own, m.along_own);
       putKnots(20, 12 + of_correction_, m.other, m.along_other);
-      const double w = static_cast<double>(weight) * static_cast<double>(m.per_sigma) *
-                       static_cast<double>(m.per_sigma) / static_cast<double>(p_.redundancy);
+      const double w =
+          static_cast<double>(weight) * static_cast<double>(m.per_sigma) * static_cast<double>(m.per_sigma) / alike;
       for (std::size_t b = 0; b < J.size(); ++b) {
         const double wJ = w * J[b];
         double* column = out.A.data() + index[b] * n;
