@@ -354,7 +354,7 @@ int main(int argc, char** argv) {
                "ignore the given poses and find all of them from what upright cameras see; the first camera stays");
   app.add_option("--depth-correction", options.depth_correction,
                  "find what the depth cameras measure wrong, too: of each on its own, or shared, one for all views, "
-                 "which one sensor took that was carried around")
+                 "which one sensor took that was carried around; left out where poses alone explain as much")
       ->check(command_line::oneOf({"none", "each", "shared"}))
       ->capture_default_str();
   CLI::Option* board =
