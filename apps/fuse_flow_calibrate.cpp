@@ -41,6 +41,7 @@ struct Options {
   unsigned int threads{0};
   bool from_scratch{false};
   std::string depth_correction{"none"};
+  double least_gain{0.05};
   double board{0};
   std::string board_family{"tag36h11"};
   io::RecordingOptions recording;
@@ -100,15 +101,10 @@ CorrectionAt correctionAt(const DepthCorrection& correction, double z) {
   return result;
 }
 
-/** \brief What corrections explain that poses alone do not. */
-struct Worth {
-  double without{0};  ///< residual of refined poses without corrections, metres
-  double with{0};     ///< of poses and corrections, metres
-
-  /** \brief Sensors that bent nothing came to 0.97 and more (three sensors, rings of four and six), those that bent depth by 5 mm at 2 m to 0.26
-   *  to 0.78, active stereo, whose noise is more than that, to 0.97; by 15 mm to 0.08 to 0.86. */
-  bool enough() const { return with < 0.95 * without; }
-};
+/** \brief Those that cameras have are found anew, and poses that are compared with that must not know them. */
+void withoutCorrections(std::vector<Camera>& cameras) {
+  for (Camera& camera : cameras) camera.depth_correction = {};
+}
 
 void print(const std::vector<Eigen::Isometry3d>& initial, const DepthCorrectionResult& result, std::size_t frames) {
   std::printf("\n%-20s %12s %12s %12s %12s %12s\n", "depth correction", "moved", "at 1 m, rms", "at 2 m, rms", "most",
@@ -128,11 +124,13 @@ void print(const std::vector<Eigen::Isometry3d>& initial, const DepthCorrectionR
       result.iterations, frames, frames == 1 ? "" : "s");
 }
 
-void addTo(nlohmann::json& j, const DepthCorrectionResult& result, const Worth& worth) {
+void addTo(nlohmann::json& j, const DepthCorrectionResult& result, bool kept) {
   j["with_corrections"] = {{"residual_before_mm", 1000 * result.residual_before},
                            {"residual_mm", 1000 * result.residual},
-                           {"residual_without_mm", 1000 * worth.without},
-                           {"left_out", !worth.enough()},
+                           {"residual_of_poses_mm", 1000 * result.residual_of_poses},
+                           {"matches", result.matches},
+                           {"matches_of_poses", result.matches_of_poses},
+                           {"left_out", !kept},
                            {"iterations", result.iterations},
                            {"converged", result.converged}};
   for (std::size_t i = 0; i < result.cameras.size(); ++i) {
@@ -256,6 +254,7 @@ int run(Options options) {
   std::size_t corrected_by = 0;
   for (std::size_t k = 0; k < frames.size(); ++k) {
     recording->read(frames[k], loaded);
+    if (correction) withoutCorrections(loaded.rig.cameras);
     for (std::size_t i = 0; i < depth_scales.size(); ++i)
       if (!loaded.rig.views[i].missing()) depth_scales[i] = loaded.rig.views[i].depth_scale;
     estimation->addFrame(loaded.rig);
@@ -266,7 +265,8 @@ int run(Options options) {
       ++corrected_by;
     }
   }
-  const std::vector<Camera> before = recording->cameras();
+  std::vector<Camera> before = recording->cameras();
+  if (correction) withoutCorrections(before);
   std::vector<Eigen::Isometry3d> initial;
   for (const Camera& camera : before) initial.push_back(camera.T_world_camera);
   if (options.from_scratch) initial = fromScratch(coarse, before);
@@ -276,18 +276,18 @@ int run(Options options) {
   std::vector<Camera> after = before;
   place(result.T_world_camera, after);
   DepthCorrectionResult corrected;
-  Worth worth;
+  bool kept = false;
   if (correction) {
-    corrected = correction->estimate(initial);
-    worth = {correction->residualWithout(result.T_world_camera), corrected.residual};
-    if (worth.enough()) after = corrected.cameras;
+    corrected = correction->estimate(initial, result.T_world_camera);
+    kept = options.least_gain <= 0 || corrected.explainsMore(options.least_gain);
+    if (kept) after = corrected.cameras;
   }
 
   if (!options.json.empty()) {
     nlohmann::json figures = toJson(before, result);
     figures["frames"] = frames.size();
     if (correction) {
-      addTo(figures, corrected, worth);
+      addTo(figures, corrected, kept);
       figures["with_corrections"]["frames"] = corrected_by;
     }
     io::writeFile(options.json, figures.dump(2) + "\n");
@@ -312,18 +312,17 @@ int run(Options options) {
     std::printf("Poses found from %zu markers that several cameras saw; corners fit to %.2f pixels.\n\n",
                 markers.markers, markers.residual);
   if (correction)
-    std::printf(worth.enough()
-                    ? "With poses alone, for comparison; %s has those found together with the corrections, below.\n\n"
-                    : "With poses alone, which %s has; the corrections, below, are left out.\n\n",
+    std::printf(kept ? "With poses alone, for comparison; %s has those found together with the corrections, below.\n\n"
+                     : "With poses alone, which %s has; the corrections, below, are left out.\n\n",
                 options.output.c_str());
   print(before, result, frames.size());
   if (correction) {
     print(initial, corrected, corrected_by);
     std::printf(
-        "with the refined poses and no corrections by %.2f mm%s\n", 1000 * worth.without,
-        worth.enough()
-            ? ""
-            : ": what these cameras measure wrong, if anything, is less than their noise; corrections are left out");
+        "with the poses above and no corrections by %.2f mm, in %zu places instead of %zu: corrections are %s\n",
+        1000 * corrected.residual_of_poses, corrected.matches_of_poses, corrected.matches,
+        kept ? "kept"
+             : "left out, as they explain too little that poses do not (--least-gain 0 keeps them all the same)");
   }
   return command_line::kSuccess;
 }
@@ -352,10 +351,17 @@ int main(int argc, char** argv) {
       ->multi_option_policy(CLI::MultiOptionPolicy::Join);
   app.add_flag("--from-scratch", options.from_scratch,
                "ignore the given poses and find all of them from what upright cameras see; the first camera stays");
-  app.add_option("--depth-correction", options.depth_correction,
-                 "find what the depth cameras measure wrong, too: of each on its own, or shared, one for all views, "
-                 "which one sensor took that was carried around; left out where poses alone explain as much")
+  app.add_option(
+         "--depth-correction", options.depth_correction,
+         "find what the depth cameras measure wrong, too: of each on its own, or shared, one for all views, "
+         "which one sensor took that was carried around; left out where poses alone explain as much, see --least-gain")
       ->check(command_line::oneOf({"none", "each", "shared"}))
+      ->capture_default_str();
+  app.add_option(
+         "--least-gain", options.least_gain,
+         "share of the disagreement of refined poses that depth corrections must take away to be kept; 0: always")
+      ->check(command_line::finiteNumber())
+      ->check(CLI::Range(0.0, 0.99))
       ->capture_default_str();
   CLI::Option* board =
       app.add_option("--board", options.board,

@@ -250,7 +250,7 @@ class Page {
         << ". The paper's E_MC: 17.4 mm without measurement confidence, 16.3 without distance consistency, 9.8 "
            "without the "
            "spatial hash, 12.9 with all; 61, 71, 28 and 56 frames per second. \"Same places\": the mean over cubes of "
-           "10 mm in which the cloud of all stages has points too, each counting alike.\n\n";
+           "10 mm in which the cloud of all stages has points too, each counting alike, of the first frame.\n\n";
     say("table II");
     const std::vector<Contender> contenders = tables::ablation();
     std::vector<tables::PlaceMeans> places;

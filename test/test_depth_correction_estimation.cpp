@@ -3,6 +3,10 @@
 #include "wrong_sensors.h"
 
 #include <fuse_flow/depth_correction_estimation.h>
+#include <fuse_flow/extrinsic_estimation.h>
+#include <fuse_flow/point_types.h>
+
+#include <limits>
 
 using namespace fuse_flow;
 using namespace scenes;
@@ -132,18 +136,64 @@ TEST(DepthCorrectionEstimation, SensorsWithErrorsOfTheirOwnAreEachPutRight) {
   EXPECT_NE(result.cameras[0].depth_correction, result.cameras[1].depth_correction);
 }
 
-TEST(DepthCorrectionEstimation, WhatSensorsBendIsMissingWithoutCorrections) {
+/** \brief What ExtrinsicEstimation makes of the same frames. */
+std::vector<Eigen::Isometry3d> refinedPoses(const std::vector<Camera>& cameras,
+                                            const std::vector<DepthCorrection>& sensors) {
+  ExtrinsicEstimation<PointFused> estimation;
+  estimation.setNumberOfThreads(2);
+  for (int t = 0; t < kInstants; ++t) estimation.addFrame(instant(cameras, sensors, t).rig);
+  return estimation.estimate().T_world_camera;
+}
+
+TEST(DepthCorrectionEstimation, BentDepthIsExplainedByCorrectionsAloneAndNoiseIsNot) {
   const std::vector<Camera> truth = around();
-  std::vector<Eigen::Isometry3d> poses;
-  for (const Camera& camera : truth) poses.push_back(camera.T_world_camera);
-  // At the true poses: bent depth disagrees by centimetres, right depth by its noise, and no more than with the poses and corrections found.
-  const auto bent = measured(truth, std::vector<DepthCorrection>(truth.size(), tilted(5, 4)), parameters(true));
-  EXPECT_GT(bent->residualWithout(poses), 3 * bent->estimate().residual);
-  const auto right = measured(truth, std::vector<DepthCorrection>(truth.size()), parameters(true));
-  EXPECT_NEAR(right->residualWithout(poses), right->estimate().residual, 0.05 * right->residualWithout(poses));
-  EXPECT_DOUBLE_EQ(right->residualWithout(poses), right->estimate().residual_before);
-  EXPECT_THROW(right->residualWithout({}), pcl::BadArgumentException);
-  EXPECT_THROW(DepthCorrectionEstimation().residualWithout({}), pcl::PCLException);
+  std::vector<Eigen::Isometry3d> given;
+  for (const Camera& camera : truth) given.push_back(camera.T_world_camera);
+  for (const bool bent : {true, false}) {
+    const std::vector<DepthCorrection> sensors(truth.size(), bent ? tilted(5, 4) : DepthCorrection{});
+    const auto estimation = measured(truth, sensors, parameters(true));
+    const DepthCorrectionResult result = estimation->estimate(given, refinedPoses(truth, sensors));
+    EXPECT_TRUE(result.compared);
+    EXPECT_EQ(result.explainsMore(), bent) << result.residual << ' ' << result.residual_of_poses;
+    if (!bent) {
+      EXPECT_NEAR(result.residual_of_poses, result.residual, 0.05 * result.residual);
+    }
+    EXPECT_NEAR(static_cast<double>(result.matches_of_poses), static_cast<double>(result.matches),
+                0.1 * static_cast<double>(result.matches));
+    // Over the same samples; and what is compared with changes nothing.
+    const DepthCorrectionResult same = estimation->estimate(given, given);
+    EXPECT_EQ(same.residual_of_poses, same.residual_before);
+    EXPECT_EQ(same.residual, result.residual);
+    const DepthCorrectionResult alone = estimation->estimate();
+    EXPECT_FALSE(alone.compared);
+    EXPECT_FALSE(alone.explainsMore());
+    EXPECT_EQ(alone.residual, result.residual);
+    EXPECT_EQ(alone.cameras[1].depth_correction.relative, result.cameras[1].depth_correction.relative);
+  }
+}
+
+TEST(DepthCorrectionEstimation, CorrectionsExplainMoreIfViewsAgreeBetterInAsManyPlaces) {
+  const auto explains = [](double residual, std::size_t matches, double of_poses, std::size_t matches_of_poses,
+                           double gain = 0.05) {
+    DepthCorrectionResult result;
+    result.compared = true;
+    result.residual = residual;
+    result.matches = matches;
+    result.residual_of_poses = of_poses;
+    result.matches_of_poses = matches_of_poses;
+    return result.explainsMore(gain);
+  };
+  EXPECT_TRUE(explains(0.94, 1000, 1, 1000));
+  EXPECT_FALSE(explains(0.96, 1000, 1, 1000));
+  EXPECT_TRUE(explains(0.96, 1000, 1, 1000, 0.03));
+  EXPECT_FALSE(explains(0.94, 1000, 1, 1000, 0.1));
+  EXPECT_TRUE(explains(0.94, 910, 1, 1000));
+  EXPECT_FALSE(explains(0.1, 890, 1, 1000));  // led astray: little is left to disagree
+  EXPECT_TRUE(explains(1.2, 1000, 1, 890));   // so were the poses alone
+  EXPECT_FALSE(explains(0, 0, 1, 1000));      // nothing corresponds any more
+  EXPECT_FALSE(explains(0, 0, 0, 0));
+  EXPECT_TRUE(explains(1, 1000, 0, 0));
+  EXPECT_FALSE(explains(std::numeric_limits<double>::quiet_NaN(), 1000, 1, 1000));
 }
 
 TEST(DepthCorrectionEstimation, RightSensorsAreLeftAlone) {
@@ -180,14 +230,20 @@ TEST(DepthCorrectionEstimation, MoreInstantsThanCountTellNoMore) {
   // The same frames again and again: as much as those alone where no more of them count, and else more than what is believed.
   const std::vector<Camera> truth = around();
   const std::vector<DepthCorrection> sensors(truth.size(), tilted(5, 4));
-  const auto knots = [&](int times, int most_instants) {
+  // \param silent more frames, in which no camera measures
+  const auto knots = [&](int times, int effective_instants, int silent = 0) {
     DepthCorrectionParameters p = parameters(true);
     p.views.max_iterations = 12;
-    p.most_instants = most_instants;
+    p.effective_instants = effective_instants;
     DepthCorrectionEstimation estimation;
     estimation.setParameters(p);
     for (int k = 0; k < times; ++k)
       for (int t = 0; t < 2; ++t) estimation.addFrame(instant(truth, sensors, t).rig);
+    for (int k = 0; k < silent; ++k) {
+      Scene scene = instant(truth, sensors, 0);
+      for (DepthView& view : scene.rig.views) view = {};
+      estimation.addFrame(scene.rig);
+    }
     return estimation.estimate().cameras[0].depth_correction.per_metre;
   };
   const auto largestDifference = [](const std::vector<float>& a, const std::vector<float>& b) {
@@ -199,6 +255,7 @@ TEST(DepthCorrectionEstimation, MoreInstantsThanCountTellNoMore) {
   EXPECT_LT(largestDifference(knots(4, 2), once), 1e-6f);
   EXPECT_LT(largestDifference(knots(1, 8), once), 1e-6f);
   EXPECT_GT(largestDifference(knots(4, 8), once), 1e-4f);
+  EXPECT_LT(largestDifference(knots(1, 2, 20), once), 1e-6f);  // who does not measure does not count
 }
 
 TEST(DepthCorrectionEstimation, ThreadsDoNotMatter) {
@@ -272,6 +329,7 @@ TEST(DepthCorrectionEstimation, ViewsThatShareNothingAreGivenBackAsTheyCame) {
   empty.rig.views[1] = {};  // nothing measured, and a camera missing
   estimation.addFrame(empty.rig);
   EXPECT_EQ(estimation.estimate().residual, 0.0);
+  EXPECT_EQ(estimation.estimate().matches, 0u);
 }
 
 TEST(DepthCorrectionEstimation, CorrectionsThatCamerasHaveAreFoundAnew) {
@@ -301,7 +359,7 @@ TEST(DepthCorrectionEstimation, RefusesWhatItCannotUse) {
   refuses([](DepthCorrectionParameters& p) { p.roughness = -1; }, "roughness");
   refuses([](DepthCorrectionParameters& p) { p.pose_deviation = std::nanf(""); }, "pose_deviation");
   refuses([](DepthCorrectionParameters& p) { p.redundancy = 0.5f; }, "redundancy");
-  refuses([](DepthCorrectionParameters& p) { p.most_instants = 0; }, "most_instants");
+  refuses([](DepthCorrectionParameters& p) { p.effective_instants = 0; }, "effective_instants");
 }
 
 }  // namespace

@@ -18,6 +18,7 @@ class PlaceMeans {
   PlaceMeans(const std::vector<Eigen::Vector3f>& positions, const std::vector<float>& distances, float side) {
     for (std::size_t k = 0; k < positions.size(); ++k) {
       const Eigen::Vector3f place = positions[k] / side;
+      if (!place.allFinite()) continue;  // is nowhere
       Sum& sum = sums_[{std::floor(place.x()), std::floor(place.y()), std::floor(place.z())}];
       sum.distance += static_cast<double>(distances[k]);
       sum.count += 1;

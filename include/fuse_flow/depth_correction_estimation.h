@@ -33,9 +33,10 @@ struct DepthCorrectionParameters {
   float pose_deviation{0.05f};
   /** \brief Correspondences that tell as much as one whose error no other one shares; ≥ 1. */
   float redundancy{30.0f};
-  /** \brief More instants than so many tell together as much as so many: of what sensors get wrong beside a bend, at edges, in small
-   *  things, much comes again in every frame, and would outweigh what is believed; ≥ 1. */
-  int most_instants{10};
+  /** \brief Instants at which two cameras both measured, and which tell as much as if each erred in its own way; more of them tell together as
+   *  much as so many. Of what sensors get wrong beside a bend, at edges, in small things, much comes again in every frame, and would outweigh
+   *  what is believed; ≥ 1. */
+  int effective_instants{10};
 
   /** \brief Those of ExtrinsicEstimation, with what differs. */
   static ExtrinsicParameters defaultViews() {
@@ -58,10 +59,25 @@ struct DepthCorrectionResult {
    *  say nothing about follows its neighbours. */
   std::vector<double> told;
   double residual_before{
-      0};                 ///< root mean square point-to-plane distance at the given poses, without corrections, metres
-  double residual{0};     ///< with what was found, metres
-  int iterations{0};      ///< until nothing changed any more
-  bool converged{false};  ///< before max_iterations
+      0};                  ///< root mean square point-to-plane distance at the given poses, without corrections, metres
+  double residual{0};      ///< with what was found, metres; 0 where nothing corresponds, as before
+  std::size_t matches{0};  ///< correspondences that residual is over
+  /** \brief The same of the poses that estimate() was given to compare with, without corrections, over the same samples. */
+  double residual_of_poses{0};
+  std::size_t matches_of_poses{0};  ///< correspondences that residual_of_poses is over
+  bool compared{false};             ///< whether there were such poses
+  int iterations{0};                ///< until nothing changed any more
+  bool converged{false};            ///< before max_iterations
+
+  /** \brief Whether corrections explain what poses alone do not: views then agree better, or as well in far more places. Where they do not, the
+   *  sensors bend nothing that these views can tell, and corrections only follow noise. One answer for the whole rig. False without poses
+   *  to compare with. \param gain share of the residual of poses alone that corrections must take away; [0, 1) */
+  bool explainsMore(double gain = 0.05) const {
+    const auto own = static_cast<double>(matches), of_poses = static_cast<double>(matches_of_poses);
+    constexpr double as_many = 0.9;  // some fall beside an edge by a hair
+    if (!compared || matches == 0 || own < as_many * of_poses) return false;
+    return of_poses < as_many * own || residual < (1 - gain) * residual_of_poses;
+  }
 };
 
 /** \brief Depth corrections of all cameras of a rig, and their poses, from what they see of the same surfaces.
@@ -110,10 +126,11 @@ class DepthCorrectionEstimation {
   /** \brief From other poses, one a camera. */
   FUSE_FLOW_INLINE DepthCorrectionResult estimate(const std::vector<Eigen::Isometry3d>& initial);
 
-  /** \brief What DepthCorrectionResult::residual would be with these poses, one a camera, and no corrections, metres. Where poses that
-   *  ExtrinsicEstimation has refined come to less than a twentieth more than poses and corrections together, sensors bend nothing that
-   *  these views can tell, and corrections only follow noise. \throws pcl::PCLException without a frame */
-  FUSE_FLOW_INLINE double residualWithout(const std::vector<Eigen::Isometry3d>& poses);
+  /** \brief The same, and beside it what poses alone explain: see DepthCorrectionResult::explainsMore(). \param refined poses, one a
+   *  camera, that ExtrinsicEstimation has found from depth without corrections
+   *  \throws pcl::BadArgumentException for another number of poses, or one that is not rigid */
+  FUSE_FLOW_INLINE DepthCorrectionResult estimate(const std::vector<Eigen::Isometry3d>& initial,
+                                                  const std::vector<Eigen::Isometry3d>& refined);
 
  private:
   DepthCorrectionParameters parameters_;

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
+
 namespace {
 
 using fuse_flow::tables::PlaceMeans;
@@ -24,6 +26,12 @@ TEST(PlaceMeans, PlacesOfOneAloneDoNotCount) {
   const PlaceMeans here({{0.002f, 0, 0}, {0.5f, 0, 0}}, {6, 50}, 0.01f);
   EXPECT_DOUBLE_EQ(wide.ratioTo(here), 0.5);
   EXPECT_DOUBLE_EQ(here.ratioTo(wide), 2);
+}
+
+TEST(PlaceMeans, PointsThatAreNowhereDoNotCount) {
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  const PlaceMeans some({{0, 0, 0}, {nan, 0, 0}, {0, nan, 0}}, {1, 50, 60}, 0.01f), whole({{0, 0, 0}}, {2}, 0.01f);
+  EXPECT_DOUBLE_EQ(some.ratioTo(whole), 0.5);
 }
 
 TEST(PlaceMeans, WithoutACommonPlaceThereIsNoRatio) {

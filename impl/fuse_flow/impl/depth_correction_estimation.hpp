@@ -15,7 +15,7 @@ FUSE_FLOW_INLINE void checkParameters(const DepthCorrectionParameters& p) {
   detail::checkPositive(owner, "roughness", p.roughness);
   detail::checkPositive(owner, "pose_deviation", p.pose_deviation);
   detail::checkRange(owner, "redundancy", p.redundancy, 1.0f, 1e6f);
-  detail::checkRange(owner, "most_instants", p.most_instants, 1, 1000000);
+  detail::checkRange(owner, "effective_instants", p.effective_instants, 1, 1000000);
 }
 
 FUSE_FLOW_INLINE DepthCorrectionEstimation::DepthCorrectionEstimation()
@@ -53,11 +53,12 @@ DepthCorrectionEstimation::estimate(const std::vector<Eigen::Isometry3d>& initia
   return host::CorrectionSearch(*system_, parameters_, cameras_, initial, host::resolveThreads(threads_)).run();
 }
 
-FUSE_FLOW_INLINE double DepthCorrectionEstimation::residualWithout(const std::vector<Eigen::Isometry3d>& poses) {
-  detail::checkInitialPoses(cameras_, system_->instants(), poses);
+FUSE_FLOW_INLINE DepthCorrectionResult DepthCorrectionEstimation::estimate(
+    const std::vector<Eigen::Isometry3d>& initial, const std::vector<Eigen::Isometry3d>& refined) {
+  detail::checkInitialPoses(cameras_, system_->instants(), initial);
+  detail::checkInitialPoses(cameras_, system_->instants(), refined);
   system_->setThreads(host::resolveThreads(threads_));
-  return host::CorrectionSearch(*system_, parameters_, cameras_, poses, host::resolveThreads(threads_))
-      .residualAtStart();
+  return host::CorrectionSearch(*system_, parameters_, cameras_, initial, host::resolveThreads(threads_)).run(&refined);
 }
 
 }  // namespace fuse_flow

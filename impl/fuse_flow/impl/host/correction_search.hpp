@@ -65,10 +65,32 @@ class CorrectionSearch {
         poses_(initial),
         normal_cosine_(std::cos(parameters.views.max_normal_angle)) {}
 
-  DepthCorrectionResult run() {
-    begin();
+  /** \param compared poses that have no corrections, to be measured beside; null: none */
+  DepthCorrectionResult run(const std::vector<Eigen::Isometry3d>* compared = nullptr) {
+    system_.sample(initial_, p_.views.samples);
+    const SceneExtent extent = system_.extent(initial_);
+    center_ = extent.center;
+    radius_ = extent.radius;
+    for (Eigen::Isometry3d& T : poses_) T = Eigen::Translation3d(-center_) * T;
+    const Eigen::Index corrections = p_.shared ? 1 : count();
+    unknowns_ = 6 * count() + corrections * of_correction_;
+    knots_ = Eigen::VectorXd::Zero(corrections * of_correction_);
+    moved_ = Eigen::VectorXd::Zero(6 * count());
+
+    gate_ = p_.views.max_distance;
+    const AlignmentGates gates{gate_, kDeviations, normal_cosine_, 1e9f, 0, 0, false, 0, 1};
+    system_.findNeighbours(poses_, gates, p_.views.max_neighbours);
+    measureDepths();
     DepthCorrectionResult result;
-    result.residual_before = residual();
+    std::size_t matches = 0;
+    result.residual_before = residual(matches);
+    if (compared != nullptr) {
+      result.compared = true;
+      const std::vector<Eigen::Isometry3d> own = poses_;
+      for (std::size_t i = 0; i < poses_.size(); ++i) poses_[i] = Eigen::Translation3d(-center_) * (*compared)[i];
+      result.residual_of_poses = residual(result.matches_of_poses);
+      poses_ = own;
+    }
     Eigen::VectorXd last;
     bool narrow = false;
     int still = 0;
@@ -90,35 +112,12 @@ class CorrectionSearch {
     result.iterations = std::min(result.iterations, p_.views.max_iterations);
     fixGauge();
     gate_ = p_.views.max_distance;
-    result.residual = residual();
+    result.residual = residual(result.matches);
     describe(result);
     return result;
   }
 
-  /** \brief DepthCorrectionResult::residual of the given poses, without corrections; instead of run(). */
-  double residualAtStart() {
-    begin();
-    return residual();
-  }
-
  private:
-  void begin() {
-    system_.sample(initial_, p_.views.samples);
-    const SceneExtent extent = system_.extent(initial_);
-    center_ = extent.center;
-    radius_ = extent.radius;
-    for (Eigen::Isometry3d& T : poses_) T = Eigen::Translation3d(-center_) * T;
-    const Eigen::Index corrections = p_.shared ? 1 : count();
-    unknowns_ = 6 * count() + corrections * of_correction_;
-    knots_ = Eigen::VectorXd::Zero(corrections * of_correction_);
-    moved_ = Eigen::VectorXd::Zero(6 * count());
-
-    gate_ = p_.views.max_distance;
-    const AlignmentGates gates{gate_, kDeviations, normal_cosine_, 1e9f, 0, 0, false, 0, 1};
-    system_.findNeighbours(poses_, gates, p_.views.max_neighbours);
-    measureDepths();
-  }
-
   Eigen::Index count() const { return static_cast<Eigen::Index>(initial_.size()); }
   /** \brief Number of the first knot of a camera's correction among the unknowns. */
   Eigen::Index firstKnot(std::size_t camera) const {
@@ -198,6 +197,14 @@ class CorrectionSearch {
     return z - share / (along < 0 ? std::min(along, -least) : std::max(along, least));
   }
 
+  /** \brief How many instants both cameras of a pair measured at. */
+  std::size_t sharedInstants(const PairSums& cameras) const {
+    std::size_t shared = 0;
+    for (std::size_t t = 0; t < system_.instants(); ++t)
+      shared += system_.view(t, cameras.i).image().missing() || system_.view(t, cameras.j).image().missing() ? 0 : 1;
+    return shared;
+  }
+
   /** \brief Calls visit(pairing) for all correspondences of a pair of cameras, instant by instant. */
   template <typename Visit>
   void forEachPairing(const PairSums& cameras, const Visit& visit) const {
@@ -245,8 +252,8 @@ class CorrectionSearch {
     out.g = Eigen::VectorXd::Zero(n);
     out.histogram.assign(kNoiseBins, 0);
     const double per_radius = 1 / radius_;
-    const double alike =
-        static_cast<double>(p_.redundancy) * std::max(1.0, static_cast<double>(system_.instants()) / p_.most_instants);
+    const double alike = static_cast<double>(p_.redundancy) *
+                         std::max(1.0, static_cast<double>(sharedInstants(cameras)) / p_.effective_instants);
     std::array<Eigen::Index, 28> index;
     std::array<double, 28> J;
     forEachPairing(cameras, [&](const Pairing& m) {
@@ -400,8 +407,8 @@ class CorrectionSearch {
     depth_ /= n;
   }
 
-  /** \brief Root mean square of all residuals within the gate. */
-  double residual() {
+  /** \brief Root mean square of all residuals within the gate; 0 if there are none. \param matches how many there are */
+  double residual(std::size_t& matches) {
     place();
     const std::vector<PairSums>& pairs = system_.pairs();
     std::vector<double> squares(pairs.size(), 0), counts(pairs.size(), 0);
@@ -412,6 +419,7 @@ class CorrectionSearch {
       });
     });
     const double n = std::accumulate(counts.begin(), counts.end(), 0.0);
+    matches = static_cast<std::size_t>(n);
     return n > 0 ? std::sqrt(std::accumulate(squares.begin(), squares.end(), 0.0) / n) : 0.0;
   }
 
