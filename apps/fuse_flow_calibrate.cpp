@@ -362,6 +362,7 @@ int main(int argc, char** argv) {
          "share of the disagreement of refined poses that depth corrections must take away to be kept; 0: always")
       ->check(command_line::finiteNumber())
       ->check(CLI::Range(0.0, 0.99))
+      ->needs("--depth-correction")
       ->capture_default_str();
   CLI::Option* board =
       app.add_option("--board", options.board,

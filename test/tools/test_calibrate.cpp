@@ -200,6 +200,7 @@ TEST_F(Calibrate, CorrectionsThatExplainNothingAreLeftOut) {
   EXPECT_EQ(corrected(), left_out);
   EXPECT_TRUE(isOneLineError(calibrate({"--least-gain", "1.5"}), 2, {"--least-gain"}));
   EXPECT_TRUE(isOneLineError(calibrate({"--least-gain", "nan"}), 2, {"--least-gain"}));
+  EXPECT_TRUE(isOneLineError(calibrate({"--least-gain", "0.1"}), 2, {"--least-gain", "--depth-correction"}));
 }
 
 TEST_F(Calibrate, FindsWhatDepthCamerasMeasureWrong) {
