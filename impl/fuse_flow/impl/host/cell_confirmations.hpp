@@ -5,6 +5,7 @@
 #include <fuse_flow/math/confidence.h>
 #include <fuse_flow/math/confirmation.h>
 
+#include <cmath>
 #include <cstddef>
 #include <vector>
 
@@ -32,10 +33,12 @@ class CellConfirmations {
   void add(const DepthMap& refined, float x, float y, float z, float per_half) {
     const int u = static_cast<int>(x), v = static_cast<int>(y);
     const float du = x - 0.5f - static_cast<float>(u), dv = y - 0.5f - static_cast<float>(v);
-    const int right = du < 0 ? -1 : 1, down = dv < 0 ? -refined.stride() : refined.stride();
+    // Arithmetic, where compilers would make branches of conditions: which side it is is anyone's guess.
+    const std::ptrdiff_t right = 1 - 2 * static_cast<std::ptrdiff_t>(du < 0);
+    const std::ptrdiff_t down = (1 - 2 * static_cast<std::ptrdiff_t>(dv < 0)) * refined.stride();
     const float* here = refined.row(v) + u;
-    x_[n_] = du < 0 ? -du : du;
-    y_[n_] = dv < 0 ? -dv : dv;
+    x_[n_] = std::fabs(du);
+    y_[n_] = std::fabs(dv);
     z_[n_] = z;
     here_[n_] = *here;
     beside_[n_] = here[right];
