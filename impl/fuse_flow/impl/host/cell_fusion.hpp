@@ -7,6 +7,7 @@
 #include <fuse_flow/math/representatives.h>
 
 #include <algorithm>
+#include <new>
 
 namespace fuse_flow {
 namespace host {
@@ -47,21 +48,25 @@ struct CellScratch {
  *  confirm there. */
 inline void measureConsistency(ConsistencyAt at, const Vec3& corner, float cell_size,
                                const ConsistencyEvaluator* evaluator, CellScratch& scratch) {
-  scratch.judged.clear();
-  scratch.judged_camera.clear();
+  const std::size_t per_child = at == ConsistencyAt::CellMean ? 1 : kRepresentatives;
+  scratch.judged.resize(per_child * scratch.children.size());
+  scratch.judged_camera.resize(scratch.judged.size());
+  std::size_t n = 0;
   for (Child& child : scratch.children) {
     child.chosen.finish();
     if (at == ConsistencyAt::CellMean) {
-      scratch.judged.push_back(corner + child.chosen.mean());
-      scratch.judged_camera.push_back(child.chosen.mainCamera());
+      scratch.judged[n] = corner + child.chosen.mean();
+      scratch.judged_camera[n++] = child.chosen.mainCamera();
     } else {
       for (int k = 0; k < child.chosen.count(); ++k) {
         const Candidate c = child.chosen[k];
-        scratch.judged.push_back(corner + (1.0f / c.sum_C) * c.sum);
-        scratch.judged_camera.push_back(c.camera);
+        scratch.judged[n] = corner + (1.0f / c.sum_C) * c.sum;
+        scratch.judged_camera[n++] = c.camera;
       }
     }
   }
+  scratch.judged.resize(n);
+  scratch.judged_camera.resize(n);
   scratch.V.assign(scratch.judged.size(), 1.0f);
   if (evaluator == nullptr) return;
   const float half = 0.5f * cell_size;
@@ -173,26 +178,29 @@ void fuseCell(const AggregationParameters& p, int max_level, const CoarseGrid& g
   scratch.children.clear();
   collect(p.representatives, grid, cell, {corner, level, childrenPerMetre(level, p.cell_size)}, points, scratch);
   measureConsistency(p.consistency_at, corner, p.cell_size, evaluator, scratch);
-  scratch.fused.clear();
-  scratch.omega.clear();
+  const std::size_t children = scratch.children.size();
+  scratch.fused.resize(children);
+  scratch.omega.resize(children);
   const bool each = p.consistency_at == ConsistencyAt::Representatives;
   const float* V = scratch.V.data();
   const bool confirmed = !each && evaluator != nullptr && evaluator->knowsRefinedDepth();
-  for (const Child& child : scratch.children) {
-    scratch.fused.push_back(fuseRepresentatives(child.chosen, corner, each ? V : nullptr));
-    scratch.omega.push_back(scratch.fused.back().weight);
-    if (!each) scratch.fused.back().weight *= *V;
-    V += each ? child.chosen.count() : 1;
+  for (std::size_t k = 0; k < children; ++k) {
+    const RepresentativeSelection& chosen = scratch.children[k].chosen;
+    // In its place: a processor waits where memory is written in pieces and read as a whole.
+    FusedPoint& fused = *::new (&scratch.fused[k]) FusedPoint(fuseRepresentatives(chosen, corner, each ? V : nullptr));
+    scratch.omega[k] = fused.weight;
+    if (!each) fused.weight *= *V;
+    V += each ? chosen.count() : 1;
   }
   selectPoints(p, level, scratch);
   if (confirmed) readConfirmed(*evaluator, scratch);
   std::size_t share = 0;
   for (std::size_t k = 0; k < scratch.fused.size(); ++k) {
     if (!scratch.kept[k]) continue;
-    FusedPoint& fused = scratch.fused[k];
-    if (confirmed)
-      fused.p = evaluator->confirmed(fused.p, scratch.omega[k], scratch.opinions, k, scratch.confirmations, share);
-    scratch.output.push_back(fused);
+    scratch.output.push_back(scratch.fused[k]);
+    if (!confirmed) continue;
+    Vec3& p_W = scratch.output.back().p;
+    p_W = evaluator->confirmed(p_W, scratch.omega[k], scratch.opinions, k, scratch.confirmations, share);
   }
   for (const Child& child : scratch.children) scratch.slot[child.position] = 0;
 }
