@@ -27,6 +27,40 @@ struct WeakPoint {
   std::uint32_t number;
 };
 
+/** \brief Which children of a coarse cell have something, a bit each: rows along x, with empty ones around them. */
+class ChildBits {
+ public:
+  /** \brief Begins with a cell of 2^level children along an axis, all of them empty. */
+  void clear(int level) {
+    level_ = level;
+    const int side = (1 << level) + 2;
+    rows_.assign(static_cast<std::size_t>(side * side), 0);
+  }
+
+  /** \param position childPosition() */
+  void set(std::uint32_t position) { rows_[row(position)] |= std::uint64_t{2} << x(position); }
+
+  /** \brief Whether a child or one of the 26 around it has something. */
+  bool anyAround(std::uint32_t position) const {
+    const std::size_t side = (std::size_t{1} << level_) + 2;
+    const std::uint64_t* first = rows_.data() + row(position) - side - 1;
+    std::uint64_t any = 0;
+    for (std::size_t z = 0; z < 3; ++z)
+      for (std::size_t y = 0; y < 3; ++y) any |= first[z * side + y];
+    return (any >> x(position) & 7) != 0;
+  }
+
+ private:
+  std::uint32_t x(std::uint32_t position) const { return position & ((1u << level_) - 1); }
+  std::size_t row(std::uint32_t position) const {
+    const std::size_t y = position >> level_ & ((1u << level_) - 1), z = position >> 2 * level_;
+    return (z + 1) * ((std::size_t{1} << level_) + 2) + y + 1;
+  }
+
+  int level_{0};
+  std::vector<std::uint64_t> rows_;
+};
+
 /** \brief Per-thread memory of fuseCell(); kept from frame to frame. */
 struct CellScratch {
   CellPoints points;
@@ -41,6 +75,7 @@ struct CellScratch {
   std::vector<float> omega;  // of each fused point, before one V of the child's has multiplied it
   std::vector<std::uint8_t> kept;
   std::vector<WeakPoint> weak;
+  ChildBits occupied;  // by points that stay
   std::vector<FusedPoint> output;
 };
 
@@ -75,21 +110,6 @@ inline void measureConsistency(ConsistencyAt at, const Vec3& corner, float cell_
                       scratch.opinions, scratch.V.data());
 }
 
-/** \brief Whether a kept point lies in one of the 26 children around position. */
-inline bool hasKeptNeighbour(const CellScratch& scratch, std::uint32_t position, int level) {
-  const int side = 1 << level;
-  const int x = static_cast<int>(position) & (side - 1);
-  const int y = static_cast<int>(position) >> level & (side - 1);
-  const int z = static_cast<int>(position) >> 2 * level;
-  for (int c = std::max(z - 1, 0); c <= std::min(z + 1, side - 1); ++c)
-    for (int b = std::max(y - 1, 0); b <= std::min(y + 1, side - 1); ++b)
-      for (int a = std::max(x - 1, 0); a <= std::min(x + 1, side - 1); ++a) {
-        const std::uint32_t slot = scratch.slot[static_cast<std::size_t>(a | b << level | c << 2 * level)];
-        if (slot != 0 && scratch.kept[slot - 1]) return true;
-      }
-  return false;
-}
-
 /** \brief Marks what stays of a coarse cell's fused points: all that are strong, and of the weak ones, best first,
  *  those beside which nothing stays. So doubtful measurements never crowd out or double good ones, and a surface that
  *  only doubtful ones show thins out instead of vanishing. */
@@ -108,8 +128,15 @@ inline void selectPoints(const AggregationParameters& p, int level, CellScratch&
   std::sort(scratch.weak.begin(), scratch.weak.end(), [](const WeakPoint& a, const WeakPoint& b) {
     return a.weight != b.weight ? a.weight > b.weight : a.position < b.position;
   });
-  for (const WeakPoint& point : scratch.weak)
-    scratch.kept[point.number] = hasKeptNeighbour(scratch, point.position, level) ? 0 : 1;
+  if (scratch.weak.empty()) return;
+  scratch.occupied.clear(level);
+  for (std::size_t k = 0; k < fused.size(); ++k)
+    if (scratch.kept[k]) scratch.occupied.set(scratch.children[k].position);
+  for (const WeakPoint& point : scratch.weak) {
+    if (scratch.occupied.anyAround(point.position)) continue;
+    scratch.kept[point.number] = 1;
+    scratch.occupied.set(point.position);
+  }
 }
 
 /** \brief What other views confirm about the points that stay, point after point. */
