@@ -285,11 +285,12 @@ class HashAggregation {
   /** \brief Which thread fuses which block changes from frame to frame: every thread gets the memory that any may need,
    *  so that a warm frame allocates nothing. */
   void reserveForAnyThread() {
-    std::size_t children = 0, slots = 0, judged = 0, confirmations = 0;
+    std::size_t children = 0, slots = 0, judged = 0, views = 0, confirmations = 0;
     for (const CellScratch& s : scratch_) {
       judged = std::max(judged, s.judged.capacity());
       children = std::max(children, s.children.capacity());
       slots = std::max(slots, s.slot.size());
+      views = std::max(views, s.opinions.views());
       confirmations = std::max(confirmations, s.confirmations.capacity());
     }
     for (CellScratch& s : scratch_) {
@@ -297,7 +298,7 @@ class HashAggregation {
       s.children.reserve(children);
       s.judged.reserve(judged);
       s.judged_camera.reserve(judged);
-      s.opinions.reserve(judged);
+      s.opinions.reserve(judged, views);
       s.confirmations.reserve(confirmations);
       s.V.reserve(judged);
       s.fused.reserve(children);

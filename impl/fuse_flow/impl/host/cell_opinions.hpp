@@ -28,7 +28,7 @@ class CellOpinions {
 
   /** \brief Begins with points of which nothing has been said. */
   void assign(const Vec3* p, std::size_t n) {
-    reserve(n);
+    reserve(n, places_.size());
     n_ = n;
     for (std::size_t k = 0; k < n; ++k) {
       X_[k] = p[k].x;
@@ -39,27 +39,32 @@ class CellOpinions {
     }
   }
 
+  /** \brief Room for so many points. */
   std::size_t capacity() const { return X_.size(); }
-  /** \brief Room for n points; never less than before. */
-  void reserve(std::size_t n) {
-    if (n <= capacity()) return;
+  /** \brief Room for so many views. */
+  std::size_t views() const { return places_.size(); }
+  /** \brief Room for n points and a number of views; never less than before. */
+  void reserve(std::size_t n, std::size_t views) {
+    if (n <= capacity() && views <= places_.size()) return;
+    n = std::max(n, capacity());
     for (std::vector<float>* a : {&X_, &Y_, &Z_, &depth_, &sum_}) a->resize(n);
     for (std::vector<std::int32_t>* a : {&agreeing_, &seeing_through_}) a->resize(n);
+    places_.resize(std::max(views, places_.size()));
     for (Places& at : places_) {
       for (std::vector<float>* a : {&at.x, &at.y, &at.z}) a->resize(n);
       at.pixel.resize(n);
     }
-    sights_.resize(n * kSights);
+    confirming_.resize(n * kConfirming);
   }
-
-  static constexpr std::size_t kPlaces = 2;
 
   /** \brief Projects the points into view j, and sends for what it measured there: that is on its way from memory while
    *  the view before it is asked. \param camera the camera of each point, which is not asked
-   *  \param depth of the view, with a border of zeros  \param place where to keep what read() and add() need, < kPlaces */
+   *  \param depth of the view, with a border of zeros  \param place number of the view among those that are asked */
   void locate(const ViewModel& view, std::uint32_t j, const std::uint32_t* camera, const DepthMap& depth,
               std::size_t place) {
+    if (place >= places_.size()) reserve(n_, place + 1);
     Places& to = places_[place];
+    to.view = j;
     if (view.ideal) {
       inWideVectors([&] {
         locateIdeal(n_, view.P, view.intrinsics, X_.data(), Y_.data(), Z_.data(), to.x.data(), to.y.data(), to.z.data(),
@@ -94,13 +99,15 @@ class CellOpinions {
     for (std::size_t k = 0; k < n_; ++k) depth_[k] = agreeing_[k] + seeing_through_[k] < views ? depth_[k] : 0.0f;
   }
 
-  /** \brief Remembers where the points fall in view j; call before the opinions are added. */
-  void keepSights(std::uint32_t j, std::size_t place) {
-    const Places& at = places_[place];
+  /** \brief The view of a place. */
+  std::uint32_t viewOf(std::size_t place) const { return places_[place].view; }
+
+  /** \brief Remembers the view of a place for the points that it agrees with; call before the opinions are added. */
+  void remember(std::size_t place) {
     // Always, and on top of the last one if that did not agree.
     for (std::size_t k = 0; k < n_; ++k)
-      sights_[k * kSights + static_cast<std::size_t>(std::min(agreeing_[k], Confirmation::kViews))] = {
-          j, at.x[k], at.y[k], at.z[k]};
+      confirming_[k * kConfirming + static_cast<std::size_t>(std::min(agreeing_[k], Confirmation::kViews))] =
+          static_cast<std::uint16_t>(place);
   }
 
   /** \brief Eq. 5–6, with d along the ray. \param noise_scale of the view; 0: its noise is not known */
@@ -137,17 +144,21 @@ class CellOpinions {
   Consistency operator[](std::size_t k) const { return {sum_[k], agreeing_[k], seeing_through_[k]}; }
 
   /** \brief Where a point falls in the a-th view that measured a surface there; a < Confirmation::kViews. */
-  const Sight& sight(std::size_t k, int a) const { return sights_[k * kSights + static_cast<std::size_t>(a)]; }
+  Sight sight(std::size_t k, int a) const {
+    const Places& at = places_[confirming_[k * kConfirming + static_cast<std::size_t>(a)]];
+    return {at.view, at.x[k], at.y[k], at.z[k]};
+  }
 
  private:
   /** \brief Where the points fall in a view. */
   struct Places {
+    std::uint32_t view{0};
     std::vector<float> x, y, z;
     std::vector<std::int32_t> pixel;  ///< of its depth map, or kNowhere
   };
   /** \brief In the border of every depth map, left of its first pixel: 0. */
   static constexpr std::int32_t kNowhere = -1;
-  static constexpr std::size_t kSights = Confirmation::kViews + 1;  ///< and one that is not kept
+  static constexpr std::size_t kConfirming = Confirmation::kViews + 1;  ///< and one that is not kept
 
   static void locateIdeal(std::size_t n, ProjectionMatrix P, Intrinsics K, const float* __restrict X,
                           const float* __restrict Y, const float* __restrict Z, float* __restrict x,
@@ -179,11 +190,11 @@ class CellOpinions {
 
   std::size_t n_{0};
   std::vector<float> X_, Y_, Z_;  // world, metres
-  Places places_[kPlaces];
+  std::vector<Places> places_;  ///< view by view, as they are asked
   std::vector<float> depth_;
   std::vector<float> sum_;
   std::vector<std::int32_t> agreeing_, seeing_through_;
-  std::vector<Sight> sights_;
+  std::vector<std::uint16_t> confirming_;  ///< of each point the places of the first views that agreed
 };
 
 }  // namespace host

@@ -70,18 +70,10 @@ class ConsistencyEvaluator {
                 float* V) const {
     opinions.assign(p, n);
     const std::uint32_t first = camera[0];
-    std::uint32_t views[CellOpinions::kPlaces];
     std::size_t located = 0, asked = 0;
     bool open = true;
-    const auto locate = [&](std::uint32_t j) {
-      const std::size_t place = located++ % CellOpinions::kPlaces;
-      views[place] = j;
-      opinions.locate((*rig_)[j], j, camera, (*depths_)[j], place);
-    };
-    const auto ask = [&] {
-      const std::size_t place = asked % CellOpinions::kPlaces;
-      open = askAbout(views[place], p, place, static_cast<int>(asked++), opinions);
-    };
+    const auto locate = [&](std::uint32_t j) { opinions.locate((*rig_)[j], j, camera, (*depths_)[j], located++); };
+    const auto ask = [&] { open = askAbout(p, asked++, opinions); };
     if (!(*depths_)[first].empty()) locate(first);
     int candidates = 0;
     for (const std::uint32_t j : (*rig_)[first].neighbours) {
@@ -89,7 +81,7 @@ class ConsistencyEvaluator {
       if (!open || ++candidates > parameters_.max_candidates) break;
       if (!(*rig_)[j].frustum.mayShow(cell)) continue;
       locate(j);
-      if (located - asked == CellOpinions::kPlaces) ask();
+      if (located - asked == kAhead) ask();
     }
     while (open && asked < located) ask();
     for (std::size_t k = 0; k < n; ++k) V[k] = consistency(parameters_, opinions[k]);
@@ -100,7 +92,7 @@ class ConsistencyEvaluator {
 #if defined(__GNUC__)
     const int n = std::min(opinions[k].agreeing, Confirmation::kViews);
     for (int a = 0; a < n; ++a) {
-      const CellOpinions::Sight& sight = opinions.sight(k, a);
+      const CellOpinions::Sight sight = opinions.sight(k, a);
       __builtin_prefetch((*refined_)[sight.view].row(static_cast<int>(sight.y)) + static_cast<int>(sight.x));
     }
 #endif
@@ -110,7 +102,7 @@ class ConsistencyEvaluator {
   void readConfirmed(const CellOpinions& opinions, std::size_t k, CellConfirmations& confirmations) const {
     const int n = std::min(opinions[k].agreeing, Confirmation::kViews);
     for (int a = 0; a < n; ++a) {
-      const CellOpinions::Sight& sight = opinions.sight(k, a);
+      const CellOpinions::Sight sight = opinions.sight(k, a);
       const float noise_scale = noise_scales_ != nullptr ? (*noise_scales_)[sight.view] : 1.0f;
       confirmations.add((*refined_)[sight.view], sight.x, sight.y, sight.z, noise_scale * per_half_);
     }
@@ -130,12 +122,16 @@ class ConsistencyEvaluator {
   }
 
  private:
-  /** \brief Asks view j, in which the points have been located, about all that still want to know; returns whether any does afterwards.
-   *  \param before views that were asked before */
-  bool askAbout(std::uint32_t j, const Vec3* p, std::size_t place, int before, CellOpinions& points) const {
-    const int enough = parameters_.max_views - 1;
+  /** \brief Views in which points are located at a time. */
+  static constexpr std::size_t kAhead = 2;
+
+  /** \brief Asks a view, in which the points have been located, about all that still want to know; returns whether any does afterwards.
+   *  \param place number of the view among those that are asked */
+  bool askAbout(const Vec3* p, std::size_t place, CellOpinions& points) const {
+    const std::uint32_t j = points.viewOf(place);
+    const int enough = parameters_.max_views - 1, before = static_cast<int>(place);
     points.read((*depths_)[j], place, enough, before);
-    if (refined_ != nullptr) points.keepSights(j, place);
+    if (refined_ != nullptr) points.remember(place);
     const float noise_scale = noise_scales_ != nullptr ? (*noise_scales_)[j] : 0.0f;
     if (parameters_.distance == DistanceForm::AlongRay) {
       points.addAlongRay(parameters_, noise_model_, noise_scale, place);
