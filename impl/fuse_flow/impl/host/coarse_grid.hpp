@@ -161,6 +161,8 @@ class CoarseGrid {
     stretches_ = stretches;
     return builders_;
   }
+  /** \brief Of the stretches of start(). */
+  std::vector<RunBuilder>& builders() { return builders_; }
 
   void merge() {
     table_.clear();

@@ -109,7 +109,7 @@ class FramePipeline {
     statistics.missing_cameras = std::move(missing_cameras);
     depths_.resize(n);
     multipath_.resize(n);
-    for (std::vector<DepthMap>& maps : maps_) maps.resize(n);
+    refined_.resize(n);
     offsets_.assign(n + 1, 0);
     stretches_.clear();
     std::size_t total = 0;
@@ -122,8 +122,7 @@ class FramePipeline {
         continue;
       }
       depths_[i].resize(K.width, K.height);
-      for (std::vector<DepthMap>& maps : maps_)
-        if (parameters.smoothing.passes > 0) maps[i].resize(K.width, K.height);
+      if (parameters.smoothing.passes > 0) refined_[i].resize(K.width, K.height);
       total += static_cast<std::size_t>(K.width) * static_cast<std::size_t>(K.height);
       const int rows = std::max(1, 32768 / K.width);
       for (int row = 0; row < K.height; row += rows)
@@ -135,8 +134,10 @@ class FramePipeline {
     counts_.resize(stretches_.size());
   }
 
-  /** \brief As many cameras at a time as keep all threads busy: their depth maps then stay in the caches from step to step. */
-  void preprocess() {
+  /** \brief Calls step(group) with as many cameras at a time as keep all threads busy: their depth maps then stay in the caches
+   *  from step to step. */
+  template <typename Step>
+  void forEachGroup(const Step& step) {
     const std::size_t n = depths_.size(), enough = 10 * static_cast<std::size_t>(threads_);
     for (Group group{0, 0, 0, 0}; group.end_view < n;) {
       group.begin_view = group.end_view;
@@ -146,7 +147,7 @@ class FramePipeline {
           ++group.end_stretch;
         ++group.end_view;
       }
-      preprocess(group);
+      step(group);
     }
   }
 
@@ -159,8 +160,13 @@ class FramePipeline {
   void preprocess(const Group& group) {
     const PreprocessingParameters& p = parameters.preprocessing;
     const int passes = parameters.smoothing.passes;
+    // D^r of eq. 8: to and fro between two maps of inverse depth, the last pass giving depth.
+    if (passes > 0) layOutScratch(group);
+    const auto map = [&](std::size_t i, int pass) -> DepthMap& {
+      return (passes - pass) % 2 == 0 ? refined_[i] : scratch_[i - group.begin_view];
+    };
     const auto invert = [&](std::size_t i, int v) {
-      invertRow(depths_[i].row(v), depths_[i].width(), maps_[0][i].row(v));
+      invertRow(depths_[i].row(v), depths_[i].width(), map(i, 0).row(v));
     };
     forEachRow(group, [&](std::size_t i, int v) {
       convertDepthRow(frame_->views[i], p.min_range, p.max_range, v, rig_[i].corrections(v), depths_[i].row(v));
@@ -179,12 +185,21 @@ class FramePipeline {
       forEachRow(group, [&](std::size_t i, int v) {
         if (needsWholeImage(p, rig_[i])) invert(i, v);
       });
-    // D^r of eq. 8: to and fro between two maps of inverse depth, the last pass giving depth.
     for (int pass = 0; pass < passes; ++pass)
       forEachRow(group, [&](std::size_t i, int v) {
-        smoothRow(parameters.smoothing, parameters.confidence, pass, statistics.noise_scales[i], maps_[pass % 2][i], v,
-                  maps_[(pass + 1) % 2][i].row(v));
+        smoothRow(parameters.smoothing, parameters.confidence, pass, statistics.noise_scales[i], map(i, pass), v,
+                  map(i, pass + 1).row(v));
       });
+  }
+
+  /** \brief One map more for each view of a group, which the next group writes over: while it is in the caches. */
+  void layOutScratch(const Group& group) {
+    const std::size_t views = group.end_view - group.begin_view;
+    if (scratch_.size() < views) scratch_.resize(views);
+    for (std::size_t k = 0; k < views; ++k) {
+      const DepthMap& depth = depths_[group.begin_view + k];
+      if (!depth.empty()) scratch_[k].resize(depth.width(), depth.height());
+    }
   }
 
   /** \brief step(view, row), in any order. */
@@ -197,13 +212,12 @@ class FramePipeline {
   }
 
   const std::vector<DepthMap>& refined() const {
-    const int passes = parameters.smoothing.passes;
-    return passes == 0 ? depths_ : maps_[passes % 2];
+    return parameters.smoothing.passes == 0 ? depths_ : refined_;
   }
   const DepthMap& refined(std::size_t i) const { return refined()[i]; }
 
-  void generatePoints() {
-    std::vector<RunBuilder>& builders = aggregation_.grid.start(stretches_.size());
+  void startPoints() {
+    aggregation_.grid.start(stretches_.size());
     points_.assign(rig_, refined(), offsets_);
     crop_box_ = detail::cropBox(parameters);
     if (rows_.size() < static_cast<std::size_t>(threads_)) {
@@ -214,17 +228,18 @@ class FramePipeline {
     for (const DepthMap& depth : depths_) width = std::max(width, static_cast<std::size_t>(depth.width()));
     for (PointRow& row : rows_) row.reserve(width);
     for (WeightRows& rows : weight_rows_) rows.reserve(width);
-    parallelFor(threads_, stretches_.size(), [&](std::size_t s, int thread) {
+  }
+
+  void generatePoints(const Group& group) {
+    std::vector<RunBuilder>& builders = aggregation_.grid.builders();
+    parallelFor(threads_, group.end_stretch - group.begin_stretch, [&](std::size_t k, int thread) {
+      const std::size_t s = group.begin_stretch + k;
       builders[s].start(parameters.aggregation.cell_size);
       Counts counts;  // on this thread's stack: neighbours in an array would fight for one cache line
       generateRows(stretches_[s], static_cast<std::size_t>(thread), builders[s], counts);
       builders[s].finish();
       counts_[s] = counts;
     });
-    for (const Counts& counts : counts_) {
-      statistics.measured_points += counts.measured;
-      statistics.gated_points += counts.gated;
-    }
   }
 
   void generateRows(const Stretch& stretch, std::size_t thread, RunBuilder& builder, Counts& counts) {
@@ -319,7 +334,8 @@ class FramePipeline {
   RigGeometry rig_;
   std::vector<DepthMap> depths_;  ///< as measured
   std::vector<MultipathCorrection> multipath_;
-  std::vector<DepthMap> maps_[2];  ///< what refine() works on
+  std::vector<DepthMap> refined_;  ///< D^r, where there is smoothing
+  std::vector<DepthMap> scratch_;  ///< of the views of a group
   std::vector<std::uint32_t> offsets_;
   std::vector<Stretch> stretches_;
   FramePoints points_;
@@ -339,11 +355,20 @@ FUSE_FLOW_INLINE void FramePipeline::generate(const RigFrame& frame) {
   threads_ = resolveThreads(threads);
   rig_.update(frame.cameras);
   layOut();
-  preprocess();
+  startPoints();
   statistics.preprocess_ms = since(start);
-  const Clock::time_point generated = Clock::now();
-  generatePoints();
-  statistics.generate_ms = since(generated);
+  forEachGroup([&](const Group& group) {
+    const Clock::time_point begin = Clock::now();
+    preprocess(group);
+    statistics.preprocess_ms += since(begin);
+    const Clock::time_point preprocessed = Clock::now();
+    generatePoints(group);
+    statistics.generate_ms += since(preprocessed);
+  });
+  for (const Counts& counts : counts_) {
+    statistics.measured_points += counts.measured;
+    statistics.gated_points += counts.gated;
+  }
 }
 
 FUSE_FLOW_INLINE void FramePipeline::aggregate() {
