@@ -81,7 +81,7 @@ class PoseGraph {
         1e-9 * (1e-300 + S_.trace() + H_.trace()) / static_cast<double>(std::max<Eigen::Index>(1, size_));
     S_.diagonal().array() += ridge;
     free_ = 0;
-    has_modes_ = false;
+    has_modes_ = plain_ = false;
     all_told_ = noneUnder(min_information);
     asks_color_ = color && !noneUnder(color->enough);
     if (!all_told_) findModes();
@@ -91,6 +91,13 @@ class PoseGraph {
   void findModes() {
     if (has_modes_) return;
     has_modes_ = true;
+    plain_ = all_told_ && kNoiseShare * min_information_ >= 1;
+    if (plain_) {  // all that follows from the modes is the same in any basis
+      geometry_ = size_;
+      told_ = Eigen::MatrixXd::Identity(size_, size_);
+      curvature_ = color_ ? Eigen::MatrixXd(H_ + C_) : H_;
+      return;
+    }
     const Eigen::MatrixXd W = CholeskyFactors(S_).whitening();
     const SymmetricEigen information(transposedProduct(W, product(H_, W)));
     const Eigen::MatrixXd modes = product(W, information.vectors);
@@ -132,6 +139,7 @@ class PoseGraph {
   const Eigen::MatrixXd& curvature() const { return curvature_; }
   /** \brief The slopes along told() that gradients of geometry and of colour add up to. */
   Eigen::VectorXd scores(const Eigen::VectorXd& geometry, const Eigen::VectorXd& color) const {
+    if (plain_) return color_ ? Eigen::VectorXd(geometry + color) : geometry;
     Eigen::VectorXd result = transposedProduct(told_, geometry);
     const Eigen::VectorXd of_color = transposedProduct(told_, color);
     if (color_) result.head(geometry_) += of_color.head(geometry_);
@@ -140,8 +148,9 @@ class PoseGraph {
   }
   /** \brief How fast scores() change along told(), less what noise of the normals only makes believe. */
   Eigen::MatrixXd sensitivity() const {
-    Eigen::MatrixXd result = curvature_;
-    for (Eigen::Index k = 0; k < geometry_; ++k) result(k, k) -= std::min(1.0, 0.9 * result(k, k));
+    if (plain_) return curvature_ - S_;
+    Eigen::MatrixXd result = curvature_;  // along modes, in which S is the identity
+    for (Eigen::Index k = 0; k < geometry_; ++k) result(k, k) -= std::min(1.0, kNoiseShare * result(k, k));
     return result;
   }
 
@@ -185,6 +194,8 @@ class PoseGraph {
 
   /** \brief A camera has a part in a motion if its twist is over this share of it, squared. */
   static constexpr double kPart = 1e-3;
+  /** \brief Most of what tells a motion that noise may have made believe. */
+  static constexpr double kNoiseShare = 0.9;
 
   Eigen::Index size_;
   Eigen::MatrixXd H_, S_, C_;
@@ -194,6 +205,7 @@ class PoseGraph {
   bool all_told_{false};
   bool asks_color_{false};
   bool has_modes_{true};       ///< of nothing, to begin with
+  bool plain_{false};          ///< told_ are the twists themselves
   Eigen::MatrixXd told_;       ///< motions that geometry tells, the weakest first, then those that only colour does
   Eigen::MatrixXd curvature_;  ///< of the squared residuals along them
   Eigen::Index geometry_{0};   ///< of told_, those that geometry tells

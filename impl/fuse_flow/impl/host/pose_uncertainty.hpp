@@ -43,7 +43,7 @@ class PoseUncertainty {
     for (const Eigen::VectorXd& score : scores) mean += score / count;
     for (const Eigen::VectorXd& score : scores) {
       const Eigen::VectorXd difference = score - mean;
-      scatter += difference * difference.transpose();
+      scatter.noalias() += difference * difference.transpose();
     }
     const CholeskyFactors J(graph.sensitivity());
     covariance_ = J.solveColumns(J.solveColumns(scatter).transpose());
