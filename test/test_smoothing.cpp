@@ -127,6 +127,26 @@ TEST(Refinement, LeavesAnInclinedPlaneExactlyWhereItIs) {
   for (std::size_t k = 0; k < cloud.size(); ++k) ASSERT_NEAR(cloud[k].z, scene.depth[0].data[k], 3e-6f);
 }
 
+TEST(Refinement, IsThatOfEachCameraAloneWhateverOthersThereAreAndTheirSizes) {
+  std::vector<fuse_flow::Camera> cameras;
+  for (const auto& [width, height] : {std::pair(96, 72), std::pair(160, 120), std::pair(64, 90), std::pair(160, 120)})
+    cameras.push_back(scenes::sameCameras(1, width, height, 1.6f * static_cast<float>(width))[0]);
+  Scene scene = scenes::makeScene(cameras, tiltedPlane());
+  scenes::addNoise(scene, 0.004f);
+  for (int passes = 0; passes <= 4; ++passes) {
+    Cloud alone;
+    for (std::size_t i = 0; i < cameras.size(); ++i) {
+      fuse_flow::RigFrame frame;
+      frame.cameras = {scene.rig.cameras[i]};
+      frame.views = {scene.rig.views[i]};
+      alone += scenes::fuse(frame, onePointAPixel(passes));
+    }
+    for (const unsigned int threads : {1u, 3u})
+      EXPECT_TRUE(scenes::bytes(scenes::fuse(scene.rig, onePointAPixel(passes), threads)) == scenes::bytes(alone))
+          << passes << " passes, " << threads << " threads";
+  }
+}
+
 TEST(Refinement, TakesTheNoiseOffAnInclinedPlaneAndShiftsItByNothing) {
   const Scene exact = scenes::makeScene(oneCamera(), tiltedPlane());
   for (const float sigma : {0.002f, 0.005f, 0.012f}) {  // the sensor is expected to have 4 to 7 mm
