@@ -68,7 +68,7 @@ struct FrameStatistics {
   std::vector<std::size_t> missing_cameras;  ///< numbers of the cameras without a view
   /** \brief The noise of each camera over what the parameters say, 0.25 … 8; 1 where it is not measured. */
   std::vector<float> noise_scales;
-  /** \brief Depth to metres, range, hole fill, noise, smoothing. On a GPU handing over the images alone: what follows runs on,
+  /** \brief Laying out memory, depth to metres, range, hole fill, noise, smoothing. On a GPU handing over the images alone: what follows runs on,
    *  and is waited for in generate_ms. */
   double preprocess_ms{0};
   double generate_ms{0};  ///< eq. 3, 8, 9 and the coarse cell of each point; on a GPU the upload and the depth maps too

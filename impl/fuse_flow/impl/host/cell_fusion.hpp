@@ -37,6 +37,9 @@ class ChildBits {
     rows_.assign(static_cast<std::size_t>(side * side), 0);
   }
 
+  std::size_t capacity() const { return rows_.capacity(); }
+  void reserve(std::size_t rows) { rows_.reserve(rows); }
+
   /** \param position childPosition() */
   void set(std::uint32_t position) { rows_[row(position)] |= std::uint64_t{2} << x(position); }
 
@@ -285,13 +288,14 @@ class HashAggregation {
   /** \brief Which thread fuses which block changes from frame to frame: every thread gets the memory that any may need,
    *  so that a warm frame allocates nothing. */
   void reserveForAnyThread() {
-    std::size_t children = 0, slots = 0, judged = 0, views = 0, confirmations = 0;
+    std::size_t children = 0, slots = 0, judged = 0, views = 0, confirmations = 0, rows = 0;
     for (const CellScratch& s : scratch_) {
       judged = std::max(judged, s.judged.capacity());
       children = std::max(children, s.children.capacity());
       slots = std::max(slots, s.slot.size());
       views = std::max(views, s.opinions.views());
       confirmations = std::max(confirmations, s.confirmations.capacity());
+      rows = std::max(rows, s.occupied.capacity());
     }
     for (CellScratch& s : scratch_) {
       s.output.reserve(total_);
@@ -305,6 +309,7 @@ class HashAggregation {
       s.omega.reserve(children);
       s.kept.reserve(children);
       s.weak.reserve(children);
+      s.occupied.reserve(rows);
       s.slot.resize(slots, 0);
     }
   }

@@ -59,7 +59,7 @@ class CellOpinions {
 
   /** \brief Projects the points into view j, and sends for what it measured there: that is on its way from memory while
    *  the view before it is asked. \param camera the camera of each point, which is not asked
-   *  \param depth of the view, with a border of zeros  \param place number of the view among those that are asked */
+   *  \param depth of the view, with a border of zeros  \param place number of the view among those that are asked, from 0 on without a gap */
   void locate(const ViewModel& view, std::uint32_t j, const std::uint32_t* camera, const DepthMap& depth,
               std::size_t place) {
     if (place >= places_.size()) reserve(n_, place + 1);
@@ -107,7 +107,7 @@ class CellOpinions {
     // Always, and on top of the last one if that did not agree.
     for (std::size_t k = 0; k < n_; ++k)
       confirming_[k * kConfirming + static_cast<std::size_t>(std::min(agreeing_[k], Confirmation::kViews))] =
-          static_cast<std::uint16_t>(place);
+          static_cast<std::uint32_t>(place);
   }
 
   /** \brief Eq. 5–6, with d along the ray. \param noise_scale of the view; 0: its noise is not known */
@@ -190,11 +190,11 @@ class CellOpinions {
 
   std::size_t n_{0};
   std::vector<float> X_, Y_, Z_;  // world, metres
-  std::vector<Places> places_;  ///< view by view, as they are asked
+  std::vector<Places> places_;    ///< view by view, as they are asked
   std::vector<float> depth_;
   std::vector<float> sum_;
   std::vector<std::int32_t> agreeing_, seeing_through_;
-  std::vector<std::uint16_t> confirming_;  ///< of each point the places of the first views that agreed
+  std::vector<std::uint32_t> confirming_;  ///< of each point the places of the first views that agreed
 };
 
 }  // namespace host

@@ -122,7 +122,7 @@ class ConsistencyEvaluator {
   }
 
  private:
-  /** \brief Views in which points are located at a time. */
+  /** \brief So many views have the points located in them before the first of these is asked. */
   static constexpr std::size_t kAhead = 2;
 
   /** \brief Asks a view, in which the points have been located, about all that still want to know; returns whether any does afterwards.

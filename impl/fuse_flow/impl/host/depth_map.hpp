@@ -26,7 +26,13 @@ class DepthMap {
     if (width == width_ && height == height_) return;
     width_ = width;
     height_ = height;
-    z_.assign(static_cast<std::size_t>(stride()) * static_cast<std::size_t>(height + 2 * kBorder), 0.0f);
+    z_.assign(sizeOf(width, height), 0.0f);
+  }
+  /** \brief Room for images of a sizeOf(), so that resize() to one allocates nothing. */
+  void reserve(std::size_t size) { z_.reserve(size); }
+  /** \brief Values in memory, with the border. */
+  static std::size_t sizeOf(int width, int height) {
+    return static_cast<std::size_t>(width + 2 * kBorder) * static_cast<std::size_t>(height + 2 * kBorder);
   }
   void clear() { resize(0, 0); }
 

@@ -106,6 +106,7 @@ class FramePipeline {
     noise_scales.assign(n, 1.0f);
     statistics.noise_scales = std::move(noise_scales);
     missing_cameras.clear();
+    missing_cameras.reserve(n);
     statistics.missing_cameras = std::move(missing_cameras);
     depths_.resize(n);
     multipath_.resize(n);
@@ -124,7 +125,7 @@ class FramePipeline {
       depths_[i].resize(K.width, K.height);
       if (parameters.smoothing.passes > 0) refined_[i].resize(K.width, K.height);
       total += static_cast<std::size_t>(K.width) * static_cast<std::size_t>(K.height);
-      const int rows = std::max(1, 32768 / K.width);
+      const int rows = rowsOfStretch(K.width);
       for (int row = 0; row < K.height; row += rows)
         stretches_.push_back({static_cast<std::uint32_t>(i), row, std::min(row + rows, K.height)});
     }
@@ -132,13 +133,18 @@ class FramePipeline {
       throw pcl::PCLException("fuse_flow::FuseFlow: a frame has more than 2^32 pixels");
     offsets_[n] = static_cast<std::uint32_t>(total);
     counts_.resize(stretches_.size());
+    if (parameters.smoothing.passes > 0) reserveScratch();
   }
+
+  static int rowsOfStretch(int width) { return std::max(1, 32768 / width); }
+  /** \brief Enough to keep all threads busy. */
+  std::size_t stretchesOfGroup() const { return 10 * static_cast<std::size_t>(threads_); }
 
   /** \brief Calls step(group) with as many cameras at a time as keep all threads busy: their depth maps then stay in the caches
    *  from step to step. */
   template <typename Step>
   void forEachGroup(const Step& step) {
-    const std::size_t n = depths_.size(), enough = 10 * static_cast<std::size_t>(threads_);
+    const std::size_t n = depths_.size(), enough = stretchesOfGroup();
     for (Group group{0, 0, 0, 0}; group.end_view < n;) {
       group.begin_view = group.end_view;
       group.begin_stretch = group.end_stretch;
@@ -163,7 +169,7 @@ class FramePipeline {
     // D^r of eq. 8: to and fro between two maps of inverse depth, the last pass giving depth.
     if (passes > 0) layOutScratch(group);
     const auto map = [&](std::size_t i, int pass) -> DepthMap& {
-      return (passes - pass) % 2 == 0 ? refined_[i] : scratch_[i - group.begin_view];
+      return (passes - pass) % 2 == 0 ? refined_[i] : scratch_[scratch_of_[i]];
     };
     const auto invert = [&](std::size_t i, int v) {
       invertRow(depths_[i].row(v), depths_[i].width(), map(i, 0).row(v));
@@ -194,12 +200,31 @@ class FramePipeline {
 
   /** \brief One map more for each view of a group, which the next group writes over: while it is in the caches. */
   void layOutScratch(const Group& group) {
-    const std::size_t views = group.end_view - group.begin_view;
-    if (scratch_.size() < views) scratch_.resize(views);
-    for (std::size_t k = 0; k < views; ++k) {
-      const DepthMap& depth = depths_[group.begin_view + k];
-      if (!depth.empty()) scratch_[k].resize(depth.width(), depth.height());
+    std::uint32_t count = 0;
+    for (std::size_t i = group.begin_view; i < group.end_view; ++i) {
+      if (depths_[i].empty()) continue;
+      scratch_of_[i] = count;
+      scratch_[count++].resize(depths_[i].width(), depths_[i].height());
     }
+  }
+
+  /** \brief As many of these maps as any group can have, as large as any view is, whichever views are missing and come
+   *  together. What is not used is address space alone. */
+  void reserveScratch() {
+    const std::size_t n = frame_->cameras.size();
+    scratch_of_.resize(n);
+    std::vector<std::uint32_t>& stretches = scratch_of_;  // for now: of each camera, the fewest first
+    std::size_t most = 0;
+    for (std::size_t i = 0; i < n; ++i) {
+      const Intrinsics& K = frame_->cameras[i].intrinsics;
+      stretches[i] = static_cast<std::uint32_t>((K.height - 1) / rowsOfStretch(K.width) + 1);
+      most = std::max(most, DepthMap::sizeOf(K.width, K.height));
+    }
+    std::sort(stretches.begin(), stretches.end());
+    std::size_t views = 0, sum = 0;
+    while (views < n && sum < stretchesOfGroup()) sum += stretches[views++];
+    if (scratch_.size() < views) scratch_.resize(views);
+    for (DepthMap& map : scratch_) map.reserve(most);
   }
 
   /** \brief step(view, row), in any order. */
@@ -211,9 +236,7 @@ class FramePipeline {
     });
   }
 
-  const std::vector<DepthMap>& refined() const {
-    return parameters.smoothing.passes == 0 ? depths_ : refined_;
-  }
+  const std::vector<DepthMap>& refined() const { return parameters.smoothing.passes == 0 ? depths_ : refined_; }
   const DepthMap& refined(std::size_t i) const { return refined()[i]; }
 
   void startPoints() {
@@ -334,8 +357,9 @@ class FramePipeline {
   RigGeometry rig_;
   std::vector<DepthMap> depths_;  ///< as measured
   std::vector<MultipathCorrection> multipath_;
-  std::vector<DepthMap> refined_;  ///< D^r, where there is smoothing
-  std::vector<DepthMap> scratch_;  ///< of the views of a group
+  std::vector<DepthMap> refined_;          ///< D^r, where there is smoothing
+  std::vector<DepthMap> scratch_;          ///< of the views of a group
+  std::vector<std::uint32_t> scratch_of_;  ///< of each view the number of its map among them
   std::vector<std::uint32_t> offsets_;
   std::vector<Stretch> stretches_;
   FramePoints points_;

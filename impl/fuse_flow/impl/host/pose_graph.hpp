@@ -82,6 +82,7 @@ class PoseGraph {
     S_.diagonal().array() += ridge;
     free_ = 0;
     has_modes_ = plain_ = false;
+    free_motions_.resize(size_, 0);
     all_told_ = noneUnder(min_information);
     asks_color_ = color && !noneUnder(color->enough);
     if (!all_told_) findModes();
@@ -92,7 +93,7 @@ class PoseGraph {
     if (has_modes_) return;
     has_modes_ = true;
     plain_ = all_told_ && kNoiseShare * min_information_ >= 1;
-    if (plain_) {  // all that follows from the modes is the same in any basis
+    if (plain_) {  // λ of every mode is so large that sensitivity() takes exactly S off: the same in any basis
       geometry_ = size_;
       told_ = Eigen::MatrixXd::Identity(size_, size_);
       curvature_ = color_ ? Eigen::MatrixXd(H_ + C_) : H_;
@@ -133,7 +134,7 @@ class PoseGraph {
     return product(told_, CholeskyFactors(curvature_).solve(-scores(g_, g_color_)));
   }
 
-  /** \brief The motions that are told, columns; not of unit length. */
+  /** \brief The motions that are told, columns; not of unit length. Any basis of them: modes, or where all is told the twists. */
   const Eigen::MatrixXd& told() const { return told_; }
   /** \brief Of the squared residuals along told(). */
   const Eigen::MatrixXd& curvature() const { return curvature_; }
@@ -194,7 +195,7 @@ class PoseGraph {
 
   /** \brief A camera has a part in a motion if its twist is over this share of it, squared. */
   static constexpr double kPart = 1e-3;
-  /** \brief Most of what tells a motion that noise may have made believe. */
+  /** \brief At most this share of what tells a motion is put down to noise. */
   static constexpr double kNoiseShare = 0.9;
 
   Eigen::Index size_;
@@ -204,9 +205,9 @@ class PoseGraph {
   std::optional<ColorRole> color_;
   bool all_told_{false};
   bool asks_color_{false};
-  bool has_modes_{true};       ///< of nothing, to begin with
-  bool plain_{false};          ///< told_ are the twists themselves
-  Eigen::MatrixXd told_;       ///< motions that geometry tells, the weakest first, then those that only colour does
+  bool has_modes_{true};  ///< of nothing, to begin with
+  bool plain_{false};     ///< told_ are the twists themselves
+  Eigen::MatrixXd told_;  ///< motions that geometry tells, modes the weakest first, then those that only colour does
   Eigen::MatrixXd curvature_;  ///< of the squared residuals along them
   Eigen::Index geometry_{0};   ///< of told_, those that geometry tells
   Eigen::Index free_{0};
