@@ -128,13 +128,17 @@ inline void selectPoints(const AggregationParameters& p, int level, CellScratch&
       scratch.kept[k] = 1;
     }
   }
-  std::sort(scratch.weak.begin(), scratch.weak.end(), [](const WeakPoint& a, const WeakPoint& b) {
-    return a.weight != b.weight ? a.weight > b.weight : a.position < b.position;
-  });
   if (scratch.weak.empty()) return;
   scratch.occupied.clear(level);
   for (std::size_t k = 0; k < fused.size(); ++k)
     if (scratch.kept[k]) scratch.occupied.set(scratch.children[k].position);
+  // Most have a strong one beside them, whatever their order.
+  scratch.weak.erase(std::remove_if(scratch.weak.begin(), scratch.weak.end(),
+                                    [&](const WeakPoint& point) { return scratch.occupied.anyAround(point.position); }),
+                     scratch.weak.end());
+  std::sort(scratch.weak.begin(), scratch.weak.end(), [](const WeakPoint& a, const WeakPoint& b) {
+    return a.weight != b.weight ? a.weight > b.weight : a.position < b.position;
+  });
   for (const WeakPoint& point : scratch.weak) {
     if (scratch.occupied.anyAround(point.position)) continue;
     scratch.kept[point.number] = 1;
