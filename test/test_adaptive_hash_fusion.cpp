@@ -611,6 +611,7 @@ TEST(BadParameters, AdaptiveHashFusionNamesThem) {
   expectRejected<Filter>(&P::min_weight, 1.5f, owner, "min_weight", "1.5");
   expectRejected<Filter>(&P::weak_weight, -0.5f, owner, "weak_weight", "-0.5");
   expectRejected<Filter>(&P::confirmation_reach, kNaN, owner, "confirmation_reach", "nan");
+  expectRejected<Filter>(&P::reach_per_noise, -1.0f, owner, "reach_per_noise", "-1");
   Filter filter;
   PreprocessingParameters turned;
   turned.max_range = 0.05f;

@@ -44,8 +44,14 @@ TEST(DepthBetween, IsNotKnownBetweenTwoHolesOrJumps) {
 
 constexpr float kReach = 0.03f;
 
-/** \brief Tukey's weight of 6 mm in 30. */
-constexpr double kA = (1 - 0.04) * (1 - 0.04);
+/** \brief What a difference counts: a of Confirmation. */
+constexpr double countsAs(double e, double reach) {
+  const double square = e * e / (reach * reach), rest = 1 - square * square;
+  return rest * rest;
+}
+
+/** \brief Of 6 mm in 30. */
+constexpr double kA = countsAs(0.006, 0.03);
 
 TEST(Confirmation, WithoutViewsThePointStays) {
   const Vec3 p = Confirmation().moved({1, 2, 3}, 0.5f);
@@ -57,7 +63,7 @@ TEST(Confirmation, WithoutViewsThePointStays) {
 TEST(Confirmation, OneViewDrawsThePointAlongItsRay) {
   // 2 m before the view, 6 mm short of its depth: along (0.5, 0, 1) by 6 mm of depth, weighed with a/2 against ω = 0.7.
   Confirmation confirmation;
-  confirmation.add({1, 0, 2}, 2.0f, 2.006f, 0.5f, 1 / kReach);
+  confirmation.add({1, 0, 2}, 2.0f, 2.006f, 0.5f, kReach);
   const double w = 0.5 * kA, dz = kA * w * 0.006 / (0.7 + w);
   const Vec3 p = confirmation.moved({0, 0, 0}, 0.7f);
   EXPECT_NEAR(p.x, 0.5 * dz, 1e-7);
@@ -67,26 +73,40 @@ TEST(Confirmation, OneViewDrawsThePointAlongItsRay) {
 
 TEST(Confirmation, ViewsOnBothSidesLeaveItInTheMiddle) {
   Confirmation confirmation;
-  confirmation.add({0, 0, 1}, 1.0f, 1.006f, 1.0f, 1 / kReach);
-  confirmation.add({0, 0, 1}, 1.0f, 0.994f, 1.0f, 1 / kReach);
+  confirmation.add({0, 0, 1}, 1.0f, 1.006f, 1.0f, kReach);
+  confirmation.add({0, 0, 1}, 1.0f, 0.994f, 1.0f, kReach);
   EXPECT_NEAR(confirmation.moved({0, 0, 0}, 1.0f).z, 0, 1e-7);
 }
 
 TEST(Confirmation, AViewThatMeasuredSomethingBeyondTheReachStopsTheOthers) {
   Confirmation confirmation;
-  confirmation.add({0, 0, 1}, 1.0f, 1.006f, 1.0f, 1 / kReach);
+  confirmation.add({0, 0, 1}, 1.0f, 1.006f, 1.0f, kReach);
   EXPECT_GT(confirmation.moved({0, 0, 0}, 1.0f).z, 0.002f);
-  confirmation.add({0, 0, 1}, 1.0f, 1.031f, 1.0f, 1 / kReach);
+  confirmation.add({0, 0, 1}, 1.0f, 1.031f, 1.0f, kReach);
   EXPECT_EQ(confirmation.moved({0, 0, 0}, 1.0f).z, 0.0f);
 }
 
-TEST(Confirmation, ThePointMovesByLessThanAThirdOfTheReach) {
-  for (const float e : {0.001f, 0.005f, 0.01f, 0.015f, 0.02f, 0.029f, -0.012f})
+TEST(Confirmation, WhatLiesWellInsideTheReachCountsInFullAndWhatLiesBeyondNotAtAll) {
+  const auto a = [](float e) { return Confirmation::share(1.0f, 1.0f + e, 1.0f, kReach).a; };
+  EXPECT_GT(a(0.01f), 0.97f);
+  EXPECT_NEAR(a(-0.02f), 0.644, 1e-3);  // (1 - 16/81)²
+  EXPECT_LT(a(0.028f), 0.1f);
+  EXPECT_EQ(a(0.0301f), 0.0f);
+}
+
+TEST(Confirmation, TheReachIsNoLessThanWhatNoiseScatters) {
+  EXPECT_EQ(Confirmation::reachOf(0.03f, 2.0f, 0.01f), 0.03f);
+  EXPECT_EQ(Confirmation::reachOf(0.03f, 2.0f, 0.02f), 0.04f);
+  EXPECT_EQ(Confirmation::reachOf(0.03f, 0.0f, 0.02f), 0.03f);
+}
+
+TEST(Confirmation, ThePointMovesByLessThanHalfOfTheReach) {
+  for (const float e : {0.001f, 0.005f, 0.01f, 0.0173f, 0.02f, 0.029f, -0.012f})
     for (const float weight : {0.001f, 1.0f}) {
       Confirmation confirmation;
-      for (int view = 0; view < 7; ++view) confirmation.add({0, 0, 1.5f}, 1.5f, 1.5f + e, 1.0f, 1 / kReach);
+      for (int view = 0; view < 7; ++view) confirmation.add({0, 0, 1.5f}, 1.5f, 1.5f + e, 1.0f, kReach);
       const float dz = confirmation.moved({0, 0, 0}, weight).z;
-      EXPECT_LE(std::abs(dz), kReach / 3);
+      EXPECT_LE(std::abs(dz), 0.46f * kReach);
       EXPECT_LE(std::abs(dz), std::abs(e));
       EXPECT_GE(dz * e, 0.0f);
     }
@@ -94,10 +114,10 @@ TEST(Confirmation, ThePointMovesByLessThanAThirdOfTheReach) {
 
 TEST(Confirmation, AViewWithoutDepthThereChangesNothing) {
   Confirmation confirmation;
-  confirmation.add({0, 0, 1}, 1.0f, 1.006f, 1.0f, 1 / kReach);
+  confirmation.add({0, 0, 1}, 1.0f, 1.006f, 1.0f, kReach);
   const float z = confirmation.moved({0, 0, 0}, 1.0f).z;
   for (const float none : {0.0f, std::nanf("")}) {
-    confirmation.add({0, 0, 1}, 1.0f, none, 1.0f, 1 / kReach);
+    confirmation.add({0, 0, 1}, 1.0f, none, 1.0f, kReach);
     EXPECT_EQ(confirmation.moved({0, 0, 0}, 1.0f).z, z);
   }
 }
@@ -120,7 +140,7 @@ FuseFlowParameters equalWeights() {
 void expectDepths(const Cloud& cloud, double nearer, double farther) {
   std::array<std::size_t, 2> count{};
   for (const auto& point : cloud) {
-    const std::size_t side = point.z > 1.007f ? 1 : 0;
+    const std::size_t side = static_cast<double>(point.z) > (nearer + farther) / 2 ? 1 : 0;
     ++count[side];
     ASSERT_NEAR(point.z, side ? farther : nearer, 2e-6);
   }
@@ -133,15 +153,32 @@ TEST(FuseFlowConfirmation, TwoViewsOfOneWallComeNearerToEachOther) {
   expectDepths(scenes::fuse(wallTwice().rig, equalWeights()), 1.004 + move, 1.010 - move);
 }
 
+TEST(FuseFlowConfirmation, NoisyViewsReachFarther) {
+  // 16 mm apart; half of that is most of what 30 mm let them say, and all that 40 do.
+  const Scene scene = scenes::makeFlatScene(scenes::sameCameras(2, 40, 40, 90), {1.004f, 1.020f});
+  FuseFlowParameters parameters = equalWeights();
+  parameters.confidence.noise_floor = 0.02f;
+  parameters.confidence.noise_quadratic = 0;
+  for (const float per_noise : {0.0f, 1.5f, 2.0f}) {
+    parameters.aggregation.reach_per_noise = per_noise;
+    const double a = countsAs(0.016, std::max(0.03, 0.02 * static_cast<double>(per_noise)));
+    const double move = a * a * 0.016 / (1 + a);
+    expectDepths(scenes::fuse(scene.rig, parameters), 1.004 + move, 1.020 - move);
+  }
+}
+
 TEST(FuseFlowConfirmation, TheFourNearestViewsHaveASay) {
   // The fifth, of one place with the others and so the last that is asked, sees the wall 16 mm away.
   const Scene scene =
       scenes::makeFlatScene(scenes::sameCameras(6, 40, 40, 90), {1.004f, 1.010f, 1.010f, 1.010f, 1.010f, 1.020f});
+  FuseFlowParameters parameters = equalWeights();
+  parameters.aggregation.confirmation_reach = 0.012f;
+  const double a = countsAs(0.006, 0.012);
   std::size_t count = 0;
-  for (const auto& point : scenes::fuse(scene.rig, equalWeights())) {
+  for (const auto& point : scenes::fuse(scene.rig, parameters)) {
     if (point.z > 1.0086f) continue;
     ++count;
-    ASSERT_NEAR(point.z, 1.004 + kA * 4 * kA * 0.006 / (1 + 4 * kA), 2e-6);
+    ASSERT_NEAR(point.z, 1.004 + a * 4 * a * 0.006 / (1 + 4 * a), 2e-6);
   }
   EXPECT_GT(count, 500u);
 }

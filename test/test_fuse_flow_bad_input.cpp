@@ -273,6 +273,7 @@ TEST(FuseFlowBadInput, AParameterOutOfItsRangeIsRefusedByClassNameAndValueAndCha
       {[](auto& p) { p.aggregation.min_weight = 2; }, {"AdaptiveHashFusion", "min_weight", "2"}},
       {[=](auto& p) { p.aggregation.weak_weight = nan; }, {"AdaptiveHashFusion", "weak_weight", "nan"}},
       {[](auto& p) { p.aggregation.confirmation_reach = -1; }, {"AdaptiveHashFusion", "confirmation_reach", "-1"}},
+      {[=](auto& p) { p.aggregation.reach_per_noise = nan; }, {"AdaptiveHashFusion", "reach_per_noise", "nan"}},
       {[](auto& p) { p.crop_box = Eigen::AlignedBox3f(); }, {"FuseFlow", "crop_box"}}};
   FuseFlow<PointFused> fusion;
   for (const BadParameter& bad : all) {

@@ -17,10 +17,10 @@ struct ConsistencyEvaluator {
   ConfidenceParameters noise_model{};
   /** \brief D^r of eq. 8, for alongListOf() to find what the views confirm; null: not known. */
   const float* refined{nullptr};
-  /** \brief See Confirmation, metres. */
+  /** \brief AggregationParameters::confirmation_reach, metres. */
   float reach{0};
-  /** \brief One over it. */
-  float per_reach{0};
+  /** \brief AggregationParameters::reach_per_noise. */
+  float reach_per_noise{0};
   /** \brief One over FuseFlowParameters::half_weight_noise; 0: noise does not weigh. */
   float per_half_weight_noise{0};
 
@@ -133,8 +133,9 @@ struct ConsistencyEvaluator {
     const float here = map.depth(u, v);
     const float du = sight.x - 0.5f - static_cast<float>(u), dv = sight.y - 0.5f - static_cast<float>(v);
     const float refined_depth = depthBetween(du, dv, reach, DepthsAround{map, u, v});
+    const float noise = view.noise_scale * axialNoise(noise_model, here);
     confirmation.add(p_W - view.model.T_world_camera.t, sight.depth_of_point, refined_depth,
-                     noiseWeight(axialNoise(noise_model, here), view.noise_scale * per_half_weight_noise), per_reach);
+                     noiseWeight(noise, per_half_weight_noise), Confirmation::reachOf(reach, reach_per_noise, noise));
   }
 
   FUSE_FLOW_HD ViewOpinion judge(const Vec3& p_W, const Sight& sight) const {

@@ -208,7 +208,7 @@ class FramePipeline {
     if (!detail::usesConfirmation(parameters.smoothing, parameters.aggregation)) return evaluator;
     evaluator.refined = maps_.refined();
     evaluator.reach = parameters.aggregation.confirmation_reach;
-    evaluator.per_reach = 1.0f / evaluator.reach;
+    evaluator.reach_per_noise = parameters.aggregation.reach_per_noise;
     evaluator.per_half_weight_noise = parameters.half_weight_noise > 0 ? 1.0f / parameters.half_weight_noise : 0.0f;
     return evaluator;
   }

@@ -95,6 +95,7 @@ inline void checkParameters(const AggregationParameters& p) {
   detail::checkRange(owner, "min_weight", p.min_weight, 0.0f, 1.0f);
   detail::checkRange(owner, "weak_weight", p.weak_weight, 0.0f, 1.0f);
   detail::checkNonNegative(owner, "confirmation_reach", p.confirmation_reach);
+  detail::checkNonNegative(owner, "reach_per_noise", p.reach_per_noise);
 }
 
 }  // namespace fuse_flow

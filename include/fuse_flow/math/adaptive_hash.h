@@ -34,16 +34,19 @@ struct AggregationParameters {
   /** \brief Where V is measured. */
   ConsistencyAt consistency_at{ConsistencyAt::CellMean};
   /** \brief A fused point of smaller ω is dropped, whatever surrounds it; [0, 1]. */
-  float min_weight{0.0055f};
+  float min_weight{0.0051f};
   /** \brief A fused point of ω under this is weak: it is kept only if none of the 26 cells around it in the same coarse
    *  cell keeps a better one. Where views disagree the measurements that agree stay, and a surface that only doubtful
    *  measurements show thins out instead of vanishing; [0, 1], 0 keeps all. */
   float weak_weight{0.15f};
   /** \brief r of Confirmation: a fused point moves towards the refined depth of the other views that see a surface within so
-   *  many metres of it, by less than 0.29 of that on the optical axes of those views, and off them by as much more as their rays are longer than
+   *  many metres of it, by less than 0.46 of that on the optical axes of those views, and off them by as much more as their rays are longer than
    *  their depth. It may leave its cell or the crop box by as much; ≥ 0, 0: it stays where its own measurements put it. Only with ConsistencyAt::CellMean, and only in the frame pipeline: the filters know no
    *  refined depth. */
-  float confirmation_reach{0.033f};
+  float confirmation_reach{0.025f};
+  /** \brief r is at least this times the axial noise of the view that sees the surface (see ConfidenceParameters::noise_floor), as noisy as
+   *  the view was found to be; ≥ 0. Else far surfaces, whose measurements noise scatters wider than confirmation_reach, would confirm nothing. */
+  float reach_per_noise{2.1f};
 };
 
 }  // namespace fuse_flow

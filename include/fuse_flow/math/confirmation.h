@@ -44,11 +44,12 @@ FUSE_FLOW_HD float depthBetween(float du, float dv, float jump, const Depth& dep
 
 /** \brief Where other views confirm a cell's point, their refined depth says where it lies: a cell has the measurements that
  *  fell into it, and misses those of the same surface that noise put into the next. With e_j = D^r_j − z_j along the ray
- *  of view j, whose centre is c_j, and Tukey's a_j = (1 − (e_j/r)²)² inside the reach r, the point moves by
+ *  of view j, whose centre is c_j, and a_j = (1 − (e_j/r_j)⁴)² inside the reach r_j, the point moves by
  *
  *    min_j a_j · Σ_j w_j (p − c_j) e_j / z_j / (ω + Σ_j w_j),   w_j = a_j · noiseWeight(noise of view j),
  *
- *  where ω is what its own measurements weigh. The first factor leaves it alone where the views do not agree where the surface is. */
+ *  where ω is what its own measurements weigh. The first factor leaves it alone where the views do not agree where the surface is.
+ *  a is flatter than Tukey's biweight: what lies well inside the reach counts in full. */
 struct Confirmation {
   /** \brief How many of the views that measured a surface at the point have a say, the nearest ones: more cost time and hardly
    *  help. */
@@ -65,15 +66,22 @@ struct Confirmation {
     float pull;  ///< w e / z
   };
 
+  /** \brief How far from the point a view may see the surface, metres. \param reach least, metres; > 0  \param per_noise … but at least
+   *  this times the noise; ≥ 0  \param noise of the view there, metres */
+  FUSE_FLOW_HD static float reachOf(float reach, float per_noise, float noise) {
+    const float noisy = per_noise * noise;
+    return reach < noisy ? noisy : reach;
+  }
+
   /** \brief Of a view that measured a surface at the point. \param z_J the point's depth in that view, metres
    *  \param refined D^r there, metres; 0: the view says nothing
-   *  \param noise_weight of what it measured; [0, 1]  \param per_reach 1 / r, 1/metres; > 0 */
-  FUSE_FLOW_HD static Share share(float z_J, float refined, float noise_weight, float per_reach) {
+   *  \param noise_weight of what it measured; [0, 1]  \param reach r, metres; > 0 */
+  FUSE_FLOW_HD static Share share(float z_J, float refined, float noise_weight, float reach) {
     // Without branches: which way they would go is anyone's guess.
     const bool known = refined > 0;
     const float e = known ? refined - z_J : 0.0f;
-    const float x = e * per_reach;
-    const float rest = 1.0f - x * x;
+    const float x = e / reach, square = x * x;
+    const float rest = 1.0f - square * square;
     const float inside = rest > 0 ? rest : 0.0f;
     const float a = inside * inside;
     const float w = known ? a * noise_weight : 0.0f;
@@ -88,8 +96,8 @@ struct Confirmation {
   }
 
   /** \brief The same with the parameters of share(). */
-  FUSE_FLOW_HD void add(const Vec3& from_centre, float z_J, float refined, float noise_weight, float per_reach) {
-    add(from_centre, share(z_J, refined, noise_weight, per_reach));
+  FUSE_FLOW_HD void add(const Vec3& from_centre, float z_J, float refined, float noise_weight, float reach) {
+    add(from_centre, share(z_J, refined, noise_weight, reach));
   }
 
   /** \brief Where the point then lies. \param p where its own measurements put it  \param weight ω */

@@ -24,13 +24,13 @@ class CellConfirmations {
   void reserve(std::size_t n) {
     if (n <= capacity()) return;
     for (std::vector<float>* a :
-         {&x_, &y_, &z_, &here_, &beside_, &opposite_, &below_, &above_, &per_half_, &a_, &w_, &pull_})
+         {&x_, &y_, &z_, &here_, &beside_, &opposite_, &below_, &above_, &noise_scale_, &a_, &w_, &pull_})
       a->resize(n);
   }
 
   /** \brief One share more, for which there must be room. \param refined D^r of the view, with zeros around it
-   *  \param x,y,z of ViewModel::locate()  \param per_half the view's noise scale / half_weight_noise, 1/metres */
-  void add(const DepthMap& refined, float x, float y, float z, float per_half) {
+   *  \param x,y,z of ViewModel::locate()  \param noise_scale of the view, see noiseScale() */
+  void add(const DepthMap& refined, float x, float y, float z, float noise_scale) {
     const int u = static_cast<int>(x), v = static_cast<int>(y);
     const float du = x - 0.5f - static_cast<float>(u), dv = y - 0.5f - static_cast<float>(v);
     // Arithmetic, where compilers would make branches of conditions: which side it is is anyone's guess.
@@ -45,15 +45,23 @@ class CellConfirmations {
     opposite_[n_] = here[-right];
     below_[n_] = here[down];
     above_[n_] = here[-down];
-    per_half_[n_] = per_half;
+    noise_scale_[n_] = noise_scale;
     ++n_;
   }
 
-  /** \brief After the last share. \param reach r, metres; > 0 */
-  void weigh(const ConfidenceParameters& noise_model, float reach) {
+  /** \brief What weighs the shares. */
+  struct Scale {
+    ConfidenceParameters noise;  ///< of the sensors
+    float reach{0};              ///< AggregationParameters::confirmation_reach
+    float reach_per_noise{0};    ///< AggregationParameters::reach_per_noise
+    float per_half_weight{0};    ///< 1 / FuseFlowParameters::half_weight_noise, 1/metres; 0: noise does not weigh
+  };
+
+  /** \brief After the last share. */
+  void weigh(const Scale& scale) {
     inWideVectors([&] {
-      weigh(n_, noise_model, reach, x_.data(), y_.data(), z_.data(), here_.data(), beside_.data(), opposite_.data(),
-            below_.data(), above_.data(), per_half_.data(), a_.data(), w_.data(), pull_.data());
+      weigh(n_, scale, x_.data(), y_.data(), z_.data(), here_.data(), beside_.data(), opposite_.data(), below_.data(),
+            above_.data(), noise_scale_.data(), a_.data(), w_.data(), pull_.data());
     });
   }
 
@@ -61,16 +69,17 @@ class CellConfirmations {
   Confirmation::Share operator[](std::size_t k) const { return {a_[k], w_[k], pull_[k]}; }
 
  private:
-  static void weigh(std::size_t n, ConfidenceParameters noise_model, float reach, const float* __restrict x,
-                    const float* __restrict y, const float* __restrict z, const float* __restrict here,
-                    const float* __restrict beside, const float* __restrict opposite, const float* __restrict below,
-                    const float* __restrict above, const float* __restrict per_half, float* __restrict a,
-                    float* __restrict w, float* __restrict pull) {
-    const float per_reach = 1.0f / reach;
+  static void weigh(std::size_t n, Scale scale, const float* __restrict x, const float* __restrict y,
+                    const float* __restrict z, const float* __restrict here, const float* __restrict beside,
+                    const float* __restrict opposite, const float* __restrict below, const float* __restrict above,
+                    const float* __restrict noise_scale, float* __restrict a, float* __restrict w,
+                    float* __restrict pull) {
     for (std::size_t k = 0; k < n; ++k) {
-      const float refined = depthBetween(x[k], y[k], reach, here[k], beside[k], opposite[k], below[k], above[k]);
+      const float refined = depthBetween(x[k], y[k], scale.reach, here[k], beside[k], opposite[k], below[k], above[k]);
+      const float noise = noise_scale[k] * axialNoise(scale.noise, here[k]);
       const Confirmation::Share share =
-          Confirmation::share(z[k], refined, noiseWeight(axialNoise(noise_model, here[k]), per_half[k]), per_reach);
+          Confirmation::share(z[k], refined, noiseWeight(noise, scale.per_half_weight),
+                              Confirmation::reachOf(scale.reach, scale.reach_per_noise, noise));
       a[k] = share.a;
       w[k] = share.w;
       pull[k] = share.pull;
@@ -80,7 +89,7 @@ class CellConfirmations {
   std::size_t n_{0};
   std::vector<float> x_, y_, z_;  // in the view: pixels from the centre of one, metres
   std::vector<float> here_, beside_, opposite_, below_, above_;
-  std::vector<float> per_half_;
+  std::vector<float> noise_scale_;
   std::vector<float> a_, w_, pull_;
 };
 

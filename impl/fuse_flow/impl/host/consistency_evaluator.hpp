@@ -4,6 +4,7 @@
 #include <fuse_flow/impl/host/cell_opinions.hpp>
 #include <fuse_flow/impl/host/depth_map.hpp>
 #include <fuse_flow/impl/host/rig_geometry.hpp>
+#include <fuse_flow/math/adaptive_hash.h>
 #include <fuse_flow/math/confirmation.h>
 #include <fuse_flow/math/consistency.h>
 
@@ -25,12 +26,13 @@ class ConsistencyEvaluator {
     noise_scales_ = &scales;
   }
 
-  /** \brief Where D^r of eq. 8 is known: evaluate() then finds what the views confirm. \param refined of each view
-   *  \param reach see Confirmation, metres; > 0  \param half_weight_noise as in FuseFlowParameters */
-  void setRefined(const std::vector<DepthMap>& refined, float reach, float half_weight_noise) {
+  /** \brief Where D^r of eq. 8 is known, after setNoise(): evaluate() then finds what the views confirm. \param refined of each view
+   *  \param half_weight_noise as in FuseFlowParameters */
+  void setRefined(const std::vector<DepthMap>& refined, const AggregationParameters& aggregation,
+                  float half_weight_noise) {
     refined_ = &refined;
-    reach_ = reach;
-    per_half_ = half_weight_noise > 0 ? 1.0f / half_weight_noise : 0.0f;
+    confirmation_ = {noise_model_, aggregation.confirmation_reach, aggregation.reach_per_noise,
+                     half_weight_noise > 0 ? 1.0f / half_weight_noise : 0.0f};
   }
 
   bool knowsRefinedDepth() const { return refined_ != nullptr; }
@@ -104,12 +106,12 @@ class ConsistencyEvaluator {
     for (int a = 0; a < n; ++a) {
       const CellOpinions::Sight sight = opinions.sight(k, a);
       const float noise_scale = noise_scales_ != nullptr ? (*noise_scales_)[sight.view] : 1.0f;
-      confirmations.add((*refined_)[sight.view], sight.x, sight.y, sight.z, noise_scale * per_half_);
+      confirmations.add((*refined_)[sight.view], sight.x, sight.y, sight.z, noise_scale);
     }
   }
 
   /** \brief After the last readConfirmed(). */
-  void weighConfirmed(CellConfirmations& confirmations) const { confirmations.weigh(noise_model_, reach_); }
+  void weighConfirmed(CellConfirmations& confirmations) const { confirmations.weigh(confirmation_); }
 
   /** \brief Where a point of weight ω lies by what the views confirm. \param first of its shares; moved on to the next point's */
   Vec3 confirmed(const Vec3& p_W, float weight, const CellOpinions& opinions, std::size_t k,
@@ -169,8 +171,7 @@ class ConsistencyEvaluator {
   ConfidenceParameters noise_model_;
   const std::vector<float>* noise_scales_{nullptr};
   const std::vector<DepthMap>* refined_{nullptr};
-  float reach_{0};
-  float per_half_{0};
+  CellConfirmations::Scale confirmation_;
 };
 
 }  // namespace host

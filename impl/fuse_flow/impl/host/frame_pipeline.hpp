@@ -331,7 +331,7 @@ class FramePipeline {
     ConsistencyEvaluator evaluator(parameters.consistency, rig_, depths_);
     evaluator.setNoise(parameters.confidence, statistics.noise_scales);
     if (detail::usesConfirmation(parameters.smoothing, parameters.aggregation))
-      evaluator.setRefined(refined(), parameters.aggregation.confirmation_reach, parameters.half_weight_noise);
+      evaluator.setRefined(refined(), parameters.aggregation, parameters.half_weight_noise);
     return evaluator;
   }
 
