@@ -178,7 +178,7 @@ inline fuse_flow::FuseFlowParameters parameters(Random& random, double scale = 1
   p.aggregation.min_weight = random.oneIn(2) ? 0.0f : random.uniform(0.0f, 0.3f);
   p.aggregation.weak_weight = random.oneIn(3) ? 0.0f : random.uniform(0.0f, 0.8f);
   p.aggregation.confirmation_reach = random.oneIn(3) ? 0.0f : random.uniform(0.002f, 0.05f) * static_cast<float>(scale);
-  p.aggregation.reach_per_noise = random.oneIn(3) ? 0.0f : random.uniform(0.0f, 4.0f);
+  p.aggregation.reach_per_noise = random.oneIn(3) ? 0.0f : random.uniform(0.0f, 20.0f);
   if (random.oneIn(5)) {
     const auto half = static_cast<float>(0.3 * scale);
     p.crop_box = Eigen::AlignedBox3f(Eigen::Vector3f(-half, -half, 0), Eigen::Vector3f(half, half, 4 * half));

@@ -39,13 +39,15 @@ struct AggregationParameters {
    *  cell keeps a better one. Where views disagree the measurements that agree stay, and a surface that only doubtful
    *  measurements show thins out instead of vanishing; [0, 1], 0 keeps all. */
   float weak_weight{0.15f};
-  /** \brief r of Confirmation: a fused point moves towards the refined depth of the other views that see a surface within so
-   *  many metres of it, by less than 0.46 of that on the optical axes of those views, and off them by as much more as their rays are longer than
-   *  their depth. It may leave its cell or the crop box by as much; ≥ 0, 0: it stays where its own measurements put it. Only with ConsistencyAt::CellMean, and only in the frame pipeline: the filters know no
-   *  refined depth. */
+  /** \brief The reach r of Confirmation, metres: a fused point moves towards the refined depth of the other views that see a surface within
+   *  so many metres of it, by less than 0.46 of that on the optical axes of those views, and off them by as much more as their rays are
+   *  longer than their depth; twice as far where the views are noisy, see reach_per_noise. It may leave its cell or the crop box by as
+   *  much. Where neighbouring pixels of a view differ by more than this, the view says nothing. ≥ 0, 0: points stay where their own
+   *  measurements put them. Only with ConsistencyAt::CellMean, and only in the frame pipeline: the filters know no refined depth. */
   float confirmation_reach{0.025f};
-  /** \brief r is at least this times the axial noise of the view that sees the surface (see ConfidenceParameters::noise_floor), as noisy as
-   *  the view was found to be; ≥ 0. Else far surfaces, whose measurements noise scatters wider than confirmation_reach, would confirm nothing. */
+  /** \brief The reach is at least this times the axial noise of the view that sees the surface (ConfidenceParameters::noise_floor and
+   *  noise_quadratic, times what FuseFlowParameters::adapt_noise finds), up to twice confirmation_reach; ≥ 0. Else views would hardly confirm
+   *  far surfaces, whose measurements noise scatters wider than that. */
   float reach_per_noise{2.1f};
 };
 

@@ -44,12 +44,12 @@ FUSE_FLOW_HD float depthBetween(float du, float dv, float jump, const Depth& dep
 
 /** \brief Where other views confirm a cell's point, their refined depth says where it lies: a cell has the measurements that
  *  fell into it, and misses those of the same surface that noise put into the next. With e_j = D^r_j − z_j along the ray
- *  of view j, whose centre is c_j, and a_j = (1 − (e_j/r_j)⁴)² inside the reach r_j, the point moves by
+ *  of view j, whose centre is c_j, and a_j = (1 − (e_j/r_j)⁴)² inside the reach r_j of reachOf(), the point moves by
  *
  *    min_j a_j · Σ_j w_j (p − c_j) e_j / z_j / (ω + Σ_j w_j),   w_j = a_j · noiseWeight(noise of view j),
  *
  *  where ω is what its own measurements weigh. The first factor leaves it alone where the views do not agree where the surface is.
- *  a is flatter than Tukey's biweight: what lies well inside the reach counts in full. */
+ *  What lies well inside the reach counts nearly in full, 0.98 at a third of it. */
 struct Confirmation {
   /** \brief How many of the views that measured a surface at the point have a say, the nearest ones: more cost time and hardly
    *  help. */
@@ -66,11 +66,14 @@ struct Confirmation {
     float pull;  ///< w e / z
   };
 
-  /** \brief How far from the point a view may see the surface, metres. \param reach least, metres; > 0  \param per_noise … but at least
-   *  this times the noise; ≥ 0  \param noise of the view there, metres */
-  FUSE_FLOW_HD static float reachOf(float reach, float per_noise, float noise) {
-    const float noisy = per_noise * noise;
-    return reach < noisy ? noisy : reach;
+  /** \brief No reach is more than so many times the least, however noisy the view: what is measured well nearby must not follow what is
+   *  measured badly from afar. */
+  static constexpr float kWidest = 2.0f;
+
+  /** \brief r of a view, metres: least, or where that is more per_noise · noise, up to kWidest · least. \param least metres; > 0
+   *  \param per_noise ≥ 0  \param noise standard deviation of the view's depth there, metres */
+  FUSE_FLOW_HD static float reachOf(float least, float per_noise, float noise) {
+    return clampTo(per_noise * noise, least, kWidest * least);
   }
 
   /** \brief Of a view that measured a surface at the point. \param z_J the point's depth in that view, metres

@@ -49,18 +49,18 @@ class CellConfirmations {
     ++n_;
   }
 
-  /** \brief What weighs the shares. */
-  struct Scale {
+  /** \brief What shares are weighed by. */
+  struct Weighing {
     ConfidenceParameters noise;  ///< of the sensors
-    float reach{0};              ///< AggregationParameters::confirmation_reach
-    float reach_per_noise{0};    ///< AggregationParameters::reach_per_noise
+    float reach{0};              ///< AggregationParameters::confirmation_reach, metres; > 0
+    float reach_per_noise{0};    ///< AggregationParameters::reach_per_noise; ≥ 0
     float per_half_weight{0};    ///< 1 / FuseFlowParameters::half_weight_noise, 1/metres; 0: noise does not weigh
   };
 
   /** \brief After the last share. */
-  void weigh(const Scale& scale) {
+  void weigh(const Weighing& by) {
     inWideVectors([&] {
-      weigh(n_, scale, x_.data(), y_.data(), z_.data(), here_.data(), beside_.data(), opposite_.data(), below_.data(),
+      weigh(n_, by, x_.data(), y_.data(), z_.data(), here_.data(), beside_.data(), opposite_.data(), below_.data(),
             above_.data(), noise_scale_.data(), a_.data(), w_.data(), pull_.data());
     });
   }
@@ -69,17 +69,16 @@ class CellConfirmations {
   Confirmation::Share operator[](std::size_t k) const { return {a_[k], w_[k], pull_[k]}; }
 
  private:
-  static void weigh(std::size_t n, Scale scale, const float* __restrict x, const float* __restrict y,
+  static void weigh(std::size_t n, Weighing by, const float* __restrict x, const float* __restrict y,
                     const float* __restrict z, const float* __restrict here, const float* __restrict beside,
                     const float* __restrict opposite, const float* __restrict below, const float* __restrict above,
                     const float* __restrict noise_scale, float* __restrict a, float* __restrict w,
                     float* __restrict pull) {
     for (std::size_t k = 0; k < n; ++k) {
-      const float refined = depthBetween(x[k], y[k], scale.reach, here[k], beside[k], opposite[k], below[k], above[k]);
-      const float noise = noise_scale[k] * axialNoise(scale.noise, here[k]);
-      const Confirmation::Share share =
-          Confirmation::share(z[k], refined, noiseWeight(noise, scale.per_half_weight),
-                              Confirmation::reachOf(scale.reach, scale.reach_per_noise, noise));
+      const float refined = depthBetween(x[k], y[k], by.reach, here[k], beside[k], opposite[k], below[k], above[k]);
+      const float noise = noise_scale[k] * axialNoise(by.noise, here[k]);
+      const Confirmation::Share share = Confirmation::share(z[k], refined, noiseWeight(noise, by.per_half_weight),
+                                                            Confirmation::reachOf(by.reach, by.reach_per_noise, noise));
       a[k] = share.a;
       w[k] = share.w;
       pull[k] = share.pull;

@@ -22,17 +22,18 @@ class ConsistencyEvaluator {
 
   /** \brief Where the noise of the views is known. \param scales of each view, see noiseScale() */
   void setNoise(const ConfidenceParameters& model, const std::vector<float>& scales) {
-    noise_model_ = model;
+    noise_model_ = confirmation_.noise = model;
     noise_scales_ = &scales;
   }
 
-  /** \brief Where D^r of eq. 8 is known, after setNoise(): evaluate() then finds what the views confirm. \param refined of each view
+  /** \brief Where D^r of eq. 8 is known: evaluate() then finds what the views confirm. \param refined of each view
    *  \param half_weight_noise as in FuseFlowParameters */
   void setRefined(const std::vector<DepthMap>& refined, const AggregationParameters& aggregation,
                   float half_weight_noise) {
     refined_ = &refined;
-    confirmation_ = {noise_model_, aggregation.confirmation_reach, aggregation.reach_per_noise,
-                     half_weight_noise > 0 ? 1.0f / half_weight_noise : 0.0f};
+    confirmation_.reach = aggregation.confirmation_reach;
+    confirmation_.reach_per_noise = aggregation.reach_per_noise;
+    confirmation_.per_half_weight = half_weight_noise > 0 ? 1.0f / half_weight_noise : 0.0f;
   }
 
   bool knowsRefinedDepth() const { return refined_ != nullptr; }
@@ -171,7 +172,7 @@ class ConsistencyEvaluator {
   ConfidenceParameters noise_model_;
   const std::vector<float>* noise_scales_{nullptr};
   const std::vector<DepthMap>* refined_{nullptr};
-  CellConfirmations::Scale confirmation_;
+  CellConfirmations::Weighing confirmation_;
 };
 
 }  // namespace host
