@@ -64,7 +64,7 @@ TEST(Confirmation, WithoutViewsThePointStays) {
 TEST(Confirmation, OneViewDrawsThePointAlongItsRay) {
   // 2 m before the view, 6 mm short of its depth: along (0.5, 0, 1) by 6 mm of depth, weighed with a/2 against ω = 0.7.
   Confirmation confirmation;
-  confirmation.add({1, 0, 2}, 2.0f, 2.006f, 0.5f, kReach);
+  confirmation.add({1, 0, 2}, 2.0f, 2.006f, 0.5f, kReach * kReach);
   const double w = 0.5 * kA, dz = kA * w * 0.006 / (0.7 + w);
   const Vec3 p = confirmation.moved({0, 0, 0}, 0.7f);
   EXPECT_NEAR(p.x, 0.5 * dz, 1e-7);
@@ -74,21 +74,21 @@ TEST(Confirmation, OneViewDrawsThePointAlongItsRay) {
 
 TEST(Confirmation, ViewsOnBothSidesLeaveItInTheMiddle) {
   Confirmation confirmation;
-  confirmation.add({0, 0, 1}, 1.0f, 1.006f, 1.0f, kReach);
-  confirmation.add({0, 0, 1}, 1.0f, 0.994f, 1.0f, kReach);
+  confirmation.add({0, 0, 1}, 1.0f, 1.006f, 1.0f, kReach * kReach);
+  confirmation.add({0, 0, 1}, 1.0f, 0.994f, 1.0f, kReach * kReach);
   EXPECT_NEAR(confirmation.moved({0, 0, 0}, 1.0f).z, 0, 1e-7);
 }
 
 TEST(Confirmation, AViewThatMeasuredSomethingBeyondTheReachStopsTheOthers) {
   Confirmation confirmation;
-  confirmation.add({0, 0, 1}, 1.0f, 1.006f, 1.0f, kReach);
+  confirmation.add({0, 0, 1}, 1.0f, 1.006f, 1.0f, kReach * kReach);
   EXPECT_GT(confirmation.moved({0, 0, 0}, 1.0f).z, 0.002f);
-  confirmation.add({0, 0, 1}, 1.0f, 1.031f, 1.0f, kReach);
+  confirmation.add({0, 0, 1}, 1.0f, 1.031f, 1.0f, kReach * kReach);
   EXPECT_EQ(confirmation.moved({0, 0, 0}, 1.0f).z, 0.0f);
 }
 
 TEST(Confirmation, WhatLiesWellInsideTheReachCountsInFullAndWhatLiesBeyondNotAtAll) {
-  const auto a = [](float e) { return Confirmation::share(1.0f, 1.0f + e, 1.0f, kReach).a; };
+  const auto a = [](float e) { return Confirmation::share(1.0f, 1.0f + e, 1.0f, kReach * kReach).a; };
   EXPECT_GT(a(0.01f), 0.97f);
   EXPECT_NEAR(a(-0.02f), 0.644, 1e-3);  // (1 - 16/81)²
   EXPECT_LT(a(0.028f), 0.1f);
@@ -96,17 +96,21 @@ TEST(Confirmation, WhatLiesWellInsideTheReachCountsInFullAndWhatLiesBeyondNotAtA
 }
 
 TEST(Confirmation, TheReachIsNoLessThanWhatNoiseScatters) {
-  EXPECT_EQ(Confirmation::reachOf(0.03f, 2.0f, 0.01f), 0.03f);
-  EXPECT_EQ(Confirmation::reachOf(0.03f, 2.0f, 0.02f), 0.04f);
-  EXPECT_EQ(Confirmation::reachOf(0.03f, 0.0f, 0.02f), 0.03f);
-  EXPECT_EQ(Confirmation::reachOf(0.03f, 2.0f, 0.1f), 0.06f);  // not without end
+  const auto reach = [](float per_noise, float variance) {
+    return std::sqrt(Confirmation::squaredReach(0.03f, per_noise, variance));
+  };
+  EXPECT_NEAR(reach(2.0f, 0.0001f), 0.03f, 1e-8);
+  EXPECT_NEAR(reach(2.0f, 0.0004f), 0.04f, 1e-8);
+  EXPECT_NEAR(reach(0.0f, 0.0004f), 0.03f, 1e-8);
+  EXPECT_NEAR(reach(2.0f, 0.01f), 0.06f, 1e-8);  // not without end
+  EXPECT_NEAR(Confirmation::varianceOf(0.003f, 0.001f, 2.0f), 0.005f * 0.005f, 1e-9);
 }
 
 TEST(Confirmation, ThePointMovesByLessThanHalfOfTheReach) {
   for (const float e : {0.001f, 0.005f, 0.01f, 0.0173f, 0.02f, 0.029f, -0.012f})
     for (const float weight : {0.001f, 1.0f}) {
       Confirmation confirmation;
-      for (int view = 0; view < 7; ++view) confirmation.add({0, 0, 1.5f}, 1.5f, 1.5f + e, 1.0f, kReach);
+      for (int view = 0; view < 7; ++view) confirmation.add({0, 0, 1.5f}, 1.5f, 1.5f + e, 1.0f, kReach * kReach);
       const float dz = confirmation.moved({0, 0, 0}, weight).z;
       EXPECT_LE(std::abs(dz), 0.46f * kReach);
       EXPECT_LE(std::abs(dz), std::abs(e));
@@ -116,10 +120,10 @@ TEST(Confirmation, ThePointMovesByLessThanHalfOfTheReach) {
 
 TEST(Confirmation, AViewWithoutDepthThereChangesNothing) {
   Confirmation confirmation;
-  confirmation.add({0, 0, 1}, 1.0f, 1.006f, 1.0f, kReach);
+  confirmation.add({0, 0, 1}, 1.0f, 1.006f, 1.0f, kReach * kReach);
   const float z = confirmation.moved({0, 0, 0}, 1.0f).z;
   for (const float none : {0.0f, std::nanf("")}) {
-    confirmation.add({0, 0, 1}, 1.0f, none, 1.0f, kReach);
+    confirmation.add({0, 0, 1}, 1.0f, none, 1.0f, kReach * kReach);
     EXPECT_EQ(confirmation.moved({0, 0, 0}, 1.0f).z, z);
   }
 }
@@ -129,8 +133,9 @@ TEST(CellConfirmations, TheReachGrowsWithTheNoiseThatAViewWasMeasuredToHave) {
   refined.resize(3, 3);
   for (int v = 0; v < 3; ++v) std::fill_n(refined.row(v), 3, 2.03f);
   fuse_flow::host::CellConfirmations confirmations;
-  confirmations.reserve(2);
-  for (const float noise_scale : {1.0f, 2.0f}) confirmations.add(refined, 1.5f, 1.5f, 2.0f, noise_scale);
+  confirmations.reserve(3);
+  for (const float noise_scale : {1.0f, 2.0f}) confirmations.add(refined, 1.5f, 1.5f, 2.0f, noise_scale, 0);
+  confirmations.add(refined, 1.5f, 1.5f, 2.0f, 1.0f, 0.02f / (2.03f * 2.03f));
   fuse_flow::ConfidenceParameters noise;
   noise.noise_floor = 0;
   noise.noise_quadratic = 0.01f / (2.03f * 2.03f);
@@ -139,6 +144,8 @@ TEST(CellConfirmations, TheReachGrowsWithTheNoiseThatAViewWasMeasuredToHave) {
   const double a = countsAs(0.03, 0.04);
   EXPECT_NEAR(confirmations[1].a, a, 1e-4);
   EXPECT_NEAR(confirmations[1].w, a / 2, 1e-4);  // noise of 20 mm halves the weight
+  EXPECT_NEAR(confirmations[2].a, countsAs(0.03, 2 * std::hypot(0.01, 0.02)), 1e-4);
+  EXPECT_NEAR(confirmations[2].w, confirmations[2].a / 1.25f, 1e-4);  // detours do not
 }
 
 // ---- In the pipeline

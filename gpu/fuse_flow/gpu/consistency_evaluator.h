@@ -3,6 +3,7 @@
 #include <fuse_flow/gpu/device_view.h>
 #include <fuse_flow/math/confirmation.h>
 #include <fuse_flow/math/consistency.h>
+#include <fuse_flow/math/multipath.h>
 
 namespace fuse_flow {
 namespace gpu {
@@ -134,8 +135,10 @@ struct ConsistencyEvaluator {
     const float du = sight.x - 0.5f - static_cast<float>(u), dv = sight.y - 0.5f - static_cast<float>(v);
     const float refined_depth = depthBetween(du, dv, reach, DepthsAround{map, u, v});
     const float noise = view.noise_scale * axialNoise(noise_model, here);
+    const float variance = Confirmation::varianceOf(noise, unknownDetours(view.model.multipath, kUnknownDetours), here);
     confirmation.add(p_W - view.model.T_world_camera.t, sight.depth_of_point, refined_depth,
-                     noiseWeight(noise, per_half_weight_noise), Confirmation::reachOf(reach, reach_per_noise, noise));
+                     noiseWeight(noise, per_half_weight_noise),
+                     Confirmation::squaredReach(reach, reach_per_noise, variance));
   }
 
   FUSE_FLOW_HD ViewOpinion judge(const Vec3& p_W, const Sight& sight) const {

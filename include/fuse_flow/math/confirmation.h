@@ -44,7 +44,7 @@ FUSE_FLOW_HD float depthBetween(float du, float dv, float jump, const Depth& dep
 
 /** \brief Where other views confirm a cell's point, their refined depth says where it lies: a cell has the measurements that
  *  fell into it, and misses those of the same surface that noise put into the next. With e_j = D^r_j − z_j along the ray
- *  of view j, whose centre is c_j, and a_j = (1 − (e_j/r_j)⁴)² inside the reach r_j of reachOf(), the point moves by
+ *  of view j, whose centre is c_j, and a_j = (1 − (e_j/r_j)⁴)² inside the reach r_j of squaredReach(), the point moves by
  *
  *    min_j a_j · Σ_j w_j (p − c_j) e_j / z_j / (ω + Σ_j w_j),   w_j = a_j · noiseWeight(noise of view j),
  *
@@ -70,20 +70,27 @@ struct Confirmation {
    *  measured badly from afar. */
   static constexpr float kWidest = 2.0f;
 
-  /** \brief r of a view, metres: least, or where that is more per_noise · noise, up to kWidest · least. \param least metres; > 0
-   *  \param per_noise ≥ 0  \param noise standard deviation of the view's depth there, metres */
-  FUSE_FLOW_HD static float reachOf(float least, float per_noise, float noise) {
-    return clampTo(per_noise * noise, least, kWidest * least);
+  /** \brief r² of a view, square metres: of the least, or where that is more of per_noise · √variance, up to kWidest · least.
+   *  \param least metres; > 0  \param per_noise ≥ 0  \param variance of the view's depth there, see varianceOf() */
+  FUSE_FLOW_HD static float squaredReach(float least, float per_noise, float variance) {
+    return clampTo(per_noise * per_noise * variance, least * least, kWidest * kWidest * least * least);
+  }
+
+  /** \brief Of a depth, square metres. \param noise its standard deviation by noise, metres  \param detours see unknownDetours(), 1/metres
+   *  \param z the depth, metres */
+  FUSE_FLOW_HD static float varianceOf(float noise, float detours, float z) {
+    const float late = detours * z * z;
+    return noise * noise + late * late;
   }
 
   /** \brief Of a view that measured a surface at the point. \param z_J the point's depth in that view, metres
    *  \param refined D^r there, metres; 0: the view says nothing
-   *  \param noise_weight of what it measured; [0, 1]  \param reach r, metres; > 0 */
-  FUSE_FLOW_HD static Share share(float z_J, float refined, float noise_weight, float reach) {
+   *  \param noise_weight of what it measured; [0, 1]  \param squared_reach r², square metres; > 0 */
+  FUSE_FLOW_HD static Share share(float z_J, float refined, float noise_weight, float squared_reach) {
     // Without branches: which way they would go is anyone's guess.
     const bool known = refined > 0;
     const float e = known ? refined - z_J : 0.0f;
-    const float x = e / reach, square = x * x;
+    const float square = e * e / squared_reach;
     const float rest = 1.0f - square * square;
     const float inside = rest > 0 ? rest : 0.0f;
     const float a = inside * inside;
@@ -99,8 +106,8 @@ struct Confirmation {
   }
 
   /** \brief The same with the parameters of share(). */
-  FUSE_FLOW_HD void add(const Vec3& from_centre, float z_J, float refined, float noise_weight, float reach) {
-    add(from_centre, share(z_J, refined, noise_weight, reach));
+  FUSE_FLOW_HD void add(const Vec3& from_centre, float z_J, float refined, float noise_weight, float squared_reach) {
+    add(from_centre, share(z_J, refined, noise_weight, squared_reach));
   }
 
   /** \brief Where the point then lies. \param p where its own measurements put it  \param weight ω */

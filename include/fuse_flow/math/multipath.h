@@ -42,6 +42,9 @@ struct SurfacePatch {
 /** \brief What makes depth late: c / 2f, where the phase begins again, in metres. \param frequency Hz, > 0 */
 FUSE_FLOW_HD float multipathPeriod(float frequency) { return 0.5f * 299792458.0f / frequency; }
 
+/** \brief Light that comes by way of what no view measured, where nothing else is known: see ExtrinsicParameters::unknown_detours, 1/m². */
+constexpr float kUnknownDetours = 0.035f;
+
 /** \brief Standard deviation of what detours that no view tells of leave of a depth of one metre, metres. Light that comes straight thins
  *  with the square of the distance, light from all around does not: it grows with the square of depth.
  *  \param share of such light, see ExtrinsicParameters::unknown_detours  \return 0 without a modulation frequency */

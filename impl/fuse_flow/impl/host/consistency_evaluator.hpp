@@ -7,6 +7,7 @@
 #include <fuse_flow/math/adaptive_hash.h>
 #include <fuse_flow/math/confirmation.h>
 #include <fuse_flow/math/consistency.h>
+#include <fuse_flow/math/multipath.h>
 
 #include <algorithm>
 
@@ -107,7 +108,8 @@ class ConsistencyEvaluator {
     for (int a = 0; a < n; ++a) {
       const CellOpinions::Sight sight = opinions.sight(k, a);
       const float noise_scale = noise_scales_ != nullptr ? (*noise_scales_)[sight.view] : 1.0f;
-      confirmations.add((*refined_)[sight.view], sight.x, sight.y, sight.z, noise_scale);
+      confirmations.add((*refined_)[sight.view], sight.x, sight.y, sight.z, noise_scale,
+                        unknownDetours((*rig_)[sight.view].multipath, kUnknownDetours));
     }
   }
 
