@@ -193,6 +193,24 @@ TEST(FuseFlowConfirmation, NoisyViewsReachFarther) {
   }
 }
 
+TEST(FuseFlowConfirmation, TheReachIsThatOfTheViewThatConfirms) {
+  // Light on detours may leave 25 mm at 1 m in the farther camera: it confirms the nearer one's points within 1.6 times that.
+  auto cameras = scenes::sameCameras(2, 40, 40, 90);
+  cameras[1].multipath.modulation_frequency = 20e6f;
+  const Scene scene = scenes::makeFlatScene(cameras, {1.004f, 1.020f});
+  FuseFlowParameters parameters = equalWeights();
+  parameters.confidence.noise_floor = 1e-4f;
+  parameters.confidence.noise_quadratic = 0;
+  parameters.aggregation.reach_per_noise = 1.6f;
+  const double period = 299792458.0 / 40e6, pi = 3.14159265358979;
+  const double late = 0.035 * static_cast<double>(cameras[1].multipath.reflectance) * period / (2 * pi) * 1.02 * 1.02;
+  const double near = countsAs(0.016, 1.6 * late), far = countsAs(0.016, 0.03);
+  ASSERT_GT(1.6 * late, 0.035);
+  ASSERT_LT(1.6 * late, 0.06);
+  expectDepths(scenes::fuse(scene.rig, parameters), 1.004 + near * near * 0.016 / (1 + near),
+               1.020 - far * far * 0.016 / (1 + far));
+}
+
 TEST(FuseFlowConfirmation, TheFourNearestViewsHaveASay) {
   // The fifth, of one place with the others and so the last that is asked, sees the wall 16 mm away.
   const Scene scene =

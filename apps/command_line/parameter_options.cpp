@@ -114,7 +114,7 @@ ParameterOptions::ParameterOptions(CLI::App& app) {
   add(app, "--weak-weight", a.weak_weight, "thin out fused points of less weight");
   add(app, "--confirmation-reach", a.confirmation_reach, "move fused points to what views this near confirm, m");
   add(app, "--reach-per-noise", a.reach_per_noise,
-      "--confirmation-reach is at least this times the axial noise, up to twice itself");
+      "--confirmation-reach is at least this times the deviation of depth, up to twice itself");
   add(app, "--measurement-confidence", given_.use_measurement_confidence, "MF of the ablation (true/false)");
   add(app, "--distance-consistency", given_.use_distance_consistency, "DC of the ablation (true/false)");
   add(app, "--spatial-hash", given_.use_spatial_hash, "SA of the ablation (true/false)");
