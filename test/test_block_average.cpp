@@ -30,4 +30,39 @@ TEST(LumaBlur, ABlockWithoutDepthOrGreyLevelHasNone) {
   EXPECT_LT(nowhere.mean(), 0);
 }
 
+/** \brief The middle of 3×3 inverse depths, despeckled. */
+float despeckled(const float (&q)[9], float bound = 0.5f) { return fuse_flow::despeckledInverseDepth(q, bound); }
+
+TEST(DespeckledInverseDepth, APlaneStaysHoweverItIsInclined) {
+  EXPECT_EQ(despeckled({1, 1, 1, 1, 1, 1, 1, 1, 1}), 1);
+  EXPECT_EQ(despeckled({0.5f, 0.75f, 1, 0.75f, 1, 1.25f, 1, 1.25f, 1.5f}), 1);
+}
+
+TEST(DespeckledInverseDepth, WhatSticksOutOnAllSidesGoesBackToTheNearestMean) {
+  EXPECT_EQ(despeckled({1, 1, 1, 1, 1.25f, 1, 1, 1, 1}), 1) << "to the front";
+  EXPECT_EQ(despeckled({1, 1, 1, 1, 0.75f, 1, 1, 1, 1}), 1) << "to the back";
+  EXPECT_EQ(despeckled({1, 1, 1, 1.125f, 1.25f, 1.125f, 1, 1, 1}), 1.125f) << "the row agrees most";
+  EXPECT_EQ(despeckled({0.5f, 0.75f, 1, 0.75f, 1.25f, 1.25f, 1, 1.25f, 1.5f}), 1) << "of an inclined plane";
+}
+
+TEST(DespeckledInverseDepth, WhatGoesOnInOneDirectionStays) {
+  EXPECT_EQ(despeckled({1, 1.25f, 1, 1, 1.25f, 1, 1, 1.25f, 1}), 1.25f) << "a ridge";
+  EXPECT_EQ(despeckled({1, 1, 1, 1.25f, 1.25f, 1.25f, 1, 1, 1}), 1.25f) << "a ridge the other way";
+  EXPECT_EQ(despeckled({1.25f, 1, 0.75f, 1.25f, 1, 0.75f, 0.75f, 1, 1.25f}), 1) << "between its neighbours' means";
+}
+
+// Else a block on a silhouette that has a step would come to lie between the surface and what is behind it.
+TEST(DespeckledInverseDepth, PairsAcrossAJumpDoNotCount) {
+  EXPECT_EQ(despeckled({1, 1, 1, 3, 3, 1, 3, 3, 3}, 0.5f), 3) << "a step";
+  EXPECT_EQ(despeckled({1, 1, 1, 1, 3, 1, 1, 1, 1}, 0.5f), 3) << "nothing beside it";
+  EXPECT_EQ(despeckled({1, 1, 1, 3, 3.25f, 3, 3, 3, 3}, 0.5f), 3.25f) << "one pair is no surface";
+  EXPECT_EQ(despeckled({3, 1, 1, 3, 3.25f, 3, 3, 3, 3}, 0.5f), 3) << "two are";
+}
+
+TEST(DespeckledInverseDepth, HolesDoNotCount) {
+  EXPECT_EQ(despeckled({0, 0, 0, 0, 1.25f, 0, 0, 0, 0}, 9), 1.25f);
+  EXPECT_EQ(despeckled({0, 0, 0, 1, 1.25f, 1, 1, 1, 1}, 9), 1.25f) << "one pair";
+  EXPECT_EQ(despeckled({0, 1, 0, 1, 1.25f, 1, 1, 1, 1}, 9), 1) << "two pairs";
+}
+
 }  // namespace

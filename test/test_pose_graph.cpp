@@ -21,7 +21,8 @@ PoseGraph chain() {
     for (int k = 0; k < 200; ++k) {
       const Vec3 n = vector();
       addCorrespondence(geometry, vector(), (1.0f / std::sqrt(squaredNorm(n))) * n, 0.01f * normal(random), 1.0f);
-      addCorrespondence(color, vector(), vector(), 0.01f * normal(random), 0.1f);
+      const Vec3 gradient = vector();
+      addCorrespondence(color, vector(), gradient, gradient, 0.01f * normal(random), 0.1f);
     }
     graph.addGeometry(i, i + 1, geometry, 0.3);
     graph.addColor(i, i + 1, color, 0.7);
@@ -60,6 +61,75 @@ TEST(PoseGraph, WhereAllIsToldTheTwistsAreAsGoodAsTheModes) {
     EXPECT_TRUE(modes.scores(g, c).isApprox(transposedProduct(modes.told(), twists.scores(g, c)), 1e-9));
     EXPECT_TRUE(twists.step().isApprox(modes.step(), 1e-9));
   }
+}
+
+/** \brief Two cameras that see a floor of which depth tells height and tilt; grey levels change along x.
+ *  \param share of the gradient that both images show */
+PoseGraph floorOf(float share) {
+  std::mt19937 random(5);
+  std::normal_distribution<float> normal;
+  PoseGraph graph(2);
+  AlignmentSums geometry{}, color{};
+  for (int k = 0; k < 400; ++k) {
+    const Vec3 x{normal(random), normal(random), 0};
+    Vec3 n{0.01f * normal(random), 0.01f * normal(random), 1};
+    addCorrespondence(geometry, x, (1.0f / std::sqrt(squaredNorm(n))) * n, 0, 1e6f);
+    const float of_both = std::sqrt(share) * normal(random), of_one = std::sqrt(1 - share) * normal(random),
+                of_other = std::sqrt(1 - share) * normal(random);
+    addCorrespondence(color, x, {of_both + of_one, 0, 0}, {of_both + of_other, 0, 0}, 0, 1e6f);
+  }
+  graph.addGeometry(0, 1, geometry, 0.0141);
+  graph.addColor(0, 1, color, 1.0);
+  graph.decompose(2, ColorRole{100, 1e-3});
+  graph.findModes();
+  return graph;
+}
+
+TEST(PoseGraph, ColourTellsWhatBothImagesShow) {
+  EXPECT_EQ(floorOf(1).freeMotions(), 3) << "of geometry: two slides and a turn";
+  const auto open = [](float share) { return floorOf(share).freeDirections(1).size(); };
+  EXPECT_EQ(open(1), 1u) << "the slide along y: gradients along x tell that along x, and the turn";
+  EXPECT_EQ(open(0.25f), 1u);
+  EXPECT_EQ(open(0), 3u) << "noise";
+}
+
+TEST(PoseGraph, WhatColourTellsIsAsSureAsBothImagesShowIt) {
+  const auto deviation = [](float share) { return std::sqrt(covariance(floorOf(share))(0, 0)); };
+  EXPECT_NEAR(deviation(0.5f) / deviation(1), 2, 0.3);
+  EXPECT_NEAR(deviation(0.25f) / deviation(1), 4, 0.8);
+}
+
+// As brightness that two images do not share: each may be brighter than the other as a whole.
+TEST(ColorInformation, AGradientThatIsTheSameEverywhereTellsNothing) {
+  std::mt19937 random(6);
+  std::normal_distribution<float> normal;
+  AlignmentSums even{}, uneven{};
+  for (int k = 0; k < 400; ++k) {
+    const float w = 0.5f + 0.5f * std::abs(normal(random)), at = normal(random);
+    addCorrespondence(even, {}, {3, 1, 0}, {3, 1, 0}, 0.2f + 0.1f * normal(random), w);
+    addCorrespondence(uneven, {}, {3 + at, 1, 0}, {3 + at, 1, 0}, 5 + 0.1f * at, w);
+  }
+  const ColorInformation of_even(even), of_uneven(uneven);
+  EXPECT_LT(of_even.all.norm(), 1e-9 * symmetric6(even.A).norm());
+  EXPECT_LT(of_even.shared.norm(), 1e-9 * symmetric6(even.A).norm());
+  EXPECT_LT(of_even.g.norm(), 1e-4 * Vector6d(even.g).norm());
+  Matrix6d expected = Matrix6d::Zero();
+  expected(0, 0) = uneven.w;
+  EXPECT_LT((of_uneven.all - expected).norm(), 0.2 * uneven.w);
+  EXPECT_LT((of_uneven.shared - expected).norm(), 0.2 * uneven.w);
+  EXPECT_NEAR(of_uneven.g[0] / of_uneven.all(0, 0), 0.1, 1e-5) << "brighter by 5 makes no difference";
+  EXPECT_EQ(ColorInformation(AlignmentSums{}).all, Matrix6d::Zero());
+}
+
+TEST(PoseGraph, WhatIsFreeIsTakenOutAndNothingElse) {
+  const PoseGraph graph = floorOf(1);
+  Vector6d slide = Vector6d::Zero(), lift = Vector6d::Zero();
+  slide[1] = 0.03;
+  lift[2] = 0.02;
+  lift[3] = 0.01;
+  EXPECT_LT(graph.withoutFree(slide).norm(), 0.02 * slide.norm());
+  EXPECT_LT((graph.withoutFree(lift) - lift).norm(), 0.02 * lift.norm());
+  EXPECT_LT((graph.withoutFree(slide + lift) - lift).norm(), 0.02 * lift.norm());
 }
 
 }  // namespace

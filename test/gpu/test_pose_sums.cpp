@@ -200,22 +200,29 @@ TEST(GpuPoseSums, ViewsOfNothingHaveNone) {
 // The kernel adds one number of the sums a thread.
 TEST(GpuPoseSums, FactorsMakeTheSameSumsAsCorrespondences) {
   Random random(64);
-  AlignmentSums expected{};
-  double sums[fuse_flow::gpu::kAlignmentSums] = {};
-  for (int k = 0; k < 200; ++k) {
-    const auto vector = [&] {
-      return fuse_flow::Vec3{random.uniform(-1.0f, 1.0f), random.uniform(-1.0f, 1.0f), random.uniform(-1.0f, 1.0f)};
-    };
-    const fuse_flow::Correspondence c{vector(), vector(), random.uniform(-0.1f, 0.1f), random.uniform(0.0f, 1e5f)};
-    fuse_flow::addCorrespondence(expected, c.x, c.n, c.r, c.w);
-    fuse_flow::gpu::CorrespondenceFactors factors;
-    factors.set(c);
-    for (std::uint32_t n = 0; n < fuse_flow::gpu::kAlignmentSums; ++n) {
-      const fuse_flow::gpu::SumTerm term = fuse_flow::gpu::termOf(n);
-      sums[n] += factors.left[term.left] * factors.right[term.right];
+  for (const bool colored : {false, true}) {
+    AlignmentSums expected{};
+    double sums[fuse_flow::gpu::kAlignmentSums] = {};
+    for (int k = 0; k < 200; ++k) {
+      const auto vector = [&] {
+        return fuse_flow::Vec3{random.uniform(-1.0f, 1.0f), random.uniform(-1.0f, 1.0f), random.uniform(-1.0f, 1.0f)};
+      };
+      const fuse_flow::Correspondence c{vector(), vector(), random.uniform(-0.1f, 0.1f), random.uniform(0.0f, 1e5f),
+                                        colored ? vector() : fuse_flow::Vec3{}};
+      if (colored) {
+        fuse_flow::addCorrespondence(expected, c.x, c.n, c.own, c.r, c.w);
+      } else {
+        fuse_flow::addCorrespondence(expected, c.x, c.n, c.r, c.w);
+      }
+      fuse_flow::gpu::CorrespondenceFactors factors;
+      factors.set(c);
+      for (std::uint32_t n = 0; n < fuse_flow::gpu::kAlignmentSums; ++n) {
+        const fuse_flow::gpu::SumTerm term = fuse_flow::gpu::termOf(n);
+        sums[n] += factors.left[term.left] * factors.right[term.right];
+      }
     }
+    EXPECT_EQ(std::memcmp(&expected, sums, sizeof sums), 0) << colored;
   }
-  EXPECT_EQ(std::memcmp(&expected, sums, sizeof sums), 0);
 }
 
 }  // namespace

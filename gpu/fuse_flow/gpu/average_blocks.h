@@ -54,6 +54,31 @@ struct AverageBlocks {
   }
 };
 
+/** \brief Inverse depth of one block without what sticks out on all sides. */
+struct DespeckleBlocks {
+  PixelGrid blocks;
+  const float* q;
+  ConfidenceParameters noise;
+  float* despeckled;
+
+  FUSE_FLOW_HD void operator()(std::uint32_t index) const {
+    const PixelAddress a = blocks.addressOf(index);
+    const DeviceView& view = blocks.views[a.view];
+    const float centre = q[index];
+    despeckled[index] = centre;
+    if (!(centre > 0)) return;
+    float patch[9];
+    for (int k = 0; k < 9; ++k) patch[k] = at(view, a.u + k % 3 - 1, a.v + k / 3 - 1);
+    despeckled[index] = despeckledInverseDepth(patch, speckleBound(noise, view.noise_scale, centre));
+  }
+
+  /** \brief 0 beside the image. */
+  FUSE_FLOW_HD float at(const DeviceView& view, int u, int v) const {
+    const Intrinsics& K = view.model.intrinsics;
+    return (u >= 0) & (v >= 0) & (u < K.width) & (v < K.height) ? q[view.indexOf(u, v)] : 0.0f;
+  }
+};
+
 /** \brief Normal of one block; zero along the border, where neighbours are missing. */
 struct FindNormals {
   BlockPointers measured, smooth;

@@ -112,11 +112,12 @@ class BlockMaps {
     rays_.resize(blocks());
     for (DeviceBuffer<float>& map : scratch.smooth) map.resize(blocks());
     run.forEach(blocks(), AverageBlocks{grid(), full.grid().views, maps.measured(), p.noise, steepestBlock(), z_.data(),
-                                        scratch.smooth[0].data(), rays_.data()});
+                                        scratch.smooth[1].data(), rays_.data()});
     scratch.noise.measure(run, grid(), views_.deviceViews(), blocks(), p.noise, z_.data());
   }
 
   void findNormals(Execution& run, const ExtrinsicParameters& p, BlockScratch& scratch) {
+    run.forEach(blocks(), DespeckleBlocks{grid(), scratch.smooth[1].data(), p.noise, scratch.smooth[0].data()});
     smoothDepth(run, views_.tiles(), blocks(), p.smoothing, p.noise, scratch.smooth);
     const float* smooth = p.smoothing.passes == 0 ? z_.data() : scratch.smooth[p.smoothing.passes % 2].data();
     normals_.resize(blocks());

@@ -57,7 +57,8 @@ struct SumCorrespondences {
       if (!found.matches) continue;
       atomicAddTo(residuals + found.bin, 1u);
       addCorrespondence(geometry, found.geometry.x, found.geometry.n, found.geometry.r, found.geometry.w);
-      if (found.colored) addCorrespondence(color, found.color.x, found.color.n, found.color.r, found.color.w);
+      if (found.colored)
+        addCorrespondence(color, found.color.x, found.color.n, found.color.own, found.color.r, found.color.w);
     }
     sums[2 * k] = geometry;
     sums[2 * k + 1] = color;
@@ -65,7 +66,7 @@ struct SumCorrespondences {
 };
 
 /** \brief AlignmentSums as an array. */
-constexpr std::uint32_t kAlignmentSums = 40;
+constexpr std::uint32_t kAlignmentSums = 88;
 static_assert(sizeof(AlignmentSums) == kAlignmentSums * sizeof(double), "sums and nothing else");
 
 /** \brief What clusters add up to: one sum of one pair of cameras, always in the same order; and the histogram of residuals, handed

@@ -9,7 +9,7 @@ namespace gpu {
  *  addCorrespondence(), so that sums in the same order have the same bits. */
 struct CorrespondenceFactors {
   double left[12];   ///< w a, w x, w, w r, 1
-  double right[11];  ///< a, x, r, 1
+  double right[17];  ///< a, x, r, 1, b
 
   FUSE_FLOW_HD void set(const Correspondence& c) {
     const Vec3 m = cross(c.x, c.n);
@@ -24,6 +24,9 @@ struct CorrespondenceFactors {
     left[11] = 1;
     right[9] = r;
     right[10] = 1;
+    const Vec3 own = cross(c.x, c.own);
+    const float b[6] = {c.own.x, c.own.y, c.own.z, own.x, own.y, own.z};
+    for (int k = 0; k < 6; ++k) right[11 + k] = b[k];
   }
 };
 
@@ -34,20 +37,23 @@ struct SumTerm {
 
 /** \brief \param k place in AlignmentSums, under kAlignmentSums */
 FUSE_FLOW_HD SumTerm termOf(std::uint32_t k) {
-  constexpr std::uint32_t x = 6, w = 9, r = 9, wr = 10, one_left = 11, one_right = 10;
+  constexpr std::uint32_t x = 6, w = 9, r = 9, wr = 10, one_left = 11, one_right = 10, a = 0, b = 11;
   const auto triangle = [](std::uint32_t place, std::uint32_t size, std::uint32_t first) {
     std::uint32_t row = 0;
     for (; place >= size - row; ++row) place -= size - row;
     return SumTerm{first + row, first + row + place};
   };
-  if (k < 21) return triangle(k, 6, 0);        // A
-  if (k < 27) return {k - 21, r};              // g
-  if (k < 28) return {w, one_right};           // w
-  if (k < 31) return {x + k - 28, one_right};  // wx
-  if (k < 37) return triangle(k - 31, 3, x);   // wxx
-  if (k < 38) return {wr, one_right};          // wr
-  if (k < 39) return {wr, r};                  // wrr
-  return {one_left, one_right};                // count
+  if (k < 21) return triangle(k, 6, a);         // A
+  if (k < 27) return {k - 21, r};               // g
+  if (k < 28) return {w, one_right};            // w
+  if (k < 31) return {x + k - 28, one_right};   // wx
+  if (k < 37) return triangle(k - 31, 3, x);    // wxx
+  if (k < 38) return {wr, one_right};           // wr
+  if (k < 39) return {wr, r};                   // wrr
+  if (k < 40) return {one_left, one_right};     // count
+  if (k < 46) return {w, a + k - 40};           // wa
+  if (k < 52) return {w, b + k - 46};           // wb
+  return {a + (k - 52) / 6, b + (k - 52) % 6};  // shared
 }
 
 #if FUSE_FLOW_CUDA

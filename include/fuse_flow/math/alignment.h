@@ -23,6 +23,9 @@ struct AlignmentSums {
   double wr;             ///< Σ w r
   double wrr;            ///< Σ w r²
   double count;          ///< of correspondences, whatever they weigh
+  double wa[6];          ///< of colour: Σ w a
+  double wb[6];          ///< … and Σ w b, b as a, but of the gradient that the point's own image shows
+  double shared[36];     ///< … and Σ w a bᵀ, row by row
 
   /** \brief The sums of two sets of correspondences. */
   FUSE_FLOW_HD AlignmentSums& operator+=(const AlignmentSums& o) {
@@ -34,6 +37,9 @@ struct AlignmentSums {
     wr += o.wr;
     wrr += o.wrr;
     count += o.count;
+    for (int k = 0; k < 6; ++k) wa[k] += o.wa[k];
+    for (int k = 0; k < 6; ++k) wb[k] += o.wb[k];
+    for (int k = 0; k < 36; ++k) shared[k] += o.shared[k];
     return *this;
   }
 };
@@ -50,6 +56,7 @@ FUSE_FLOW_HD void addCorrespondence(AlignmentSums& sums, const Vec3& x, const Ve
     const double wa = w * a[row];
     for (int column = row; column < 6; ++column) sums.A[k++] += wa * a[column];
     sums.g[row] += wa * r;
+    sums.wa[row] += wa;
   }
   const double p[3] = {x.x, x.y, x.z};
   k = 0;
@@ -61,6 +68,24 @@ FUSE_FLOW_HD void addCorrespondence(AlignmentSums& sums, const Vec3& x, const Ve
   sums.wr += w * r;
   sums.wrr += w * r * r;
   sums.count += 1;
+}
+
+/** \brief One correspondence of colour more. Noise of one image, and what only one image resolves, seem to tell as much in A as what
+ *  both show; but in products of the gradients of both they average out.
+ *  \param own the gradient n as the image shows it that the point is from */
+FUSE_FLOW_HD void addCorrespondence(AlignmentSums& sums, const Vec3& x, const Vec3& n, const Vec3& own, float r,
+                                    float weight) {
+  addCorrespondence(sums, x, n, r, weight);
+  const Vec3 m = cross(x, n), m_own = cross(x, own);
+  const double a[6] = {n.x, n.y, n.z, m.x, m.y, m.z};
+  const double b[6] = {own.x, own.y, own.z, m_own.x, m_own.y, m_own.z};
+  const double w = weight;
+  int k = 0;
+  for (int row = 0; row < 6; ++row) {
+    const double wa = w * a[row];
+    sums.wb[row] += w * b[row];
+    for (int column = 0; column < 6; ++column) sums.shared[k++] += wa * b[column];
+  }
 }
 
 /** \brief Tukey's biweight: (1 − (r/c)²)² inside c, 0 outside. */

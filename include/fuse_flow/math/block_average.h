@@ -46,6 +46,38 @@ FUSE_FLOW_HD Ray blockRay(const Intrinsics& K, int reduction, int u, int v) {
   return unproject(K, {static_cast<float>(u * reduction) + middle, static_cast<float>(v * reduction) + middle});
 }
 
+/** \brief Inverse depth of a block that sticks out of its surface on all sides, as far as it does so least. Smoothing leaves alone what
+ *  no neighbour agrees with: of normal noise one block in a hundred, and the normals beside those were so far off (a tenth of a
+ *  radian where their median is two thousandths) that they seemed to tell slides along a wall. Each pair of opposite neighbours has
+ *  its mean where the surface may be; the block is moved to the nearest of these if all are on one side of it. Of a plane the
+ *  means are the block itself, however it is inclined. Pairs across a jump, and holes, do not count; two must be left.
+ *  \param q inverse depths of 3×3 blocks, row by row, 1/metres, 0 for holes; the block itself, q[4], is none
+ *  \param bound of what may stick out, 1/metres */
+FUSE_FLOW_HD float despeckledInverseDepth(const float (&q)[9], float bound) {
+  float least = FLT_MAX, most = -FLT_MAX, pairs = 0;
+  const auto add = [&](float before, float after) {
+    const float mean = 0.5f * (before + after);
+    const bool there = (before > 0) & (after > 0) & (std::fabs(mean - q[4]) < bound);
+    const float low = there ? mean : FLT_MAX, high = there ? mean : -FLT_MAX;
+    least = low < least ? low : least;
+    most = most < high ? high : most;
+    pairs += there ? 1.0f : 0.0f;
+  };
+  add(q[3], q[5]);
+  add(q[1], q[7]);
+  add(q[0], q[8]);
+  add(q[2], q[6]);
+  const float raised = q[4] < least ? least : q[4];
+  const float within = most < raised ? most : raised;
+  return pairs >= 2 ? within : q[4];
+}
+
+/** \brief Bound of what may stick out as a speckle, 1/metres: six standard deviations. \param noise the sensor's  \param noise_scale of
+ *  the view  \param q inverse depth of the block */
+FUSE_FLOW_HD float speckleBound(const ConfidenceParameters& noise, float noise_scale, float q) {
+  return 6.0f * noise_scale * inverseDepthNoise(noise, q);
+}
+
 /** \brief Distance of the blocks that a normal is taken from, each way. */
 constexpr int kNormalSpacing = 2;
 

@@ -12,7 +12,26 @@ struct AlignmentSample {
   Vec3 n;                   ///< unit normal
   float noise;              ///< standard deviation along the normal, metres
   float luma[kLumaScales];  ///< grey levels, the finest scale first; negative: none
+  float
+      luma_x[kLumaScales]{};  ///< how they change to the right, in the plane z = p.z, grey levels per metre; 0: unknown
+  float luma_y[kLumaScales]{};  ///< … and down
 };
+
+/** \brief How grey levels change, grey levels per pixel. */
+struct LumaSlope {
+  float per_u{0};  ///< to the right
+  float per_v{0};  ///< down
+};
+
+/** \brief About the middle of a block, over the distance that findGreySlope() takes; 0 where that is not known. */
+FUSE_FLOW_HD LumaSlope blockLumaSlope(const BlockImage& image, int u, int v, int scale) {
+  const GreyLevels grey = image.greyLevels(scale);
+  const int step = scale > 0 ? 1 : image.reduction, a = u * step, b = v * step;
+  if (a < 1 || b < 1 || a + 1 >= grey.width || b + 1 >= grey.height) return {};
+  const float left = grey.at(a - 1, b), right = grey.at(a + 1, b), above = grey.at(a, b - 1), below = grey.at(a, b + 1);
+  if (left < 0 || right < 0 || above < 0 || below < 0) return {};
+  return {0.5f * (right - left) * grey.per_pixel, 0.5f * (below - above) * grey.per_pixel};
+}
 
 /** \brief A block with a normal as a sample. */
 FUSE_FLOW_HD AlignmentSample sampleOf(const BlockImage& image, int u, int v) {
@@ -20,8 +39,12 @@ FUSE_FLOW_HD AlignmentSample sampleOf(const BlockImage& image, int u, int v) {
   sample.p = image.point(u, v);
   sample.n = image.normal(u, v);
   sample.noise = image.deviation(u, v);
-  for (int scale = 0; scale < kLumaScales; ++scale)
+  for (int scale = 0; scale < kLumaScales; ++scale) {
     sample.luma[scale] = image.hasColor() ? image.luma(u, v, scale) : -1.0f;
+    const LumaSlope slope = image.hasColor() ? blockLumaSlope(image, u, v, scale) : LumaSlope{};
+    sample.luma_x[scale] = slope.per_u * image.intrinsics.fx / sample.p.z;
+    sample.luma_y[scale] = slope.per_v * image.intrinsics.fy / sample.p.z;
+  }
   return sample;
 }
 
@@ -124,17 +147,18 @@ FUSE_FLOW_HD int residualBin(const Match& match) { return noiseBin(std::fabs(mat
 
 /** \brief What addCorrespondence() adds. */
 struct Correspondence {
-  Vec3 x;   ///< the point relative to the scene's centre, over its radius
-  Vec3 n;   ///< gradient of the residual with respect to the point, world
-  float r;  ///< residual
-  float w;  ///< weight; ≥ 0
+  Vec3 x;    ///< the point relative to the scene's centre, over its radius
+  Vec3 n;    ///< gradient of the residual with respect to the point, world
+  float r;   ///< residual
+  float w;   ///< weight; ≥ 0
+  Vec3 own;  ///< of colour: the same gradient as the point's own image shows it
 };
 
 /** \brief Point to plane. */
 FUSE_FLOW_HD Correspondence geometryOf(const Match& match, const AlignmentGates& gates, float per_radius) {
   const float standard = gates.tukey / match.per_sigma;
   const float limit = standard < gates.reach ? gates.reach : standard;
-  return {per_radius * match.x, match.n, match.r, tukeyWeight(match.r, limit) * match.per_sigma * match.per_sigma};
+  return {per_radius * match.x, match.n, match.r, tukeyWeight(match.r, limit) * match.per_sigma * match.per_sigma, {}};
 }
 
 /** \brief The grey level of an image where a point lies, and how it changes as the point moves. */
@@ -169,6 +193,18 @@ FUSE_FLOW_HD bool findGreySlope(const BlockImage& image, int scale, const Vec3& 
   return true;
 }
 
+/** \brief The gradient that a match's other image would have if it showed what the sample's image shows.
+ *  \param ray from the sample's camera to the point, world  \return grey levels per metre, world */
+FUSE_FLOW_HD Vec3 ownGradient(const CameraPlace& i, const CameraPlace& j, const AlignmentSample& sample,
+                              const Match& match, int scale) {
+  const float gx = sample.luma_x[scale], gy = sample.luma_y[scale];
+  const Vec3 seen = rotate(i.to_world, Vec3{gx, gy, -(gx * sample.p.x + gy * sample.p.y) / sample.p.z});
+  // A surface's texture changes along it, and an image does not along its rays.
+  const Vec3 texture = seen - dot(seen, match.n) * match.n;
+  const Vec3 ray = match.x - j.to_world.t;
+  return texture - (dot(texture, ray) / dot(match.n, ray)) * match.n;
+}
+
 /** \brief The difference of grey levels at a match, and how it changes as the point moves over the other image; false where
  *  either has none.
  *
@@ -195,7 +231,9 @@ FUSE_FLOW_HD bool colorOf(const CameraPlace& i, const CameraPlace& j, const Bloc
   const float noise = along_ray / match.per_sigma;
   const float beside = kColorRegistration * kColorRegistration * (grey.per_u * grey.per_u + grey.per_v * grey.per_v);
   const float variance = kGreyNoise * kGreyNoise + beside + match.share * (1.0f - match.share) * noise * noise;
-  color = {x, gradient - match.share * along_ray * match.n, r, tukeyWeight(r, gates.color_tukey) / variance};
+  const Vec3 own = ownGradient(i, j, sample, match, scale);
+  color = {x, gradient - match.share * along_ray * match.n, r, tukeyWeight(r, gates.color_tukey) / variance,
+           own - match.share * (dot(own, ray) / facing) * match.n};
   return true;
 }
 

@@ -168,7 +168,7 @@ class AlignmentSystem : public RigCorrespondences {
           Correspondence color;
           if (gates.color && geometry.w > 0 &&
               colorOf(place_i, places_[j], other, all[s], match, geometry.x, offsets_[first + slot], gates, color))
-            addCorrespondence(out.color[slot], color.x, color.n, color.r, color.w);
+            addCorrespondence(out.color[slot], color.x, color.n, color.own, color.r, color.w);
         }
       }
     });

@@ -22,6 +22,31 @@ inline Matrix6d symmetric6(const double (&upper)[kTriangle6]) {
   return A;
 }
 
+/** \brief What grey levels of one pair of views say of a motion a, whatever one image is brighter than the other as a whole: least squares with
+ *  that brightness as one more unknown, eliminated (Schur's complement). Shading that changes evenly tells nothing, then: a little
+ *  brighter looks like a little further on. */
+struct ColorInformation {
+  Vector6d mean;    ///< gradient, Σ w a / Σ w
+  Matrix6d all;     ///< Σ w (a − mean) (a − mean)ᵀ
+  Matrix6d shared;  ///< the same of a and b, which both images show: their noise does not enter it
+  Vector6d g;       ///< Σ w r (a − mean)
+
+  explicit ColorInformation(const AlignmentSums& sums)
+      : mean(Vector6d::Zero()), all(symmetric6(sums.A)), shared(SharedProduct(sums.shared)), g(sums.g) {
+    if (sums.w > 0) {
+      const Vector6d wa(sums.wa), wb(sums.wb);
+      mean = wa / sums.w;
+      all -= mean * wa.transpose();
+      shared -= mean * wb.transpose();
+      g -= sums.wr * mean;
+    }
+    shared = 0.5 * (shared + Matrix6d(shared.transpose()));
+  }
+
+ private:
+  using SharedProduct = Eigen::Map<const Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>;
+};
+
 /** \brief What noise σ_n of the normals makes of the same correspondences, were there nothing to tell: σ_n² Σ w (E − a aᵀ), E the
  *  information of all three directions at a point. */
 inline Matrix6d spuriousInformation(const AlignmentSums& sums, double normal_noise) {
@@ -56,6 +81,7 @@ class PoseGraph {
         H_(Eigen::MatrixXd::Zero(size_, size_)),
         S_(Eigen::MatrixXd::Zero(size_, size_)),
         C_(Eigen::MatrixXd::Zero(size_, size_)),
+        B_(Eigen::MatrixXd::Zero(size_, size_)),
         g_(Eigen::VectorXd::Zero(size_)),
         g_color_(Eigen::VectorXd::Zero(size_)) {}
 
@@ -67,8 +93,11 @@ class PoseGraph {
   }
   /** \brief \param trust factor of the weights */
   void addColor(std::size_t i, std::size_t j, const AlignmentSums& sums, double trust) {
-    addBlocks(C_, i, j, trust * symmetric6(sums.A));
-    addGradient(g_color_, i, j, trust * Vector6d(sums.g));
+    if (sums.count == 0) return;
+    const ColorInformation color(sums);
+    addBlocks(C_, i, j, trust * color.all);
+    addBlocks(B_, i, j, trust * color.shared);
+    addGradient(g_color_, i, j, trust * color.g);
   }
 
   /** \brief Which motions count as told. Where geometry tells all, a factorisation shows it, and a step needs no modes: they wait
@@ -108,12 +137,21 @@ class PoseGraph {
     told_ = columns(modes, free_, geometry_);
     curvature_ = Eigen::MatrixXd::Zero(geometry_, geometry_);
     for (Eigen::Index k = 0; k < geometry_; ++k) curvature_(k, k) = information.values[free_ + k];
-    free_motions_ = orthonormalBasis(columns(modes, 0, free_));
+    free_modes_ = columns(modes, 0, free_);
+    free_motions_ = orthonormalBasis(free_modes_);
     if (color_) joinColor(color_->max_deviation);
   }
 
   /** \brief After decompose() with colour: whether there is anything that geometry does not tell well. */
   bool asksColor() const { return asks_color_; }
+
+  /** \brief Twists without their part in the motions that neither geometry nor colour tells. */
+  Eigen::VectorXd withoutFree(const Eigen::VectorXd& twists) const {
+    if (free_motions_.cols() == 0) return twists;
+    const Eigen::VectorXd open = product(free_modes_, transposedProduct(free_modes_, product(S_, twists)));
+    const Eigen::MatrixXd by_color = columns(told_, geometry_, told_.cols() - geometry_);
+    return twists - open + product(by_color, transposedProduct(by_color, product(C_, open)));
+  }
 
   /** \brief How many joint motions the geometry does not tell. */
   Eigen::Index freeMotions() const { return free_; }
@@ -147,12 +185,13 @@ class PoseGraph {
     result.tail(result.size() - geometry_) = of_color.tail(result.size() - geometry_);
     return result;
   }
-  /** \brief How fast scores() change along told(), less what noise of the normals only makes believe. */
+  /** \brief How fast scores() change along told(), less what noise only makes believe: of the normals, and of grey levels. */
   Eigen::MatrixXd sensitivity() const {
-    if (plain_) return curvature_ - S_;
+    if (plain_) return lessUnshared(curvature_ - S_);
     Eigen::MatrixXd result = curvature_;  // along modes, in which S is the identity
     for (Eigen::Index k = 0; k < geometry_; ++k) result(k, k) -= std::min(1.0, kNoiseShare * result(k, k));
-    return result;
+    for (Eigen::Index k = geometry_; k < result.cols(); ++k) result(k, k) = shares_[k - geometry_];
+    return lessUnshared(result);
   }
 
   Eigen::Index size() const { return size_; }
@@ -173,7 +212,23 @@ class PoseGraph {
   }
   /** \brief Whether no λ is under a bound: H − bound · S has no negative eigenvalue, then. */
   bool noneUnder(double bound) const { return CholeskyFactors(H_ - bound * S_).positive(); }
-  /** \brief Colour joins in along what geometry tells, and stands alone along free motions that it tells. */
+  /** \brief Takes off what colour adds to geometry but only one image shows; all that colour adds, should that be more than there is. */
+  Eigen::MatrixXd lessUnshared(const Eigen::MatrixXd& sensitivity) const {
+    if (!color_) return sensitivity;
+    const Eigen::MatrixXd by_geometry = columns(told_, 0, geometry_);
+    Eigen::MatrixXd result = sensitivity;
+    result.topLeftCorner(geometry_, geometry_) += transposedProduct(by_geometry, product(B_ - C_, by_geometry));
+    if (CholeskyFactors(result).positive()) return result;
+    result = sensitivity;
+    result.topLeftCorner(geometry_, geometry_) -= transposedProduct(by_geometry, product(C_, by_geometry));
+    return result;
+  }
+  static void append(Eigen::MatrixXd& columns, const Eigen::VectorXd& column) {
+    columns.conservativeResize(column.size(), columns.cols() + 1);
+    columns.rightCols(1) = column;
+  }
+  /** \brief Colour joins in along what geometry tells, and stands alone along free motions that it tells: so well that the pose is known to
+   *  max_deviation, and as something that both images show. What noise of one image seems to tell the other one does not. */
   void joinColor(double max_deviation) {
     curvature_ += transposedProduct(told_, product(C_, told_));
     if (free_ == 0) return;
@@ -181,25 +236,39 @@ class PoseGraph {
     const Eigen::MatrixXd motions = product(free_motions_, information.vectors);
     Eigen::Index untold = 0;  // in rising order: these come first
     while (untold < free_ && information.values[untold] * max_deviation * max_deviation <= 1) ++untold;
+    Eigen::MatrixXd seen = columns(motions, untold, free_ - untold);
+    for (Eigen::Index k = 0; k < seen.cols(); ++k) seen.col(k) /= std::sqrt(information.values[untold + k]);
+    const SymmetricEigen share(transposedProduct(seen, product(B_, seen)));
+    seen = product(
+        seen,
+        share.vectors);  // along these C is the identity: as long as they are, so far off C alone lets the pose be
     free_motions_ = columns(motions, 0, untold);
-    const Eigen::Index told = geometry_ + free_ - untold;
-    told_.conservativeResize(size_, told);
-    Eigen::MatrixXd curvature = Eigen::MatrixXd::Zero(told, told);
-    curvature.topLeftCorner(geometry_, geometry_) = curvature_;
-    for (Eigen::Index k = geometry_; k < told; ++k) {
-      told_.col(k) = motions.col(untold + k - geometry_);
-      curvature(k, k) = information.values[untold + k - geometry_];
+    shares_.resize(0);
+    for (Eigen::Index k = 0; k < seen.cols(); ++k) {
+      const double shared = share.values[k];
+      const bool told = shared >= kShared && seen.col(k).norm() <= shared * max_deviation;
+      append(told ? told_ : free_motions_, seen.col(k));
+      if (!told) continue;
+      shares_.conservativeResize(shares_.size() + 1);
+      shares_[shares_.size() - 1] = shared;
     }
+    free_motions_ = orthonormalBasis(free_motions_);
+    const Eigen::Index told = told_.cols();
+    Eigen::MatrixXd curvature = Eigen::MatrixXd::Identity(told, told);
+    curvature.topLeftCorner(geometry_, geometry_) = curvature_;
     curvature_ = curvature;
   }
 
   /** \brief A camera has a part in a motion if its twist is over this share of it, squared. */
   static constexpr double kPart = 1e-3;
+  /** \brief Colour tells a motion if of what one image seems to tell the other one shows at least this share, too. */
+  static constexpr double kShared = 0.1;
   /** \brief At most this share of what tells a motion is put down to noise. */
   static constexpr double kNoiseShare = 0.9;
 
   Eigen::Index size_;
   Eigen::MatrixXd H_, S_, C_;
+  Eigen::MatrixXd B_;  ///< what of C both images show
   Eigen::VectorXd g_, g_color_;
   double min_information_{0};
   std::optional<ColorRole> color_;
@@ -210,7 +279,9 @@ class PoseGraph {
   Eigen::MatrixXd told_;  ///< motions that geometry tells, modes the weakest first, then those that only colour does
   Eigen::MatrixXd curvature_;  ///< of the squared residuals along them
   Eigen::Index geometry_{0};   ///< of told_, those that geometry tells
+  Eigen::VectorXd shares_;     ///< of C along the others, what both images show
   Eigen::Index free_{0};
+  Eigen::MatrixXd free_modes_;    ///< what geometry does not tell; orthonormal by S
   Eigen::MatrixXd free_motions_;  ///< orthonormal columns
 };
 

@@ -32,7 +32,7 @@ class PoseUncertainty {
         const PairSums& pair = system.pairs()[system.firstPair(cluster.camera) + slot];
         if (pair.geometry.count < fewest) continue;
         PoseGraph::addGradient(geometry, pair.i, pair.j, Vector6d(cluster.geometry[slot].g));
-        PoseGraph::addGradient(color, pair.i, pair.j, pair.color_trust * Vector6d(cluster.color[slot].g));
+        PoseGraph::addGradient(color, pair.i, pair.j, pair.color_trust * colorGradient(pair, cluster.color[slot]));
       }
     }
     Eigen::MatrixXd scatter = scale * scale * graph.curvature();
@@ -58,6 +58,12 @@ class PoseUncertainty {
   }
 
  private:
+  /** \brief With the pair's mean gradient off, as ColorInformation::g: what one image is brighter as a whole pulls no pose. */
+  static Vector6d colorGradient(const PairSums& pair, const AlignmentSums& part) {
+    const ColorInformation whole(pair.color);
+    return Vector6d(part.g) - part.wr * whole.mean;
+  }
+
   Eigen::MatrixXd told_;
   Eigen::MatrixXd covariance_;
 };

@@ -37,6 +37,7 @@ class RigAlignment {
       system_.evaluate(poses_, result_.scene_radius, gates);
       graph = linearize();
       graph.decompose(information, colorRole(gates));
+      if (polishing && (gates.color ? gates.scale == 0 : !system_.hasColor()) && takeBack(graph) > kSettled) continue;
       const double moved = apply(damped(graph.step()));
       if (gates.color && gates.scale > 0) {
         if (!graph.asksColor()) {
@@ -63,8 +64,9 @@ class RigAlignment {
       }
     }
     result_.iterations = std::min(result_.iterations, p_.max_iterations);
-    fixGauge();
     graph.findModes();
+    takeBack(graph);
+    fixGauge();
     describe(graph);
     measure(&CameraOverlap::residual, result_.residual);
     for (std::size_t i = 0; i < poses_.size(); ++i)  // what did not move is the same to the last digit
@@ -103,9 +105,9 @@ class RigAlignment {
   }
 
   /** \brief What colour must tell a motion to that geometry leaves open: so well that the next finer scale, which repeats itself
-   *  sooner, finds the right place. */
+   *  sooner, finds the right place. The finest but one and the finest ask the same. */
   static double maxColorDeviation(std::size_t scale) {
-    return kMaxColorDeviation * std::pow(kScaleTolerance, static_cast<double>(scale));
+    return kMaxColorDeviation * std::pow(kScaleTolerance, scale > 1 ? static_cast<double>(scale - 1) : 0.0);
   }
 
   /** \brief Half of a step that turns back on the one before. Where counterparts change with every step it is too long, poses go to
@@ -124,6 +126,20 @@ class RigAlignment {
       poses_[i] = toMotion(twist, Eigen::Vector3d::Zero(), result_.scene_radius) * poses_[i];
       most = std::max(most, twist.norm());
     }
+    return most;
+  }
+
+  /** \brief Undoes what cameras have moved along motions that seemed to be told and turn out not to be. \return how far, as apply() */
+  double takeBack(const PoseGraph& graph) {
+    if (graph.freeMotions() == 0) return 0;
+    Eigen::VectorXd moved(graph.size());
+    for (std::size_t i = 1; i < poses_.size(); ++i)
+      moved.segment<6>(PoseGraph::begin(i)) = toTwist(correction(i), Eigen::Vector3d::Zero(), result_.scene_radius);
+    Eigen::VectorXd back = graph.withoutFree(moved) - moved;
+    for (Eigen::Index k = 0; k < back.size(); k += 6)
+      if (moved.segment<6>(k).norm() < kNothing) back.segment<6>(k).setZero();
+    const double most = apply(back);
+    if (most > kSettled) last_step_.resize(0);
     return most;
   }
 
@@ -216,11 +232,12 @@ class RigAlignment {
   static constexpr double kMoreDaring = 0.3;         ///< information that suffices over that of the iteration before
   static constexpr std::size_t kHurry = 3;           ///< every so many-th sample until the gates are narrow
   static constexpr double kFewest = 30;              ///< correspondences of a pair
+  static constexpr double kNothing = 1e-12;          ///< metres; what rounding makes of a pose that stayed
   static constexpr double kStill = 1e-4;             ///< metres; about what the choice of counterparts jitters
   static constexpr double kSettled = 1e-3;  ///< metres; then colours are near enough to compare, and scales are right
   static constexpr float kReach = 5.0f;     ///< gate over the last motion
   static constexpr double kEnoughForColor = 100;      ///< of information
-  static constexpr double kMaxColorDeviation = 1e-3;  ///< metres at the scene's radius
+  static constexpr double kMaxColorDeviation = 4e-3;  ///< metres at the scene's radius
   static constexpr double kScaleTolerance = 4;        ///< deviation over that of the next finer scale
   static constexpr int kScalePatience = 5;            ///< iterations; along weak motions colour is slow
   static constexpr int kPatience = 10;                ///< iterations; noisy data never come to rest

@@ -307,7 +307,7 @@ class ViewComparison {
       addCorrespondence(sums, to_center * q, rotate(to_center, n), r, tukeyWeight(r, reach));
       GreySlope grey;
       if (std::fabs(r) < reach && s.luma[scale] >= 0 && findGreySlope(view.image(), scale, q, grey))
-        colors.push_back({to_center * q, rotate(to_center, grey.gradient), grey.level - s.luma[scale], 0});
+        colors.push_back({to_center * q, rotate(to_center, grey.gradient), grey.level - s.luma[scale], 0, {}});
     }
     addColors(colors, sums);
     int k = 0;
