@@ -613,9 +613,9 @@ TEST(ExtrinsicEstimation, WrongInputIsRefused) {
   EXPECT_THROW(estimation.addClouds(cameras, {}), pcl::BadArgumentException);
   for (const auto set : std::vector<void (*)(ExtrinsicParameters&)>{
            [](ExtrinsicParameters& p) { p.reduction = 0; }, [](ExtrinsicParameters& p) { p.samples = 10; },
-           [](ExtrinsicParameters& p) { p.coarse_above = -1; }, [](ExtrinsicParameters& p) { p.max_neighbours = 0; },
-           [](ExtrinsicParameters& p) { p.max_distance = 0; }, [](ExtrinsicParameters& p) { p.min_distance = 1; },
-           [](ExtrinsicParameters& p) { p.max_normal_angle = 2; },
+           [](ExtrinsicParameters& p) { p.coarse_above = -1; }, [](ExtrinsicParameters& p) { p.max_speckle = -1; },
+           [](ExtrinsicParameters& p) { p.max_neighbours = 0; }, [](ExtrinsicParameters& p) { p.max_distance = 0; },
+           [](ExtrinsicParameters& p) { p.min_distance = 1; }, [](ExtrinsicParameters& p) { p.max_normal_angle = 2; },
            [](ExtrinsicParameters& p) { p.unknown_detours = -1; },
            [](ExtrinsicParameters& p) { p.unknown_detours = std::nanf(""); },
            [](ExtrinsicParameters& p) { p.min_information = 0; }, [](ExtrinsicParameters& p) { p.max_iterations = 0; },

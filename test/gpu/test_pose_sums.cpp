@@ -44,6 +44,7 @@ fuse_flow::ExtrinsicParameters randomParameters(Random& random) {
   fuse_flow::ExtrinsicParameters p;
   p.reduction = 1 + random.below(3);
   if (random.oneIn(3)) p.coarse_above = 0.5f;  // noisy enough to some
+  if (random.oneIn(3)) p.max_speckle = random.uniform(0.0f, 3.0f);
   p.samples = 100 + random.below(3000);
   p.max_neighbours = 1 + random.below(5);
   p.smoothing.passes = random.below(5);

@@ -59,6 +59,7 @@ struct DespeckleBlocks {
   PixelGrid blocks;
   const float* q;
   ConfidenceParameters noise;
+  float largest;  // see ExtrinsicParameters::max_speckle
   float* despeckled;
 
   FUSE_FLOW_HD void operator()(std::uint32_t index) const {
@@ -69,7 +70,7 @@ struct DespeckleBlocks {
     if (!(centre > 0)) return;
     float patch[9];
     for (int k = 0; k < 9; ++k) patch[k] = at(view, a.u + k % 3 - 1, a.v + k / 3 - 1);
-    despeckled[index] = despeckledInverseDepth(patch, speckleBound(noise, view.noise_scale, centre));
+    despeckled[index] = despeckledInverseDepth(patch, speckleBound(largest, noise, view.noise_scale, centre));
   }
 
   /** \brief 0 beside the image. */

@@ -117,7 +117,8 @@ class BlockMaps {
   }
 
   void findNormals(Execution& run, const ExtrinsicParameters& p, BlockScratch& scratch) {
-    run.forEach(blocks(), DespeckleBlocks{grid(), scratch.smooth[1].data(), p.noise, scratch.smooth[0].data()});
+    run.forEach(blocks(),
+                DespeckleBlocks{grid(), scratch.smooth[1].data(), p.noise, p.max_speckle, scratch.smooth[0].data()});
     smoothDepth(run, views_.tiles(), blocks(), p.smoothing, p.noise, scratch.smooth);
     const float* smooth = p.smoothing.passes == 0 ? z_.data() : scratch.smooth[p.smoothing.passes % 2].data();
     normals_.resize(blocks());

@@ -15,6 +15,7 @@ FUSE_FLOW_INLINE void checkParameters(const ExtrinsicParameters& p) {
   checkParameters(p.noise);
   detail::checkRange(owner, "reduction", p.reduction, 1, 16);
   detail::checkNonNegative(owner, "coarse_above", p.coarse_above);
+  detail::checkNonNegative(owner, "max_speckle", p.max_speckle);
   detail::checkRange(owner, "samples", p.samples, 100, 1 << 24);
   detail::checkRange(owner, "max_neighbours", p.max_neighbours, 1, 1 << 16);
   detail::checkPositive(owner, "max_distance", p.max_distance);

@@ -72,10 +72,10 @@ FUSE_FLOW_HD float despeckledInverseDepth(const float (&q)[9], float bound) {
   return pairs >= 2 ? within : q[4];
 }
 
-/** \brief Bound of what may stick out as a speckle, 1/metres: six standard deviations. \param noise the sensor's  \param noise_scale of
- *  the view  \param q inverse depth of the block */
-FUSE_FLOW_HD float speckleBound(const ConfidenceParameters& noise, float noise_scale, float q) {
-  return 6.0f * noise_scale * inverseDepthNoise(noise, q);
+/** \brief What may stick out as a speckle, 1/metres. \param largest ExtrinsicParameters::max_speckle  \param noise the sensor's
+ *  \param noise_scale of the view  \param q inverse depth of the block */
+FUSE_FLOW_HD float speckleBound(float largest, const ConfidenceParameters& noise, float noise_scale, float q) {
+  return largest * noise_scale * inverseDepthNoise(noise, q);
 }
 
 /** \brief Distance of the blocks that a normal is taken from, each way. */

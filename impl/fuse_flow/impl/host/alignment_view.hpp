@@ -103,7 +103,7 @@ class AlignmentView {
       map.resize(width(), height());
     }
     for (int v = 0; v < height(); ++v) invertRow(z_.row(v), width(), scratch_[1].row(v));
-    for (int v = 0; v < height(); ++v) despeckleRow(p.noise, v);
+    for (int v = 0; v < height(); ++v) despeckleRow(p, v);
     for (int pass = 0; pass < p.smoothing.passes; ++pass)
       for (int v = 0; v < height(); ++v)
         smoothRow(p.smoothing, p.noise, pass, image_.noise_scale, scratch_[pass % 2], v,
@@ -113,18 +113,20 @@ class AlignmentView {
   }
 
   /** \brief One row of inverse depths, from scratch_[1] to scratch_[0]. */
-  void despeckleRow(const ConfidenceParameters& noise, int v) {
+  void despeckleRow(const ExtrinsicParameters& p, int v) {
     const RowsOfPatch rows(scratch_[1], v, 1);
     float* out = scratch_[0].row(v);
     const float noise_scale = image_.noise_scale;
     const int columns = width();
-    inWideVectors([=] {
-      const ConfidenceParameters p = noise;  // copies: the compiler then knows that nothing overwrites them
+    const float largest = p.max_speckle;
+    inWideVectors([=, &p] {
+      const ConfidenceParameters noise = p.noise;  // copies: the compiler then knows that nothing overwrites them
       const RowsOfPatch patches = rows;
       float* __restrict despeckled_row = out;
       for (int u = 0; u < columns; ++u) {
         const float centre = patches.here[u];
-        const float despeckled = despeckledInverseDepth(patches[u].z, speckleBound(p, noise_scale, centre));
+        const float despeckled =
+            despeckledInverseDepth(patches[u].z, speckleBound(largest, noise, noise_scale, centre));
         despeckled_row[u] = centre > 0 ? despeckled : 0.0f;
       }
     });
