@@ -58,6 +58,7 @@ FUSE_FLOW_HD SumTerm termOf(std::uint32_t k) {
 
 #if FUSE_FLOW_CUDA
 constexpr unsigned int kSumThreads = 128;
+static_assert(kAlignmentSums <= kSumThreads, "each thread adds up one number");
 
 /** \brief What the threads of a block have found, as factors without gaps, in the order of the threads. */
 struct FoundInBlock {

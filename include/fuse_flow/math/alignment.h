@@ -23,8 +23,8 @@ struct AlignmentSums {
   double wr;             ///< Σ w r
   double wrr;            ///< Σ w r²
   double count;          ///< of correspondences, whatever they weigh
-  double wa[6];          ///< of colour: Σ w a
-  double wb[6];          ///< … and Σ w b, b as a, but of the gradient that the point's own image shows
+  double wa[6];          ///< Σ w a
+  double wb[6];          ///< of colour: Σ w b, b as a, but of the gradient that the point's own image shows
   double shared[36];     ///< … and Σ w a bᵀ, row by row
 
   /** \brief The sums of two sets of correspondences. */

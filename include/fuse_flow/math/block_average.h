@@ -47,7 +47,7 @@ FUSE_FLOW_HD Ray blockRay(const Intrinsics& K, int reduction, int u, int v) {
 }
 
 /** \brief Inverse depth of a block that sticks out of its surface on all sides, as far as it does so least. Smoothing leaves alone what
- *  no neighbour agrees with: of normal noise one block in a hundred, and the normals beside those were so far off (a tenth of a
+ *  no neighbour agrees with: of normal noise one block in a hundred, and the normals beside those were so far off (up to a tenth of a
  *  radian where their median is two thousandths) that they seemed to tell slides along a wall. Each pair of opposite neighbours has
  *  its mean where the surface may be; the block is moved to the nearest of these if all are on one side of it. Of a plane the
  *  means are the block itself, however it is inclined. Pairs across a jump, and holes, do not count; two must be left.

@@ -193,8 +193,8 @@ FUSE_FLOW_HD bool findGreySlope(const BlockImage& image, int scale, const Vec3& 
   return true;
 }
 
-/** \brief The gradient that a match's other image would have if it showed what the sample's image shows.
- *  \param ray from the sample's camera to the point, world  \return grey levels per metre, world */
+/** \brief The gradient that a match's other image would have if it showed what the sample's image shows; zero where that is not known.
+ *  \param i,j cameras of the sample and of the other image  \param scale of the grey levels  \return grey levels per metre, world */
 FUSE_FLOW_HD Vec3 ownGradient(const CameraPlace& i, const CameraPlace& j, const AlignmentSample& sample,
                               const Match& match, int scale) {
   const float gx = sample.luma_x[scale], gy = sample.luma_y[scale];

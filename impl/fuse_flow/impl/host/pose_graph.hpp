@@ -26,10 +26,11 @@ inline Matrix6d symmetric6(const double (&upper)[kTriangle6]) {
  *  that brightness as one more unknown, eliminated (Schur's complement). Shading that changes evenly tells nothing, then: a little
  *  brighter looks like a little further on. */
 struct ColorInformation {
-  Vector6d mean;    ///< gradient, Σ w a / Σ w
-  Matrix6d all;     ///< Σ w (a − mean) (a − mean)ᵀ
-  Matrix6d shared;  ///< the same of a and b, which both images show: their noise does not enter it
-  Vector6d g;       ///< Σ w r (a − mean)
+  Vector6d mean;  ///< gradient, Σ w a / Σ w
+  Matrix6d all;   ///< Σ w (a − mean) (a − mean)ᵀ
+  Matrix6d
+      shared;  ///< the same of a and b, symmetric: what both images show. Their noise does not enter it, so it may be indefinite
+  Vector6d g;  ///< Σ w r (a − mean)
 
   explicit ColorInformation(const AlignmentSums& sums)
       : mean(Vector6d::Zero()), all(symmetric6(sums.A)), shared(SharedProduct(sums.shared)), g(sums.g) {
@@ -149,8 +150,11 @@ class PoseGraph {
   Eigen::VectorXd withoutFree(const Eigen::VectorXd& twists) const {
     if (free_motions_.cols() == 0) return twists;
     const Eigen::VectorXd open = product(free_modes_, transposedProduct(free_modes_, product(S_, twists)));
-    const Eigen::MatrixXd by_color = columns(told_, geometry_, told_.cols() - geometry_);
-    return twists - open + product(by_color, transposedProduct(by_color, product(C_, open)));
+    const Eigen::Index count = told_.cols() - geometry_;
+    if (count == 0) return twists - open;
+    const Eigen::MatrixXd by_color = columns(told_, geometry_, count);
+    const CholeskyFactors information(curvature_.bottomRightCorner(count, count));
+    return twists - open + product(by_color, information.solve(transposedProduct(by_color, product(C_, open))));
   }
 
   /** \brief How many joint motions the geometry does not tell. */
@@ -190,7 +194,7 @@ class PoseGraph {
     if (plain_) return lessUnshared(curvature_ - S_);
     Eigen::MatrixXd result = curvature_;  // along modes, in which S is the identity
     for (Eigen::Index k = 0; k < geometry_; ++k) result(k, k) -= std::min(1.0, kNoiseShare * result(k, k));
-    for (Eigen::Index k = geometry_; k < result.cols(); ++k) result(k, k) = shares_[k - geometry_];
+    result.bottomRightCorner(shared_.rows(), shared_.cols()) = shared_;
     return lessUnshared(result);
   }
 
@@ -212,20 +216,23 @@ class PoseGraph {
   }
   /** \brief Whether no λ is under a bound: H − bound · S has no negative eigenvalue, then. */
   bool noneUnder(double bound) const { return CholeskyFactors(H_ - bound * S_).positive(); }
-  /** \brief Takes off what colour adds to geometry but only one image shows; all that colour adds, should that be more than there is. */
+  /** \brief Takes off what colour adds to geometry but only one image shows. Noise scatters about zero: where that would be more than
+   *  colour adds, all of it is taken off. */
   Eigen::MatrixXd lessUnshared(const Eigen::MatrixXd& sensitivity) const {
     if (!color_) return sensitivity;
     const Eigen::MatrixXd by_geometry = columns(told_, 0, geometry_);
+    const Eigen::MatrixXd shared = transposedProduct(by_geometry, product(B_, by_geometry));
+    const Eigen::MatrixXd alone =
+        sensitivity.topLeftCorner(geometry_, geometry_) - transposedProduct(by_geometry, product(C_, by_geometry));
     Eigen::MatrixXd result = sensitivity;
-    result.topLeftCorner(geometry_, geometry_) += transposedProduct(by_geometry, product(B_ - C_, by_geometry));
+    result.topLeftCorner(geometry_, geometry_) = alone + shared;
     if (CholeskyFactors(result).positive()) return result;
-    result = sensitivity;
-    result.topLeftCorner(geometry_, geometry_) -= transposedProduct(by_geometry, product(C_, by_geometry));
+    const Eigen::MatrixXd W = CholeskyFactors(alone).whitening();
+    const SymmetricEigen added(transposedProduct(W, product(shared, W)));
+    Eigen::MatrixXd motions = product(alone, product(W, added.vectors));
+    for (Eigen::Index k = 0; k < motions.cols(); ++k) motions.col(k) *= std::sqrt(std::max(0.0, added.values[k]));
+    result.topLeftCorner(geometry_, geometry_) = alone + product(motions, Eigen::MatrixXd(motions.transpose()));
     return result;
-  }
-  static void append(Eigen::MatrixXd& columns, const Eigen::VectorXd& column) {
-    columns.conservativeResize(column.size(), columns.cols() + 1);
-    columns.rightCols(1) = column;
   }
   /** \brief Colour joins in along what geometry tells, and stands alone along free motions that it tells: so well that the pose is known to
    *  max_deviation, and as something that both images show. What noise of one image seems to tell the other one does not. */
@@ -239,23 +246,34 @@ class PoseGraph {
     Eigen::MatrixXd seen = columns(motions, untold, free_ - untold);
     for (Eigen::Index k = 0; k < seen.cols(); ++k) seen.col(k) /= std::sqrt(information.values[untold + k]);
     const SymmetricEigen share(transposedProduct(seen, product(B_, seen)));
-    seen = product(
-        seen,
-        share.vectors);  // along these C is the identity: as long as they are, so far off C alone lets the pose be
-    free_motions_ = columns(motions, 0, untold);
-    shares_.resize(0);
-    for (Eigen::Index k = 0; k < seen.cols(); ++k) {
-      const double shared = share.values[k];
-      const bool told = shared >= kShared && seen.col(k).norm() <= shared * max_deviation;
-      append(told ? told_ : free_motions_, seen.col(k));
-      if (!told) continue;
-      shares_.conservativeResize(shares_.size() + 1);
-      shares_[shares_.size() - 1] = shared;
-    }
-    free_motions_ = orthonormalBasis(free_motions_);
-    const Eigen::Index told = told_.cols();
-    Eigen::MatrixXd curvature = Eigen::MatrixXd::Identity(told, told);
+    seen = product(seen, share.vectors);  // along these C is the identity
+    Eigen::Index unshared = 0;
+    while (unshared < seen.cols() && share.values[unshared] < kShared) ++unshared;
+    const Eigen::Index count = seen.cols() - unshared;
+    const Eigen::MatrixXd both = columns(seen, unshared, count), basis = orthonormalBasis(both);
+    // Slopes scatter by C and change by what is shared: motions are known as well as shared C⁻¹ shared says.
+    Eigen::MatrixXd known = transposedProduct(both, product(C_, basis));
+    for (Eigen::Index k = 0; k < count; ++k) known.row(k) *= std::min(1.0, share.values[unshared + k]);
+    const SymmetricEigen certain(transposedProduct(known, known));
+    Eigen::Index unsure = 0;
+    while (unsure < count && certain.values[unsure] * max_deviation * max_deviation < 1) ++unsure;
+    const Eigen::MatrixXd sorted = product(basis, certain.vectors);
+    Eigen::MatrixXd open(size_, untold + unshared + unsure);
+    open.leftCols(untold) = columns(motions, 0, untold);
+    open.middleCols(untold, unshared) = columns(seen, 0, unshared);
+    open.rightCols(unsure) = columns(sorted, 0, unsure);
+    free_motions_ = orthonormalBasis(open);
+    const Eigen::MatrixXd by_color = columns(sorted, unsure, count - unsure);
+    Eigen::MatrixXd parts = transposedProduct(both, product(C_, by_color));
+    const Eigen::MatrixXd all = transposedProduct(parts, parts);  // C along by_color
+    for (Eigen::Index k = 0; k < count; ++k) parts.row(k) *= std::sqrt(std::min(1.0, share.values[unshared + k]));
+    shared_ = transposedProduct(parts, parts);
+    const Eigen::Index told = geometry_ + by_color.cols();
+    told_.conservativeResize(size_, told);
+    told_.rightCols(by_color.cols()) = by_color;
+    Eigen::MatrixXd curvature = Eigen::MatrixXd::Zero(told, told);
     curvature.topLeftCorner(geometry_, geometry_) = curvature_;
+    curvature.bottomRightCorner(by_color.cols(), by_color.cols()) = all;
     curvature_ = curvature;
   }
 
@@ -279,7 +297,7 @@ class PoseGraph {
   Eigen::MatrixXd told_;  ///< motions that geometry tells, modes the weakest first, then those that only colour does
   Eigen::MatrixXd curvature_;  ///< of the squared residuals along them
   Eigen::Index geometry_{0};   ///< of told_, those that geometry tells
-  Eigen::VectorXd shares_;     ///< of C along the others, what both images show
+  Eigen::MatrixXd shared_;     ///< of C along the others, what both images show
   Eigen::Index free_{0};
   Eigen::MatrixXd free_modes_;    ///< what geometry does not tell; orthonormal by S
   Eigen::MatrixXd free_motions_;  ///< orthonormal columns

@@ -29,6 +29,7 @@ class RigAlignment {
     PoseGraph graph(system_.cameras());
     double information = std::max(kFirstInformation, static_cast<double>(p_.min_information));
     bool polishing = false;
+    bool taken_back = false;
     int settling = 0;
     int at_scale = 0;
     result_.converged = system_.cameras() < 2;  // nothing to move
@@ -37,7 +38,6 @@ class RigAlignment {
       system_.evaluate(poses_, result_.scene_radius, gates);
       graph = linearize();
       graph.decompose(information, colorRole(gates));
-      if (polishing && (gates.color ? gates.scale == 0 : !system_.hasColor()) && takeBack(graph) > kSettled) continue;
       const double moved = apply(damped(graph.step()));
       if (gates.color && gates.scale > 0) {
         if (!graph.asksColor()) {
@@ -47,6 +47,10 @@ class RigAlignment {
           at_scale = 0;
         }
       } else if (polishing && moved < kStill) {
+        if (!taken_back && takeBack(graph) > kStill) {
+          taken_back = true;
+          continue;
+        }
         result_.converged = true;
         break;  // before the count goes on
       }
@@ -132,16 +136,26 @@ class RigAlignment {
   /** \brief Undoes what cameras have moved along motions that seemed to be told and turn out not to be. \return how far, as apply() */
   double takeBack(const PoseGraph& graph) {
     if (graph.freeMotions() == 0) return 0;
-    Eigen::VectorXd moved(graph.size());
+    Eigen::VectorXd moved = Eigen::VectorXd::Zero(graph.size());
     for (std::size_t i = 1; i < poses_.size(); ++i)
-      moved.segment<6>(PoseGraph::begin(i)) = toTwist(correction(i), Eigen::Vector3d::Zero(), result_.scene_radius);
-    Eigen::VectorXd back = graph.withoutFree(moved) - moved;
-    for (Eigen::Index k = 0; k < back.size(); k += 6)
-      if (moved.segment<6>(k).norm() < kNothing) back.segment<6>(k).setZero();
-    const double most = apply(back);
-    if (most > kSettled) last_step_.resize(0);
+      if (poses_[i].matrix() !=
+          start(i).matrix())  // given rotations need not be orthonormal to the last digit: hence Affine
+        moved.segment<6>(PoseGraph::begin(i)) =
+            toTwist(poses_[i] * start(i).inverse(Eigen::Affine), Eigen::Vector3d::Zero(), result_.scene_radius);
+    const Eigen::VectorXd kept = graph.withoutFree(moved);
+    double most = 0;
+    for (std::size_t i = 1; i < poses_.size(); ++i) {
+      const Eigen::Index k = PoseGraph::begin(i);
+      if (moved.segment<6>(k).isZero(0)) continue;
+      poses_[i] = toMotion(kept.segment<6>(k), Eigen::Vector3d::Zero(), result_.scene_radius) * start(i);
+      most = std::max(most, (kept - moved).segment<6>(k).norm());
+    }
+    last_step_.resize(0);
     return most;
   }
+
+  /** \brief Where a camera was to begin with, camera → scene's centre. */
+  Eigen::Isometry3d start(std::size_t i) const { return Eigen::Translation3d(-result_.scene_center) * initial_[i]; }
 
   Eigen::Isometry3d correction(std::size_t i) const {
     return poses_[i] * (Eigen::Translation3d(-result_.scene_center) * initial_[i]).inverse();
@@ -232,7 +246,6 @@ class RigAlignment {
   static constexpr double kMoreDaring = 0.3;         ///< information that suffices over that of the iteration before
   static constexpr std::size_t kHurry = 3;           ///< every so many-th sample until the gates are narrow
   static constexpr double kFewest = 30;              ///< correspondences of a pair
-  static constexpr double kNothing = 1e-12;          ///< metres; what rounding makes of a pose that stayed
   static constexpr double kStill = 1e-4;             ///< metres; about what the choice of counterparts jitters
   static constexpr double kSettled = 1e-3;  ///< metres; then colours are near enough to compare, and scales are right
   static constexpr float kReach = 5.0f;     ///< gate over the last motion
