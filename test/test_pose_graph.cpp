@@ -99,6 +99,43 @@ TEST(PoseGraph, WhatColourTellsIsAsSureAsBothImagesShowIt) {
   EXPECT_NEAR(deviation(0.25f) / deviation(1), 4, 0.8);
 }
 
+/** \brief Two cameras of which geometry tells all, with colour that weighs so much. \param shared whether both images show the gradients */
+PoseGraph toldByBoth(float weight, bool shared) {
+  std::mt19937 random(8);
+  std::normal_distribution<float> normal;
+  const auto vector = [&] { return Vec3{normal(random), normal(random), normal(random)}; };
+  PoseGraph graph(2);
+  AlignmentSums geometry{}, color{};
+  for (int k = 0; k < 1000; ++k) {
+    const Vec3 n = vector();
+    addCorrespondence(geometry, vector(), (1.0f / std::sqrt(squaredNorm(n))) * n, 0, 1);
+    const Vec3 gradient = vector(), other = vector();
+    addCorrespondence(color, vector(), gradient, shared ? gradient : other, 0, weight);
+  }
+  graph.addGeometry(0, 1, geometry, 0.1);
+  graph.addColor(0, 1, color, 1);
+  graph.decompose(2, ColorRole{100, 1e-3});
+  graph.findModes();
+  return graph;
+}
+
+TEST(PoseGraph, OfWhatColourAddsToGeometryOnlyWhatBothImagesShowCounts) {
+  const Eigen::MatrixXd none = toldByBoth(0, true).sensitivity();
+  const PoseGraph shared = toldByBoth(0.3f, true), unshared = toldByBoth(0.3f, false);
+  const Eigen::MatrixXd color = shared.curvature() - toldByBoth(0, true).curvature();
+  ASSERT_GT(color.norm(), 0.3 * none.norm());
+  EXPECT_LT((shared.sensitivity() - none - color).norm(), 1e-9 * none.norm());
+  EXPECT_LT((unshared.sensitivity() - none).norm(), 0.1 * color.norm());
+}
+
+// Products of noise are about zero, but of much of it more than all that geometry tells, to either side.
+TEST(PoseGraph, MuchNoiseOfColourTakesNothingFromGeometry) {
+  const Eigen::MatrixXd none = toldByBoth(0, true).sensitivity(), much = toldByBoth(1e3f, false).sensitivity();
+  const SymmetricEigen more(Eigen::MatrixXd(much - none));
+  EXPECT_GT(more.values[0], -1e-6 * much.norm());
+  EXPECT_LT(more.values[5], 0.2 * toldByBoth(1e3f, true).sensitivity().norm());
+}
+
 // As brightness that two images do not share: each may be brighter than the other as a whole.
 TEST(ColorInformation, AGradientThatIsTheSameEverywhereTellsNothing) {
   std::mt19937 random(6);

@@ -21,7 +21,8 @@ struct ExtrinsicParameters {
   /** \brief Of the depth that normals are taken from; never wide, since images are reduced already. */
   SmoothingParameters smoothing{3, 2.5f, 0.7f, kMaxNoiseScale};
   /** \brief A block that sticks out of its surface on all sides, by up to this many standard deviations, is brought back to it before depth
-   *  is smoothed for normals; ≥ 0; 0, or no passes of smoothing: none is. Where blocks are so wide that they hardly have noise, what sticks out is shape. */
+   *  is smoothed for normals; ≥ 0; 0, or no passes of smoothing: none is. Where blocks are so wide that they
+   *  hardly have noise, what sticks out is shape. */
   float max_speckle{6.0f};
   ConfidenceParameters noise;  ///< noise_floor and noise_quadratic: the sensor's axial noise
   /** \brief Blocks of this many pixels, each way, are averaged first; 1 … 16. */

@@ -12,9 +12,9 @@ struct AlignmentSample {
   Vec3 n;                   ///< unit normal
   float noise;              ///< standard deviation along the normal, metres
   float luma[kLumaScales];  ///< grey levels, the finest scale first; negative: none
-  float
-      luma_x[kLumaScales]{};  ///< how they change to the right, in the plane z = p.z, grey levels per metre; 0: unknown
-  float luma_y[kLumaScales]{};  ///< … and down
+  /** \brief How they change to the right, in the plane z = p.z, grey levels per metre; 0: unknown. */
+  float luma_x[kLumaScales]{};
+  float luma_y[kLumaScales]{};  ///< the same, down
 };
 
 /** \brief How grey levels change, grey levels per pixel. */

@@ -28,8 +28,8 @@ inline Matrix6d symmetric6(const double (&upper)[kTriangle6]) {
 struct ColorInformation {
   Vector6d mean;  ///< gradient, Σ w a / Σ w
   Matrix6d all;   ///< Σ w (a − mean) (a − mean)ᵀ
-  Matrix6d
-      shared;  ///< the same of a and b, symmetric: what both images show. Their noise does not enter it, so it may be indefinite
+  /** \brief The same of a and b, symmetric: what both images show. Their noise does not enter it, so it may be indefinite. */
+  Matrix6d shared;
   Vector6d g;  ///< Σ w r (a − mean)
 
   explicit ColorInformation(const AlignmentSums& sums)

@@ -17,10 +17,10 @@ class RigAlignment {
  public:
   RigAlignment(RigCorrespondences& system, const ExtrinsicParameters& parameters,
                const std::vector<Eigen::Isometry3d>& initial)
-      : system_(system), p_(parameters), initial_(initial) {}
+      : system_(system), p_(parameters), initial_(initial), starts_(rigid(initial)) {}
 
   ExtrinsicResult run() {
-    system_.sample(initial_, p_.samples);
+    system_.sample(starts_, p_.samples);
     findCenter();
     AlignmentGates gates{
         p_.max_distance, kDeviations, std::cos(p_.max_normal_angle), kNoLimit, 0.0f, kGreyLimit, false, 0, kHurry};
@@ -81,11 +81,21 @@ class RigAlignment {
   }
 
  private:
+  /** \brief With rotations that are some. In files they have few digits; then normals have not unit length, noise of them seems to make
+   *  less than nothing of a plane, and its information has no root. */
+  static std::vector<Eigen::Isometry3d> rigid(std::vector<Eigen::Isometry3d> poses) {
+    constexpr double exact = 1e-12;  // what is as good as that keeps its digits
+    for (Eigen::Isometry3d& T : poses)
+      if ((T.linear().transpose() * T.linear() - Eigen::Matrix3d::Identity()).norm() > exact)
+        T.linear() = nearestRotation(T.linear());
+    return poses;
+  }
+
   void findCenter() {
-    const SceneExtent extent = system_.extent(initial_);
+    const SceneExtent extent = system_.extent(starts_);
     result_.scene_center = extent.center;
     result_.scene_radius = extent.radius;
-    for (const Eigen::Isometry3d& T : initial_) poses_.push_back(Eigen::Translation3d(-result_.scene_center) * T);
+    for (std::size_t i = 0; i < starts_.size(); ++i) poses_.push_back(start(i));
   }
 
   PoseGraph linearize() const {
@@ -138,10 +148,8 @@ class RigAlignment {
     if (graph.freeMotions() == 0) return 0;
     Eigen::VectorXd moved = Eigen::VectorXd::Zero(graph.size());
     for (std::size_t i = 1; i < poses_.size(); ++i)
-      if (poses_[i].matrix() !=
-          start(i).matrix())  // given rotations need not be orthonormal to the last digit: hence Affine
-        moved.segment<6>(PoseGraph::begin(i)) =
-            toTwist(poses_[i] * start(i).inverse(Eigen::Affine), Eigen::Vector3d::Zero(), result_.scene_radius);
+      if (poses_[i].matrix() != start(i).matrix())
+        moved.segment<6>(PoseGraph::begin(i)) = toTwist(correction(i), Eigen::Vector3d::Zero(), result_.scene_radius);
     const Eigen::VectorXd kept = graph.withoutFree(moved);
     double most = 0;
     for (std::size_t i = 1; i < poses_.size(); ++i) {
@@ -155,11 +163,9 @@ class RigAlignment {
   }
 
   /** \brief Where a camera was to begin with, camera → scene's centre. */
-  Eigen::Isometry3d start(std::size_t i) const { return Eigen::Translation3d(-result_.scene_center) * initial_[i]; }
+  Eigen::Isometry3d start(std::size_t i) const { return Eigen::Translation3d(-result_.scene_center) * starts_[i]; }
 
-  Eigen::Isometry3d correction(std::size_t i) const {
-    return poses_[i] * (Eigen::Translation3d(-result_.scene_center) * initial_[i]).inverse();
-  }
+  Eigen::Isometry3d correction(std::size_t i) const { return poses_[i] * start(i).inverse(); }
 
   /** \brief Moves all that hangs together with camera 0. */
   void fixGauge() {
@@ -191,8 +197,7 @@ class RigAlignment {
     for (std::size_t i = 0; i < poses_.size(); ++i) {
       CameraCorrection c;
       const Eigen::Translation3d center(result_.scene_center);
-      if (poses_[i].matrix() != (center.inverse() * initial_[i]).matrix())
-        c.T_correction = center * correction(i) * center.inverse();
+      if (poses_[i].matrix() != start(i).matrix()) c.T_correction = center * correction(i) * center.inverse();
       const Eigen::Vector3d place = poses_[i].translation();
       c.translation = (place - (initial_[i].translation() - result_.scene_center)).norm();
       c.rotation = Eigen::AngleAxisd(correction(i).linear()).angle();
@@ -259,8 +264,9 @@ class RigAlignment {
   RigCorrespondences& system_;
   const ExtrinsicParameters& p_;
   const std::vector<Eigen::Isometry3d>& initial_;
-  std::vector<Eigen::Isometry3d> poses_;  ///< camera → scene's centre
-  Eigen::VectorXd last_step_;             ///< none before the first
+  const std::vector<Eigen::Isometry3d> starts_;  ///< these, as rigid motions
+  std::vector<Eigen::Isometry3d> poses_;         ///< camera → scene's centre
+  Eigen::VectorXd last_step_;                    ///< none before the first
   ExtrinsicResult result_;
 };
 

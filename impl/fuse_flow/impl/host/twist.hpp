@@ -30,6 +30,12 @@ inline Eigen::Isometry3d toMotion(const Eigen::Matrix<double, 6, 1>& twist, cons
   return motion;
 }
 
+/** \brief The rotation nearest to a matrix that is about one, or a sum of some that differ little. */
+inline Eigen::Matrix3d nearestRotation(const Eigen::Matrix3d& M) {
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(M, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  return svd.matrixU() * svd.matrixV().transpose();
+}
+
 /** \brief The motion that several are on average: the rotation nearest to the mean of theirs, and the mean of their
  *  translations. \param motions one at least */
 inline Eigen::Isometry3d meanMotion(const std::vector<Eigen::Isometry3d>& motions) {
@@ -39,9 +45,8 @@ inline Eigen::Isometry3d meanMotion(const std::vector<Eigen::Isometry3d>& motion
     rotations += motion.linear();
     translations += motion.translation();
   }
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(rotations, Eigen::ComputeFullU | Eigen::ComputeFullV);
   Eigen::Isometry3d mean = Eigen::Isometry3d::Identity();
-  mean.linear() = svd.matrixU() * svd.matrixV().transpose();
+  mean.linear() = nearestRotation(rotations);
   mean.translation() = translations / static_cast<double>(motions.size());
   return mean;
 }
