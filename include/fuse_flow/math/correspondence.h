@@ -6,21 +6,21 @@
 
 namespace fuse_flow {
 
+/** \brief How grey levels change, grey levels per pixel. */
+struct LumaSlope {
+  float per_u{0};  ///< to the right
+  float per_v{0};  ///< down
+};
+
 /** \brief A point that looks for its counterparts in other views; its camera's frame. */
 struct AlignmentSample {
   Vec3 p;                   ///< metres
   Vec3 n;                   ///< unit normal
   float noise;              ///< standard deviation along the normal, metres
   float luma[kLumaScales];  ///< grey levels, the finest scale first; negative: none
-  /** \brief How they change to the right, in the plane z = p.z, grey levels per metre; 0: unknown. */
-  float luma_x[kLumaScales]{};
-  float luma_y[kLumaScales]{};  ///< the same, down
-};
-
-/** \brief How grey levels change, grey levels per pixel. */
-struct LumaSlope {
-  float per_u{0};  ///< to the right
-  float per_v{0};  ///< down
+  LumaSlope slope[kLumaScales]{};   ///< how they change; 0: unknown
+  float pixels_per_metre_x{1};      ///< to the right, in the plane z = p.z …
+  float pixels_per_metre_y{1};      ///< … and down
 };
 
 /** \brief About the middle of a block, over the distance that findGreySlope() takes; 0 where that is not known. */
@@ -41,10 +41,10 @@ FUSE_FLOW_HD AlignmentSample sampleOf(const BlockImage& image, int u, int v) {
   sample.noise = image.deviation(u, v);
   for (int scale = 0; scale < kLumaScales; ++scale) {
     sample.luma[scale] = image.hasColor() ? image.luma(u, v, scale) : -1.0f;
-    const LumaSlope slope = image.hasColor() ? blockLumaSlope(image, u, v, scale) : LumaSlope{};
-    sample.luma_x[scale] = slope.per_u * image.intrinsics.fx / sample.p.z;
-    sample.luma_y[scale] = slope.per_v * image.intrinsics.fy / sample.p.z;
+    sample.slope[scale] = image.hasColor() ? blockLumaSlope(image, u, v, scale) : LumaSlope{};
   }
+  sample.pixels_per_metre_x = image.intrinsics.fx / sample.p.z;
+  sample.pixels_per_metre_y = image.intrinsics.fy / sample.p.z;
   return sample;
 }
 
@@ -197,7 +197,8 @@ FUSE_FLOW_HD bool findGreySlope(const BlockImage& image, int scale, const Vec3& 
  *  \param i,j cameras of the sample and of the other image  \param scale of the grey levels  \return grey levels per metre, world */
 FUSE_FLOW_HD Vec3 ownGradient(const CameraPlace& i, const CameraPlace& j, const AlignmentSample& sample,
                               const Match& match, int scale) {
-  const float gx = sample.luma_x[scale], gy = sample.luma_y[scale];
+  const float gx = sample.slope[scale].per_u * sample.pixels_per_metre_x,
+              gy = sample.slope[scale].per_v * sample.pixels_per_metre_y;
   const Vec3 seen = rotate(i.to_world, Vec3{gx, gy, -(gx * sample.p.x + gy * sample.p.y) / sample.p.z});
   // A surface's texture changes along it, and an image does not along its rays.
   const Vec3 texture = seen - dot(seen, match.n) * match.n;
@@ -229,7 +230,11 @@ FUSE_FLOW_HD bool colorOf(const CameraPlace& i, const CameraPlace& j, const Bloc
   // Grey levels per metre that the point is off along the normal.
   const float along_ray = dot(gradient, ray) / facing;
   const float noise = along_ray / match.per_sigma;
-  const float beside = kColorRegistration * kColorRegistration * (grey.per_u * grey.per_u + grey.per_v * grey.per_v);
+  const LumaSlope& own_slope = sample.slope[scale];
+  // Of both images: a weight that one image's slope gives is another at the steep side of what is painted than at the even one.
+  const float beside = kColorRegistration * kColorRegistration *
+                       (grey.per_u * grey.per_u + grey.per_v * grey.per_v + own_slope.per_u * own_slope.per_u +
+                        own_slope.per_v * own_slope.per_v);
   const float variance = kGreyNoise * kGreyNoise + beside + match.share * (1.0f - match.share) * noise * noise;
   const Vec3 own = ownGradient(i, j, sample, match, scale);
   color = {x, gradient - match.share * along_ray * match.n, r, tukeyWeight(r, gates.color_tukey) / variance,
