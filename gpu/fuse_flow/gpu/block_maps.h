@@ -83,6 +83,7 @@ class BlockMaps {
     image.max_squared_radius = full.model.max_squared_radius;
     image.reduction = view.reduction;
     image.normals = normals_.data() + view.offset;
+    if (p.smoothing.passes > 0) image.smooth_z = smooth_z_.data() + view.offset;
     if (hasColor(camera)) {
       for (int scale = 0; scale < kLumaScales; ++scale) image.lumas[scale] = lumas_[scale].data() + view.offset;
       image.squares = squares_.data() + full.offset;
@@ -95,7 +96,8 @@ class BlockMaps {
   }
 
   std::size_t bytes() const {
-    std::size_t sum = views_.bytes() + z_.bytes() + rays_.bytes() + normals_.bytes() + squares_.bytes();
+    std::size_t sum =
+        views_.bytes() + z_.bytes() + smooth_z_.bytes() + rays_.bytes() + normals_.bytes() + squares_.bytes();
     for (const DeviceBuffer<float>& luma : lumas_) sum += luma.bytes();
     return sum;
   }
@@ -127,6 +129,7 @@ class BlockMaps {
                                       p.noise,
                                       2.449490f * p.smoothing.tolerance,
                                       normals_.data()});
+    if (p.smoothing.passes > 0) std::swap(smooth_z_, scratch.smooth[p.smoothing.passes % 2]);
     scratch.medians.resize(views_.size());
     scratch.fetched_medians.resize(views_.size());
     const MeasureNormalNoise measure{grid(), normals_.data(), scratch.medians.data()};
@@ -157,7 +160,7 @@ class BlockMaps {
   }
 
   BlockViews views_;
-  DeviceBuffer<float> z_;
+  DeviceBuffer<float> z_, smooth_z_;
   DeviceBuffer<Ray> rays_;
   DeviceBuffer<Vec3> normals_;
   DeviceBuffer<float> lumas_[kLumaScales];

@@ -48,6 +48,7 @@ struct BlockImage : BlockMap {
   float max_squared_radius{0};        ///< as in ViewModel
   int reduction{1};                   ///< pixels of a block, each way
   const Vec3* normals{nullptr};       ///< block by block
+  const float* smooth_z{nullptr};     ///< depth as it is smoothed for normals, laid out as z; null: none
   const float* lumas[kLumaScales]{};  ///< grey levels, the finest scale first; null: no colour
   /** \brief Grey levels of the finest scale from every pixel on: what begins there and is as large as a block. Blocks alone are too far
    *  apart to compare with: textures change by more from one to the next than a slope tells, and cameras end a tenth of a block off. */
@@ -83,6 +84,11 @@ struct BlockImage : BlockMap {
 
   /** \brief Unit, facing the camera; zero where the surface is not smooth. */
   FUSE_FLOW_HD const Vec3& normal(int u, int v) const { return normals[index(u, v)]; }
+  /** \brief Depth as smoothed for normals, metres: z where it is not smoothed. */
+  FUSE_FLOW_HD float smoothDepth(int u, int v) const {
+    const float smooth = smooth_z ? smooth_z[v * z_pitch + u] : 0.0f;
+    return smooth > 0 ? smooth : depth(u, v);
+  }
   /** \brief Standard deviation of a depth that is truly so long, metres: of noise, and of light on detours that nothing tells of. */
   FUSE_FLOW_HD float axialDeviation(float true_z) const {
     const float noisy = noise_scale * axialNoise(noise, true_z);

@@ -14,13 +14,15 @@ struct LumaSlope {
 
 /** \brief A point that looks for its counterparts in other views; its camera's frame. */
 struct AlignmentSample {
-  Vec3 p;                   ///< metres
-  Vec3 n;                   ///< unit normal
-  float noise;              ///< standard deviation along the normal, metres
-  float luma[kLumaScales];  ///< grey levels, the finest scale first; negative: none
-  LumaSlope slope[kLumaScales]{};   ///< how they change; 0: unknown
-  float pixels_per_metre_x{1};      ///< to the right, in the plane z = p.z …
-  float pixels_per_metre_y{1};      ///< … and down
+  Vec3 p;                          ///< metres
+  Vec3 n;                          ///< unit normal
+  float noise;                     ///< standard deviation along the normal, metres
+  float luma[kLumaScales];         ///< grey levels, the finest scale first; negative: none
+  LumaSlope slope[kLumaScales]{};  ///< how they change; 0: unknown
+  float pixels_per_metre_x{1};     ///< to the right, in the plane z = p.z …
+  float pixels_per_metre_y{1};     ///< … and down
+  /** \brief Depth as smoothed for normals, over p.z. Its error has little to do with that of p. */
+  float smooth_ratio{1};
 };
 
 /** \brief About the middle of a block, over the distance that findGreySlope() takes; 0 where that is not known. */
@@ -45,6 +47,8 @@ FUSE_FLOW_HD AlignmentSample sampleOf(const BlockImage& image, int u, int v) {
   }
   sample.pixels_per_metre_x = image.intrinsics.fx / sample.p.z;
   sample.pixels_per_metre_y = image.intrinsics.fy / sample.p.z;
+  const float smooth_ratio = image.smoothDepth(u, v) / sample.p.z;
+  sample.smooth_ratio = smooth_ratio > 0.8f && smooth_ratio < 1.25f ? smooth_ratio : 1.0f;
   return sample;
 }
 
@@ -206,12 +210,24 @@ FUSE_FLOW_HD Vec3 ownGradient(const CameraPlace& i, const CameraPlace& j, const 
   return texture - (dot(texture, ray) / dot(match.n, ray)) * match.n;
 }
 
+/** \brief Variance of where two measurements together put a point, as a share of the variance of their difference. Each of the two is
+ *  σ² of one depth where the difference was reckoned, and is asked for at another.
+ *  \param share of the difference's variance, what noise of the one makes  \param own its σ there over that here  \param others the other's */
+FUSE_FLOW_HD float varianceOfBoth(float share, float own, float others) {
+  const float a = share * own * own, b = (1.0f - share) * others * others;
+  return a * b / (a + b);
+}
+
 /** \brief The difference of grey levels at a match, and how it changes as the point moves over the other image; false where
  *  either has none.
  *
  *  The point's depth may be off by more than the texture is wide, while the other view measured the surface well. So it is
  *  looked for where both measurements together put it on its ray, and moves along the surface rather than through it; what
  *  noise is left makes grey levels less certain where they change along the ray.
+ *
+ *  How uncertain they are, and how fast they change, depends on depth. Taken where the point is looked for, an error of that place, which
+ *  makes grey levels differ, would change weight and gradient, too: what seems near would weigh more. Both are taken at smoothed depth,
+ *  whose error is another.
  *  \param x as in Correspondence  \param offset how much brighter the other image is */
 FUSE_FLOW_HD bool colorOf(const CameraPlace& i, const CameraPlace& j, const BlockImage& other,
                           const AlignmentSample& sample, const Match& match, const Vec3& x, float offset,
@@ -226,16 +242,22 @@ FUSE_FLOW_HD bool colorOf(const CameraPlace& i, const CameraPlace& j, const Bloc
   GreySlope grey;
   if (!findGreySlope(other, scale, q, grey)) return false;
   const float r = grey.level - sample.luma[scale] - offset;
-  const Vec3 gradient = rotate(j.to_world, grey.gradient);
+  const float smooth_z = (j.to_camera * (i.to_world.t + sample.smooth_ratio * ray)).z;
+  const float z = smooth_z > 0.5f * q.z ? smooth_z : q.z;
+  const Vec3 gradient = (q.z / z) * rotate(j.to_world, grey.gradient);
   // Grey levels per metre that the point is off along the normal.
   const float along_ray = dot(gradient, ray) / facing;
   const float noise = along_ray / match.per_sigma;
+  const float own_noise =
+      axialNoise(other.noise, sample.smooth_ratio * sample.p.z) / axialNoise(other.noise, match.depth * sample.p.z);
+  const float others_noise = axialNoise(other.noise, z) / axialNoise(other.noise, q.z);
   const LumaSlope& own_slope = sample.slope[scale];
   // Of both images: a weight that one image's slope gives is another at the steep side of what is painted than at the even one.
   const float beside = kColorRegistration * kColorRegistration *
                        (grey.per_u * grey.per_u + grey.per_v * grey.per_v + own_slope.per_u * own_slope.per_u +
                         own_slope.per_v * own_slope.per_v);
-  const float variance = kGreyNoise * kGreyNoise + beside + match.share * (1.0f - match.share) * noise * noise;
+  const float variance =
+      kGreyNoise * kGreyNoise + beside + varianceOfBoth(match.share, own_noise, others_noise) * noise * noise;
   const Vec3 own = ownGradient(i, j, sample, match, scale);
   color = {x, gradient - match.share * along_ray * match.n, r, tukeyWeight(r, gates.color_tukey) / variance,
            own - match.share * (dot(own, ray) / facing) * match.n};

@@ -138,6 +138,7 @@ class AlignmentView {
     BlockMap smoothed = image_;
     smoothed.z = scratch_[0].row(0);
     smoothed.z_pitch = scratch_[0].stride();
+    image_.smooth_z = smoothed.z;  // of a map as large as z_
     const float tolerance = 2.449490f * p.smoothing.tolerance * image_.noise_scale;
     for (int v = kNormalSpacing; v < height() - kNormalSpacing; ++v)
       for (int u = kNormalSpacing; u < width() - kNormalSpacing; ++u)
