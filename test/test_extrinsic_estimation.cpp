@@ -421,6 +421,68 @@ TEST(ExtrinsicEstimation, ColourTellsAPlaceToAPixelAtBest) {
   }
 }
 
+// What is painted beside its depth is so in both images.
+TEST(ExtrinsicEstimation, ColourWeighsAsMuchWhicheverImageIsSteep) {
+  const CameraPlace place = placeAt(Eigen::Isometry3d::Identity());
+  const AlignmentGates gates{0.25f, 0.0f, 0.7f, 1e9f, 0.0f, 1e6f, true, 0, 1};
+  const auto weight = [&](const LumaSlope& own, float others) {
+    Wall wall(2.0f);
+    wall.paint(0, others);
+    AlignmentSample sample{{0, 0, 2}, {0, 0, -1}, 0.001f, {others, others, others, others, others}};
+    sample.slope[0] = own;
+    Match match;
+    Correspondence color;
+    EXPECT_TRUE(findMatch(place, place, wall.image(), sample, gates, match));
+    EXPECT_TRUE(colorOf(place, place, wall.image(), sample, match, match.x, 0.0f, gates, color));
+    return color.w;
+  };
+  const float both = weight({30, 0}, 30);
+  EXPECT_NEAR(weight({30, 0}, 5), weight({5, 0}, 30), 1e-3f * both);
+  EXPECT_NEAR(weight({0, 30}, 5), weight({5, 0}, 30), 1e-3f * both) << "in any direction";
+  EXPECT_NEAR(both / weight({0, 0}, 30), 0.5f, 0.01f);
+}
+
+// Noise moves the place at which grey levels are compared, and nothing of what they weigh: else what seems near would weigh more.
+TEST(ExtrinsicEstimation, ColourWeighsAsMuchWhicheverWayDepthIsWrong) {
+  std::vector<Camera> cameras = cameraRow(2, 160, 120, 150);
+  cameras[1].T_world_camera.pretranslate(Vector3d(0.6, 0, 0));
+  Scene scene = makeScene(cameras, plane({0, 0, 1}, 1.5));
+  ExtrinsicParameters parameters;
+  parameters.noise.noise_floor = 0.1f;
+  host::AlignmentSystem system;
+  system.add(scene.rig, parameters);
+  system.sample(poses(cameras), 3000);
+  BlockImage other = system.view(0, 1).image();
+  std::vector<float> grey;  // of one slope everywhere
+  for (int v = 0; v < other.height; ++v)
+    for (int u = 0; u < other.width; ++u) grey.push_back(10 + 2.0f * static_cast<float>(u) + static_cast<float>(v));
+  for (const float*& lumas : other.lumas) lumas = grey.data();
+  ASSERT_EQ(other.pitch, other.width);
+  const CameraPlace first = placeAt(cameras[0].T_world_camera), second = placeAt(cameras[1].T_world_camera);
+  const AlignmentGates gates{0.5f, 3.0f, 0.7f, 1e9f, 0.0f, 1e9f, true, 1, 1};
+  const auto colour = [&](const AlignmentSample& sample, Correspondence& color) {
+    Match match;
+    return findMatch(first, second, other, sample, gates, match) &&
+           colorOf(first, second, other, sample, match, match.x, 0.0f, gates, color);
+  };
+  const auto wrongBy = [](const AlignmentSample& sample, float factor) {
+    AlignmentSample off = sample;
+    off.p = factor * sample.p;
+    off.smooth_ratio = sample.smooth_ratio / factor;
+    for (float& luma : off.luma) luma = 100;
+    return off;
+  };
+  int compared = 0;
+  for (const AlignmentSample& sample : system.samples(0, 0)) {
+    Correspondence near, far;
+    if (!colour(wrongBy(sample, 0.96f), near) || !colour(wrongBy(sample, 1.04f), far)) continue;
+    ++compared;
+    ASSERT_NEAR(near.w / far.w, 1, 0.01f) << sample.p.x << ", " << sample.p.y;
+    ASSERT_NEAR(near.n.x / far.n.x, 1, 0.01f) << sample.p.x << ", " << sample.p.y;
+  }
+  EXPECT_GT(compared, 100);
+}
+
 // Seen by cameras of other focal lengths, one of them on its side, on a plane that both see from aside.
 TEST(ExtrinsicEstimation, BothImagesShowTheSameGradientAtTheSamePlace) {
   std::vector<Camera> cameras = cameraRow(2, 200, 200, 200);

@@ -252,7 +252,7 @@ FUSE_FLOW_HD bool colorOf(const CameraPlace& i, const CameraPlace& j, const Bloc
       axialNoise(other.noise, sample.smooth_ratio * sample.p.z) / axialNoise(other.noise, match.depth * sample.p.z);
   const float others_noise = axialNoise(other.noise, z) / axialNoise(other.noise, q.z);
   const LumaSlope& own_slope = sample.slope[scale];
-  // Of both images: a weight that one image's slope gives is another at the steep side of what is painted than at the even one.
+  // In both images colour lies beside its depth.
   const float beside = kColorRegistration * kColorRegistration *
                        (grey.per_u * grey.per_u + grey.per_v * grey.per_v + own_slope.per_u * own_slope.per_u +
                         own_slope.per_v * own_slope.per_v);
