@@ -442,6 +442,23 @@ TEST(ExtrinsicEstimation, ColourWeighsAsMuchWhicheverImageIsSteep) {
   EXPECT_NEAR(both / weight({0, 0}, 30), 0.5f, 0.01f);
 }
 
+TEST(ExtrinsicEstimation, SamplesKnowTheirDepthAsSmoothed) {
+  const std::vector<Camera> cameras = cameraRow(1, 160, 120, 150);
+  Scene scene = makeScene(cameras, plane({0, 0, 1}, 1.5));
+  addNoise(scene, 0.004f);
+  host::AlignmentSystem system;
+  system.add(scene.rig, {});
+  system.sample(poses(cameras), 2000);
+  const RigidTransform to_world = toRigidTransform(cameras[0].T_world_camera);
+  double measured = 0, smoothed = 0;
+  for (const AlignmentSample& sample : system.samples(0, 0)) {
+    measured += std::pow((to_world * sample.p).z - 1.5, 2);
+    smoothed += std::pow((to_world * (sample.smooth_ratio * sample.p)).z - 1.5, 2);
+  }
+  EXPECT_GT(measured, 0);
+  EXPECT_LT(smoothed, measured / 4);
+}
+
 // Noise moves the place at which grey levels are compared, and nothing of what they weigh: else what seems near would weigh more.
 TEST(ExtrinsicEstimation, ColourWeighsAsMuchWhicheverWayDepthIsWrong) {
   std::vector<Camera> cameras = cameraRow(2, 160, 120, 150);

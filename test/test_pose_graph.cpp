@@ -63,12 +63,20 @@ TEST(PoseGraph, WhereAllIsToldTheTwistsAreAsGoodAsTheModes) {
   }
 }
 
+PoseGraph ofTwoCameras(const AlignmentSums& geometry, double normal_noise, const AlignmentSums& color) {
+  PoseGraph graph(2);
+  graph.addGeometry(0, 1, geometry, normal_noise);
+  graph.addColor(0, 1, color, 1);
+  graph.decompose(2, ColorRole{100, 1e-3});
+  graph.findModes();
+  return graph;
+}
+
 /** \brief Two cameras that see a floor of which depth tells height and tilt; grey levels change along x.
  *  \param share of the gradient that both images show */
 PoseGraph floorOf(float share) {
   std::mt19937 random(5);
   std::normal_distribution<float> normal;
-  PoseGraph graph(2);
   AlignmentSums geometry{}, color{};
   for (int k = 0; k < 400; ++k) {
     const Vec3 x{normal(random), normal(random), 0};
@@ -78,11 +86,7 @@ PoseGraph floorOf(float share) {
                 of_other = std::sqrt(1 - share) * normal(random);
     addCorrespondence(color, x, {of_both + of_one, 0, 0}, {of_both + of_other, 0, 0}, 0, 1e6f);
   }
-  graph.addGeometry(0, 1, geometry, 0.0141);
-  graph.addColor(0, 1, color, 1.0);
-  graph.decompose(2, ColorRole{100, 1e-3});
-  graph.findModes();
-  return graph;
+  return ofTwoCameras(geometry, 0.0141, color);
 }
 
 TEST(PoseGraph, ColourTellsWhatBothImagesShow) {
@@ -104,7 +108,6 @@ PoseGraph toldByBoth(float weight, bool shared) {
   std::mt19937 random(8);
   std::normal_distribution<float> normal;
   const auto vector = [&] { return Vec3{normal(random), normal(random), normal(random)}; };
-  PoseGraph graph(2);
   AlignmentSums geometry{}, color{};
   for (int k = 0; k < 1000; ++k) {
     const Vec3 n = vector();
@@ -112,11 +115,7 @@ PoseGraph toldByBoth(float weight, bool shared) {
     const Vec3 gradient = vector(), other = vector();
     addCorrespondence(color, vector(), gradient, shared ? gradient : other, 0, weight);
   }
-  graph.addGeometry(0, 1, geometry, 0.1);
-  graph.addColor(0, 1, color, 1);
-  graph.decompose(2, ColorRole{100, 1e-3});
-  graph.findModes();
-  return graph;
+  return ofTwoCameras(geometry, 0.1, color);
 }
 
 TEST(PoseGraph, OfWhatColourAddsToGeometryOnlyWhatBothImagesShowCounts) {
