@@ -4,6 +4,7 @@
 
 #include <fuse_flow/depth_correction_estimation.h>
 #include <fuse_flow/extrinsic_estimation.h>
+#include <fuse_flow/impl/host/correction_search.hpp>
 #include <fuse_flow/point_types.h>
 
 #include <limits>
@@ -203,6 +204,69 @@ TEST(DepthCorrectionEstimation, RightSensorsAreLeftAlone) {
     const DepthCorrectionResult result = measured(cameras, sensors, parameters(shared))->estimate();
     EXPECT_LT(misplaced(result.cameras, cameras, sensors), shared ? 0.0005 : 0.001) << shared;
   }
+}
+
+TEST(CorrectedBlock, TurnsNormalsWithTheSurface) {
+  // The middle of a slanted wall and what is a little to its right and below, all corrected: their normal by geometry.
+  const Intrinsics K = lookAt({0, 0, 0}, {0, 0, 1}, 160, 120, 130).intrinsics;
+  const Vec3 n = (1.0f / std::sqrt(0.3f * 0.3f + 0.2f * 0.2f + 1)) * Vec3{0.3f, -0.2f, -1};
+  const auto f = [](float u, float v, float z) { return 1 + 0.0004f * u - 0.0007f * v + (0.03f - 0.0002f * u) * z; };
+  for (const float u : {20.0f, 90.0f, 140.0f}) {
+    const float v = 35;
+    const auto measured = [&](float at_u, float at_v) {
+      const Ray ray = unproject(K, {at_u, at_v});
+      return (dot(n, {0, 0, 2}) / (n.x * ray.x + n.y * ray.y + n.z)) * Vec3{ray.x, ray.y, 1};
+    };
+    const auto corrected = [&](float at_u, float at_v) {
+      const Vec3 p = measured(at_u, at_v);
+      return f(at_u, at_v, p.z) * p;
+    };
+    const Vec3 p = measured(u, v), right = corrected(u + 1, v) - corrected(u - 1, v),
+               down = corrected(u, v + 1) - corrected(u, v - 1);
+    const Vec3 normal = cross(down, right);
+    host::CorrectedBlock block{};
+    block.z = p.z;
+    block.z_right = f(u, v, p.z) * p.z;
+    block.f_u = 0.0004f - 0.0002f * p.z;
+    block.f_v = -0.0007f;
+    block.f_z = 0.03f - 0.0002f * u;
+    const Vec3 found = block.correctNormal(p, n, K), right_one = (1.0f / std::sqrt(squaredNorm(normal))) * normal;
+    EXPECT_LT(squaredNorm(found - right_one), 1e-6f) << u;
+    EXPECT_GT(squaredNorm(n - right_one), 1e-4f) << u;
+  }
+}
+
+TEST(CorrectedBlock, TakesItsOwnNoiseBackAsTheCorrectionStretchesIt) {
+  // Right depth 2.4 m of 2 m that noise made 2.01: against an exact plane all of the residual is noise.
+  const auto f = [](double z) { return z * (1 + 0.02 + 0.09 * z); };
+  for (const double along : {-1.0, -0.4, 0.7}) {
+    host::CorrectedBlock block{};
+    block.z = 2.01f;
+    block.z_right = static_cast<float>(f(2.01));
+    block.growth = static_cast<float>(1 + 0.02 + 2 * 0.09 * 2.01);
+    const double residual = along * (f(2.01) - f(2));
+    block.blame(static_cast<float>(residual), static_cast<float>(along));
+    EXPECT_NEAR(block.z_likely, 2.0, 2e-5) << along;  // a thirtieth of what is left without the stretch
+  }
+}
+
+TEST(CorrectedPair, SharesTheResidualAsTheNormalSeesNoise) {
+  // Both sensors are alike and measure 2 m; the one looks along the normal, the other slants by 60° and its correction stretches noise by 1.2:
+  // variances as 1 to 0.36. Together they put the surface where neither is blamed for more than that.
+  BlockImage image;
+  image.noise.noise_floor = 0.004f;
+  image.noise.noise_quadratic = 0;
+  host::CorrectedPair pair{};
+  pair.own.z = pair.own.z_right = pair.other.z = pair.other.z_right = 2;
+  pair.own.growth = 1;
+  pair.other.growth = 1.2f;
+  pair.along_own = -1;
+  pair.along_other = 0.5f;
+  pair.r = 0.0136f;
+  const float variance = pair.shareResidual(image, image);
+  EXPECT_NEAR(variance, 16e-6f * 1.36f + kBlockFloor * kBlockFloor, 1e-10f);
+  EXPECT_NEAR(pair.own.z_likely, 2.010f, 2e-4f);
+  EXPECT_NEAR(pair.other.z_likely, 2 - 0.0036f / 0.6f, 2e-4f);
 }
 
 TEST(DepthCorrectionEstimation, ScaleStaysOnAverage) {

@@ -18,6 +18,8 @@ namespace host {
 struct KnotWeights {
   std::array<int, 4> knot;
   std::array<float, 4> weight;
+  std::array<float, 4> along_u;  ///< how the weights change to the right, per pixel …
+  std::array<float, 4> along_v;  ///< … and down
 };
 
 /** \brief The knots of a correction. */
@@ -35,18 +37,88 @@ class KnotGrid {
     const int i = std::min(static_cast<int>(x), columns_ - 2), j = std::min(static_cast<int>(y), rows_ - 2);
     const float right = x - static_cast<float>(i), down = y - static_cast<float>(j);
     const int k = j * columns_ + i;
+    const float per_u = perPixel(K.width, columns_), per_v = perPixel(K.height, rows_);
     return {{k, k + 1, k + columns_, k + columns_ + 1},
-            {(1 - right) * (1 - down), right * (1 - down), (1 - right) * down, right * down}};
+            {(1 - right) * (1 - down), right * (1 - down), (1 - right) * down, right * down},
+            {-per_u * (1 - down), per_u * (1 - down), -per_u * down, per_u * down},
+            {-per_v * (1 - right), -per_v * right, per_v * (1 - right), per_v * right}};
   }
 
  private:
   static float along(float pixel, int pixels, int knots) {
-    if (pixels < 2) return 0;
-    const auto last = static_cast<float>(knots - 1);
-    return clampTo(pixel * last / static_cast<float>(pixels - 1), 0.0f, last);
+    return clampTo(pixel * perPixel(pixels, knots), 0.0f, static_cast<float>(knots - 1));
+  }
+  static float perPixel(int pixels, int knots) {
+    return pixels < 2 ? 0.0f : static_cast<float>(knots - 1) / static_cast<float>(pixels - 1);
   }
 
   int columns_, rows_;
+};
+
+/** \brief A block of a view, corrected: z becomes f z with f = 1 + a + b z. */
+struct CorrectedBlock {
+  KnotWeights at;
+  float z;        ///< as measured, metres
+  float z_right;  ///< corrected, metres
+  float growth;   ///< by how much z_right grows with z
+  float f_u;      ///< how f changes to the right, per pixel …
+  float f_v;      ///< … down …
+  float f_z;      ///< … and with z, 1/metres
+  /** \brief What would have been measured without noise, as far as the counterpart tells, metres. How the residual grows with a and b
+   *  is taken there: at z itself it is noisy, and noise that is in both the residual and what changes it pulls depth towards the
+   *  camera, the more the farther and so the noisier it is. */
+  float z_likely;
+
+  /** \brief Normal of the corrected surface. A point p goes to f p, so normals turn by the gradient of f: n' ∝ n − ∇f (n · p) / (f + p · ∇f).
+   *  \param p as measured, camera frame, metres  \param n unit  \return unit; n where the correction folds the surface over */
+  Vec3 correctNormal(const Vec3& p, const Vec3& n, const Intrinsics& K) const {
+    const float per_z = 1.0f / p.z, x = K.fx * per_z * f_u, y = K.fy * per_z * f_v;
+    const Vec3 gradient{x, y, f_z - per_z * (x * p.x + y * p.y)};
+    const float stretch = z_right * per_z + dot(p, gradient);
+    if (!(stretch > 0)) return n;
+    const Vec3 turned = n - (dot(n, p) / stretch) * gradient;
+    return (1.0f / std::sqrt(squaredNorm(turned))) * turned;
+  }
+
+  /** \brief By how much the residual of a plane grows with z as measured. \param along the same for z_right */
+  float slope(float along) const { return growth * along; }
+
+  /** \brief Sets z_likely. \param share of the residual that is this measurement's own noise, metres  \param along see slope() */
+  void blame(float share, float along) {
+    constexpr float least = 0.2f;  // as for normals: what is seen at a glance is measured badly
+    const float s = slope(along);
+    z_likely = z * depthRatio(-share, z * (s < 0 ? std::min(s, -least) : std::max(s, least)));
+  }
+};
+
+/** \brief A sample and its counterpart: the residual, and what changes it. */
+struct CorrectedPair {
+  CorrectedBlock own, other;
+  Vec3 x;              ///< of the corrected sample, scene, metres
+  Vec3 n;              ///< normal of the counterpart, scene
+  float along_own;     ///< by how much the residual grows with the sample's corrected depth
+  float along_other;   ///< … with the counterpart's
+  float r, per_sigma;  ///< metres, and over its standard deviation
+
+  /** \brief Sets what either would have measured without noise. \return variance of r where that puts both, square metres
+   *
+   *  Each measurement's share of the residual goes with its own variance as it is seen in the residual: as corrections stretch it, and along
+   *  the normal, which is not the normal's part along the optical axis, since rays slant. Where shares are wrong, some noise stays in
+   *  what changes the residual, and leads astray along whatever the views tell weakly. The worst of it has no end: where a correction
+   *  shortens depth, too little was taken away, and what was left shortened it further.
+   *  \param image of the sample  \param other_image of the counterpart */
+  float shareResidual(const BlockImage& image, const BlockImage& other_image) {
+    const auto variance = [](const BlockImage& of, float z, float slope) {
+      const float deviation = slope * of.axialDeviation(z);
+      return deviation * deviation;
+    };
+    const float slope_own = own.slope(along_own), slope_other = other.slope(along_other);
+    const float of_own = variance(image, own.z, slope_own), of_other = variance(other_image, other.z, slope_other);
+    const float rounding = kBlockFloor * kBlockFloor, whole = of_own + of_other + rounding;
+    own.blame(r * of_own / whole, along_own);
+    other.blame(r * of_other / whole, along_other);
+    return variance(image, own.z_likely, slope_own) + variance(other_image, other.z_likely, slope_other) + rounding;
+  }
 };
 
 /** \brief One search for the corrections and the poses of a rig, about the scene's centre. Unknowns: a twist of each camera, metres at the
@@ -124,24 +196,20 @@ class CorrectionSearch {
     return 6 * count() + (p_.shared ? 0 : static_cast<Eigen::Index>(camera) * of_correction_);
   }
 
-  /** \brief A block of a view, corrected. */
-  struct Corrected {
-    KnotWeights at;
-    float z;        ///< as measured, metres
-    float z_right;  ///< corrected, metres
-    /** \brief What would have been measured without noise, as far as the counterpart tells, metres. How the residual grows with a and b
-     *  is taken there: at z itself it is noisy, and noise that is in both the residual and what changes it pulls depth towards the
-     *  camera, the more the farther and so the noisier it is. */
-    float z_likely;
-  };
-  Corrected correct(std::size_t camera, float u, float v, const BlockImage& image, float z) const {
-    Corrected result{grid_.at(u, v, image.intrinsics), z, 0, z};
+  CorrectedBlock correct(std::size_t camera, float u, float v, const BlockImage& image, float z) const {
+    CorrectedBlock result{grid_.at(u, v, image.intrinsics), z, 0, 1, 0, 0, 0, z};
     const double* knots = knots_.data() + (firstKnot(camera) - 6 * count());
     double a = 0, b = 0;
     for (std::size_t k = 0; k < 4; ++k) {
-      a += static_cast<double>(result.at.weight[k]) * knots[2 * result.at.knot[k]];
-      b += static_cast<double>(result.at.weight[k]) * knots[2 * result.at.knot[k] + 1];
+      const double relative = knots[2 * result.at.knot[k]], per_metre = knots[2 * result.at.knot[k] + 1];
+      a += static_cast<double>(result.at.weight[k]) * relative;
+      b += static_cast<double>(result.at.weight[k]) * per_metre;
+      const auto f = static_cast<float>(relative + per_metre * static_cast<double>(z));
+      result.f_u += result.at.along_u[k] * f;
+      result.f_v += result.at.along_v[k] * f;
     }
+    result.f_z = static_cast<float>(b);
+    result.growth = static_cast<float>(1 + a + 2 * b * static_cast<double>(z));
     result.z_right = correctedDepth(z, {static_cast<float>(a), static_cast<float>(b)});
     return result;
   }
@@ -150,18 +218,8 @@ class CorrectionSearch {
     return static_cast<float>(block * reduction) + 0.5f * static_cast<float>(reduction - 1);
   }
 
-  /** \brief A sample and its counterpart: the residual, and what changes it. */
-  struct Pairing {
-    Corrected own, other;
-    Vec3 x;              ///< of the corrected sample, scene, metres
-    Vec3 n;              ///< normal of the counterpart, scene
-    float along_own;     ///< by how much the residual grows with the sample's depth
-    float along_other;   ///< … with the counterpart's
-    float r, per_sigma;  ///< metres, and over its standard deviation
-  };
-
   bool pair(std::size_t i, std::size_t j, const BlockImage& image, const BlockImage& other,
-            const AlignmentSample& sample, Pairing& out) const {
+            const AlignmentSample& sample, CorrectedPair& out) const {
     const Pixel place = image.project(sample.p);
     const auto reduction = static_cast<float>(image.reduction);
     out.own = correct(i, reduction * place.u - 0.5f, reduction * place.v - 0.5f, image, sample.p.z);
@@ -172,29 +230,21 @@ class CorrectionSearch {
     if (!other.locate(q, u, v)) return false;
     const float z = other.depth(u, v);
     if (!(z > 0)) return false;
-    const Vec3& n = other.normal(u, v);
-    if (!(squaredNorm(n) > 0)) return false;
+    const Vec3& measured_n = other.normal(u, v);
+    if (!(squaredNorm(measured_n) > 0)) return false;
     out.other = correct(j, middle(u, other.reduction), middle(v, other.reduction), other, z);
-    const float own_noise = sample.noise * sample.noise + kBlockFloor * kBlockFloor;
-    const float noise = other.deviation(u, v), variance = own_noise + noise * noise;
-    const float along = q.z - out.other.z_right;
-    if (!(along * along < std::max(gate_ * gate_, kDeviations * kDeviations * variance))) return false;
-    const Vec3 ray_j = (1.0f / z) * other.point(u, v);
+    const Vec3 p_j = other.point(u, v), ray_j = (1.0f / z) * p_j;
+    const Vec3 n = out.other.correctNormal(p_j, measured_n, other.intrinsics);
     out.n = rotate(places_[j].to_world, n);
-    if (!(dot(out.n, rotate(places_[i].to_world, sample.n)) > normal_cosine_)) return false;
+    const Vec3 own_n = rotate(places_[i].to_world, out.own.correctNormal(sample.p, sample.n, image.intrinsics));
+    if (!(dot(out.n, own_n) > normal_cosine_)) return false;
     out.r = dot(n, q - out.other.z_right * ray_j);
-    out.per_sigma = 1.0f / std::sqrt(variance);
     out.along_own = dot(out.n, rotate(places_[i].to_world, ray));
     out.along_other = -dot(n, ray_j);
-    out.own.z_likely = likely(out.own.z, out.r * own_noise / variance, out.along_own);
-    out.other.z_likely = likely(out.other.z, out.r * (noise * noise) / variance, out.along_other);
+    const float along = q.z - out.other.z_right, variance = out.shareResidual(image, other);
+    if (!(along * along < std::max(gate_ * gate_, kDeviations * kDeviations * variance))) return false;
+    out.per_sigma = 1.0f / std::sqrt(variance);
     return true;
-  }
-
-  /** \brief \param share of the residual that is the measurement's own, metres  \param along by how much the residual grows with it */
-  static float likely(float z, float share, float along) {
-    constexpr float least = 0.2f;  // as for normals: what is seen at a glance is measured badly
-    return z - share / (along < 0 ? std::min(along, -least) : std::max(along, least));
   }
 
   /** \brief How many instants both cameras of a pair measured at. */
@@ -213,7 +263,7 @@ class CorrectionSearch {
       const BlockImage& other = system_.view(t, cameras.j).image();
       if (image.missing() || other.missing()) continue;
       for (const AlignmentSample& sample : system_.samples(t, cameras.i)) {
-        Pairing pairing;
+        CorrectedPair pairing;
         if (pair(cameras.i, cameras.j, image, other, sample, pairing)) visit(pairing);
       }
     }
@@ -256,7 +306,7 @@ class CorrectionSearch {
                          std::max(1.0, static_cast<double>(sharedInstants(cameras)) / p_.effective_instants);
     std::array<Eigen::Index, 28> index;
     std::array<double, 28> J;
-    forEachPairing(cameras, [&](const Pairing& m) {
+    forEachPairing(cameras, [&](const CorrectedPair& m) {
       ++out.histogram[static_cast<std::size_t>(noiseBin(std::fabs(m.r) * m.per_sigma))];
       const float weight = tukeyWeight(m.r, std::max(reach, tukey_ / m.per_sigma));
       if (!(weight > 0)) return;
@@ -273,7 +323,7 @@ class CorrectionSearch {
         index[6 + k] = static_cast<Eigen::Index>(6 + k);
         J[6 + k] = -twist[k];
       }
-      const auto putKnots = [&](std::size_t first, Eigen::Index offset, const Corrected& c, float along) {
+      const auto putKnots = [&](std::size_t first, Eigen::Index offset, const CorrectedBlock& c, float along) {
         for (std::size_t k = 0; k < 4; ++k) {
           const double a =
               static_cast<double>(along) * static_cast<double>(c.at.weight[k]) * static_cast<double>(c.z_likely);
@@ -413,7 +463,7 @@ class CorrectionSearch {
     const std::vector<PairSums>& pairs = system_.pairs();
     std::vector<double> squares(pairs.size(), 0), counts(pairs.size(), 0);
     parallelFor(threads_, pairs.size(), [&](std::size_t k, int) {
-      forEachPairing(pairs[k], [&](const Pairing& m) {
+      forEachPairing(pairs[k], [&](const CorrectedPair& m) {
         squares[k] += static_cast<double>(m.r) * static_cast<double>(m.r);
         counts[k] += 1;
       });
