@@ -206,36 +206,6 @@ TEST(DepthCorrectionEstimation, RightSensorsAreLeftAlone) {
   }
 }
 
-TEST(CorrectedBlock, TurnsNormalsWithTheSurface) {
-  // The middle of a slanted wall and what is a little to its right and below, all corrected: their normal by geometry.
-  const Intrinsics K = lookAt({0, 0, 0}, {0, 0, 1}, 160, 120, 130).intrinsics;
-  const Vec3 n = (1.0f / std::sqrt(0.3f * 0.3f + 0.2f * 0.2f + 1)) * Vec3{0.3f, -0.2f, -1};
-  const auto f = [](float u, float v, float z) { return 1 + 0.0004f * u - 0.0007f * v + (0.03f - 0.0002f * u) * z; };
-  for (const float u : {20.0f, 90.0f, 140.0f}) {
-    const float v = 35;
-    const auto measured = [&](float at_u, float at_v) {
-      const Ray ray = unproject(K, {at_u, at_v});
-      return (dot(n, {0, 0, 2}) / (n.x * ray.x + n.y * ray.y + n.z)) * Vec3{ray.x, ray.y, 1};
-    };
-    const auto corrected = [&](float at_u, float at_v) {
-      const Vec3 p = measured(at_u, at_v);
-      return f(at_u, at_v, p.z) * p;
-    };
-    const Vec3 p = measured(u, v), right = corrected(u + 1, v) - corrected(u - 1, v),
-               down = corrected(u, v + 1) - corrected(u, v - 1);
-    const Vec3 normal = cross(down, right);
-    host::CorrectedBlock block{};
-    block.z = p.z;
-    block.z_right = f(u, v, p.z) * p.z;
-    block.f_u = 0.0004f - 0.0002f * p.z;
-    block.f_v = -0.0007f;
-    block.f_z = 0.03f - 0.0002f * u;
-    const Vec3 found = block.correctNormal(p, n, K), right_one = (1.0f / std::sqrt(squaredNorm(normal))) * normal;
-    EXPECT_LT(squaredNorm(found - right_one), 1e-6f) << u;
-    EXPECT_GT(squaredNorm(n - right_one), 1e-4f) << u;
-  }
-}
-
 TEST(CorrectedBlock, TakesItsOwnNoiseBackAsTheCorrectionStretchesIt) {
   // Right depth 2.4 m of 2 m that noise made 2.01: against an exact plane all of the residual is noise.
   const auto f = [](double z) { return z * (1 + 0.02 + 0.09 * z); };

@@ -18,8 +18,6 @@ namespace host {
 struct KnotWeights {
   std::array<int, 4> knot;
   std::array<float, 4> weight;
-  std::array<float, 4> along_u;  ///< how the weights change to the right, per pixel …
-  std::array<float, 4> along_v;  ///< … and down
 };
 
 /** \brief The knots of a correction. */
@@ -37,48 +35,30 @@ class KnotGrid {
     const int i = std::min(static_cast<int>(x), columns_ - 2), j = std::min(static_cast<int>(y), rows_ - 2);
     const float right = x - static_cast<float>(i), down = y - static_cast<float>(j);
     const int k = j * columns_ + i;
-    const float per_u = perPixel(K.width, columns_), per_v = perPixel(K.height, rows_);
     return {{k, k + 1, k + columns_, k + columns_ + 1},
-            {(1 - right) * (1 - down), right * (1 - down), (1 - right) * down, right * down},
-            {-per_u * (1 - down), per_u * (1 - down), -per_u * down, per_u * down},
-            {-per_v * (1 - right), -per_v * right, per_v * (1 - right), per_v * right}};
+            {(1 - right) * (1 - down), right * (1 - down), (1 - right) * down, right * down}};
   }
 
  private:
   static float along(float pixel, int pixels, int knots) {
-    return clampTo(pixel * perPixel(pixels, knots), 0.0f, static_cast<float>(knots - 1));
-  }
-  static float perPixel(int pixels, int knots) {
-    return pixels < 2 ? 0.0f : static_cast<float>(knots - 1) / static_cast<float>(pixels - 1);
+    if (pixels < 2) return 0;
+    const auto last = static_cast<float>(knots - 1);
+    return clampTo(pixel * last / static_cast<float>(pixels - 1), 0.0f, last);
   }
 
   int columns_, rows_;
 };
 
-/** \brief A block of a view, corrected: z becomes f z with f = 1 + a + b z. */
+/** \brief A block of a view, corrected. */
 struct CorrectedBlock {
   KnotWeights at;
   float z;        ///< as measured, metres
   float z_right;  ///< corrected, metres
   float growth;   ///< by how much z_right grows with z
-  float f_u;      ///< how f changes to the right, per pixel …
-  float f_v;      ///< … down …
-  float f_z;      ///< … and with z, 1/metres
   /** \brief What would have been measured without noise, as far as the counterpart tells, metres. How the residual grows with a and b
    *  is taken there: at z itself it is noisy, and noise that is in both the residual and what changes it pulls depth towards the
    *  camera, the more the farther and so the noisier it is. */
   float z_likely;
-
-  /** \brief Normal of the corrected surface. A point p goes to f p, so normals turn by the gradient of f: n' ∝ n − ∇f (n · p) / (f + p · ∇f).
-   *  \param p as measured, camera frame, metres  \param n unit  \return unit; n where the correction folds the surface over */
-  Vec3 correctNormal(const Vec3& p, const Vec3& n, const Intrinsics& K) const {
-    const float per_z = 1.0f / p.z, x = K.fx * per_z * f_u, y = K.fy * per_z * f_v;
-    const Vec3 gradient{x, y, f_z - per_z * (x * p.x + y * p.y)};
-    const float stretch = z_right * per_z + dot(p, gradient);
-    if (!(stretch > 0)) return n;
-    const Vec3 turned = n - (dot(n, p) / stretch) * gradient;
-    return (1.0f / std::sqrt(squaredNorm(turned))) * turned;
-  }
 
   /** \brief By how much the residual of a plane grows with z as measured. \param along the same for z_right */
   float slope(float along) const { return growth * along; }
@@ -197,18 +177,13 @@ class CorrectionSearch {
   }
 
   CorrectedBlock correct(std::size_t camera, float u, float v, const BlockImage& image, float z) const {
-    CorrectedBlock result{grid_.at(u, v, image.intrinsics), z, 0, 1, 0, 0, 0, z};
+    CorrectedBlock result{grid_.at(u, v, image.intrinsics), z, 0, 1, z};
     const double* knots = knots_.data() + (firstKnot(camera) - 6 * count());
     double a = 0, b = 0;
     for (std::size_t k = 0; k < 4; ++k) {
-      const double relative = knots[2 * result.at.knot[k]], per_metre = knots[2 * result.at.knot[k] + 1];
-      a += static_cast<double>(result.at.weight[k]) * relative;
-      b += static_cast<double>(result.at.weight[k]) * per_metre;
-      const auto f = static_cast<float>(relative + per_metre * static_cast<double>(z));
-      result.f_u += result.at.along_u[k] * f;
-      result.f_v += result.at.along_v[k] * f;
+      a += static_cast<double>(result.at.weight[k]) * knots[2 * result.at.knot[k]];
+      b += static_cast<double>(result.at.weight[k]) * knots[2 * result.at.knot[k] + 1];
     }
-    result.f_z = static_cast<float>(b);
     result.growth = static_cast<float>(1 + a + 2 * b * static_cast<double>(z));
     result.z_right = correctedDepth(z, {static_cast<float>(a), static_cast<float>(b)});
     return result;
@@ -230,14 +205,12 @@ class CorrectionSearch {
     if (!other.locate(q, u, v)) return false;
     const float z = other.depth(u, v);
     if (!(z > 0)) return false;
-    const Vec3& measured_n = other.normal(u, v);
-    if (!(squaredNorm(measured_n) > 0)) return false;
+    const Vec3& n = other.normal(u, v);
+    if (!(squaredNorm(n) > 0)) return false;
     out.other = correct(j, middle(u, other.reduction), middle(v, other.reduction), other, z);
-    const Vec3 p_j = other.point(u, v), ray_j = (1.0f / z) * p_j;
-    const Vec3 n = out.other.correctNormal(p_j, measured_n, other.intrinsics);
+    const Vec3 ray_j = (1.0f / z) * other.point(u, v);
     out.n = rotate(places_[j].to_world, n);
-    const Vec3 own_n = rotate(places_[i].to_world, out.own.correctNormal(sample.p, sample.n, image.intrinsics));
-    if (!(dot(out.n, own_n) > normal_cosine_)) return false;
+    if (!(dot(out.n, rotate(places_[i].to_world, sample.n)) > normal_cosine_)) return false;
     out.r = dot(n, q - out.other.z_right * ray_j);
     out.along_own = dot(out.n, rotate(places_[i].to_world, ray));
     out.along_other = -dot(n, ray_j);
