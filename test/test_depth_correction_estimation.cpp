@@ -210,13 +210,11 @@ TEST(CorrectedBlock, TakesItsOwnNoiseBackAsTheCorrectionStretchesIt) {
   // Right depth 2.4 m of 2 m that noise made 2.01: against an exact plane all of the residual is noise.
   const auto f = [](double z) { return z * (1 + 0.02 + 0.09 * z); };
   for (const double along : {-1.0, -0.4, 0.7}) {
-    host::CorrectedBlock block{};
-    block.z = 2.01f;
-    block.z_right = static_cast<float>(f(2.01));
-    block.growth = static_cast<float>(1 + 0.02 + 2 * 0.09 * 2.01);
+    host::CorrectedBlock block = host::correctBlock({}, 2.01f, 0.02, 0.09);
+    EXPECT_NEAR(block.z_right, f(2.01), 1e-6);
     const double residual = along * (f(2.01) - f(2));
-    block.blame(static_cast<float>(residual), static_cast<float>(along));
-    EXPECT_NEAR(block.z_likely, 2.0, 2e-5) << along;  // a thirtieth of what is left without the stretch
+    block.takeBack(static_cast<float>(residual), static_cast<float>(along));
+    EXPECT_NEAR(block.z_likely, 2.0, 2e-5) << along;  // without the stretch: 0.004 off
   }
 }
 
@@ -237,6 +235,23 @@ TEST(CorrectedPair, SharesTheResidualAsTheNormalSeesNoise) {
   EXPECT_NEAR(variance, 16e-6f * 1.36f + kBlockFloor * kBlockFloor, 1e-10f);
   EXPECT_NEAR(pair.own.z_likely, 2.010f, 2e-4f);
   EXPECT_NEAR(pair.other.z_likely, 2 - 0.0036f / 0.6f, 2e-4f);
+}
+
+TEST(CorrectedPair, NoiseIsThatOfWhereBothPutTheSurface) {
+  // σ = z²/100. The other measurement is exact: all of the residual is the own one's, whose depth without noise is 2 m.
+  BlockImage noisy, exact;
+  noisy.noise.noise_floor = exact.noise.noise_floor = exact.noise.noise_quadratic = 0;
+  noisy.noise.noise_quadratic = 0.01f;
+  for (const float measured : {1.9f, 2.1f}) {
+    host::CorrectedPair pair{};
+    pair.own = host::correctBlock({}, measured, 0, 0);
+    pair.other = host::correctBlock({}, 2, 0, 0);
+    pair.along_own = -1;
+    pair.along_other = 1;
+    pair.r = 2 - measured;
+    EXPECT_NEAR(std::sqrt(pair.shareResidual(noisy, exact)), 0.04f, 1e-4f)
+        << measured;  // at 1.9 and 2.1 m: 0.036 and 0.044
+  }
 }
 
 TEST(DepthCorrectionEstimation, ScaleStaysOnAverage) {

@@ -63,13 +63,19 @@ struct CorrectedBlock {
   /** \brief By how much the residual of a plane grows with z as measured. \param along the same for z_right */
   float slope(float along) const { return growth * along; }
 
-  /** \brief Sets z_likely. \param share of the residual that is this measurement's own noise, metres  \param along see slope() */
-  void blame(float share, float along) {
+  /** \brief Sets z_likely. \param noise what of the residual is this measurement's own noise, metres  \param along see slope() */
+  void takeBack(float noise, float along) {
     constexpr float least = 0.2f;  // as for normals: what is seen at a glance is measured badly
     const float s = slope(along);
-    z_likely = z * depthRatio(-share, z * (s < 0 ? std::min(s, -least) : std::max(s, least)));
+    z_likely = z * depthRatio(-noise, z * (s < 0 ? std::min(s, -least) : std::max(s, least)));
   }
 };
+
+/** \brief z (1 + a + b z), as DepthCorrection has it. \param z metres, > 0  \param a,b between the knots; b in 1/metres */
+inline CorrectedBlock correctBlock(const KnotWeights& at, float z, double a, double b) {
+  const float right = correctedDepth(z, {static_cast<float>(a), static_cast<float>(b)});
+  return {at, z, right, static_cast<float>(1 + a + 2 * b * static_cast<double>(z)), z};
+}
 
 /** \brief A sample and its counterpart: the residual, and what changes it. */
 struct CorrectedPair {
@@ -95,8 +101,8 @@ struct CorrectedPair {
     const float slope_own = own.slope(along_own), slope_other = other.slope(along_other);
     const float of_own = variance(image, own.z, slope_own), of_other = variance(other_image, other.z, slope_other);
     const float rounding = kBlockFloor * kBlockFloor, whole = of_own + of_other + rounding;
-    own.blame(r * of_own / whole, along_own);
-    other.blame(r * of_other / whole, along_other);
+    own.takeBack(r * of_own / whole, along_own);
+    other.takeBack(r * of_other / whole, along_other);
     return variance(image, own.z_likely, slope_own) + variance(other_image, other.z_likely, slope_other) + rounding;
   }
 };
@@ -177,16 +183,14 @@ class CorrectionSearch {
   }
 
   CorrectedBlock correct(std::size_t camera, float u, float v, const BlockImage& image, float z) const {
-    CorrectedBlock result{grid_.at(u, v, image.intrinsics), z, 0, 1, z};
+    const KnotWeights at = grid_.at(u, v, image.intrinsics);
     const double* knots = knots_.data() + (firstKnot(camera) - 6 * count());
     double a = 0, b = 0;
     for (std::size_t k = 0; k < 4; ++k) {
-      a += static_cast<double>(result.at.weight[k]) * knots[2 * result.at.knot[k]];
-      b += static_cast<double>(result.at.weight[k]) * knots[2 * result.at.knot[k] + 1];
+      a += static_cast<double>(at.weight[k]) * knots[2 * at.knot[k]];
+      b += static_cast<double>(at.weight[k]) * knots[2 * at.knot[k] + 1];
     }
-    result.growth = static_cast<float>(1 + a + 2 * b * static_cast<double>(z));
-    result.z_right = correctedDepth(z, {static_cast<float>(a), static_cast<float>(b)});
-    return result;
+    return correctBlock(at, z, a, b);
   }
   /** \brief Pixel of the middle of a block. */
   static float middle(int block, int reduction) {
