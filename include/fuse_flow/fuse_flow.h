@@ -95,7 +95,9 @@ class FuseFlow;
 
 namespace host {
 class FramePipeline;
-}
+template <typename PointT>
+class PointWriter;
+}  // namespace host
 
 /** \brief On the CPU. \copydetails FuseFlow */
 template <typename PointT>
@@ -137,6 +139,7 @@ class FuseFlow<PointT, device::Host> {
 
  private:
   std::unique_ptr<host::FramePipeline> pipeline_;
+  std::unique_ptr<host::PointWriter<PointT>> writer_;
   bool compute_normals_{false};
 };
 

@@ -60,17 +60,18 @@ std::vector<FusedPoint> AdaptiveHashFusion<PointT, device::Host>::fusePoints(
   aggregation.grid.merge();
 
   const host::PointArray array(points, cameras);
+  host::FusedPointLists lists;
   if (frame_) {
     host::FrameViews views;
     views.assign(*frame_, preprocessing_, threads);
     const host::ConsistencyEvaluator evaluator(consistency_, views.rig, views.depths);
-    aggregation.fuse(parameters_, threads, array, &evaluator);
+    aggregation.fuse(parameters_, threads, array, &evaluator, lists);
   } else {
-    aggregation.fuse(parameters_, threads, array, nullptr);
+    aggregation.fuse(parameters_, threads, array, nullptr, lists);
   }
   std::vector<FusedPoint> fused(aggregation.size());
-  aggregation.forEach(threads, [&](std::size_t position, const FusedPoint* points_there, std::size_t n) {
-    std::copy_n(points_there, n, fused.begin() + static_cast<std::ptrdiff_t>(position));
+  aggregation.forEachBlock(threads, [&](std::size_t position, int thread, std::size_t begin, std::size_t n) {
+    std::copy_n(lists[thread].data() + begin, n, fused.data() + position);
   });
   return fused;
 }

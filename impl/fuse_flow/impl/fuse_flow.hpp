@@ -40,7 +40,9 @@ inline void checkParameters(const FuseFlowParameters& p) {
 }
 
 template <typename PointT>
-FuseFlow<PointT, device::Host>::FuseFlow() : pipeline_(std::make_unique<host::FramePipeline>()) {}
+FuseFlow<PointT, device::Host>::FuseFlow()
+    : pipeline_(std::make_unique<host::FramePipeline>()),
+      writer_(std::make_unique<host::PointWriter<PointT>>(*pipeline_)) {}
 
 template <typename PointT>
 FuseFlow<PointT, device::Host>::~FuseFlow() = default;
@@ -78,23 +80,24 @@ void FuseFlow<PointT, device::Host>::fuse(const RigFrame& frame, PointCloud& out
   FramePipeline& pipeline = *pipeline_;
   pipeline.generate(frame);
 
-  const host::PointWriter<PointT> writer(pipeline, compute_normals_);
+  host::PointWriter<PointT>& writer = *writer_;
+  writer.setComputeNormals(compute_normals_);
   FramePipeline::Clock::time_point fused_at;
   if (pipeline.parameters.use_spatial_hash) {
-    pipeline.aggregate();
+    pipeline.aggregate(writer);
     fused_at = FramePipeline::Clock::now();
     output.resize(pipeline.aggregation().size());
-    pipeline.aggregation().forEach(pipeline.resolvedThreads(),
-                                   [&](std::size_t position, const FusedPoint* fused, std::size_t n) {
-                                     writer.write(fused, n, output.begin() + position);
-                                   });
+    pipeline.aggregation().forEachBlock(pipeline.resolvedThreads(),
+                                        [&](std::size_t position, int thread, std::size_t begin, std::size_t n) {
+                                          writer.copy(thread, begin, n, output.points.data() + position);
+                                        });
   } else {
     fused_at = FramePipeline::Clock::now();
     output.clear();
     pipeline.fusePointWise([&](const FusedPoint& fused) {
       if (!(fused.weight > 0) || fused.weight < pipeline.parameters.aggregation.min_weight) return;
       output.emplace_back();
-      writer.write(&fused, 1, output.end() - 1);
+      writer.write(fused, output.back());
     });
     pipeline.statistics.fuse_ms = FramePipeline::since(fused_at);
   }

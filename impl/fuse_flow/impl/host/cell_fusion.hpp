@@ -82,6 +82,18 @@ struct CellScratch {
   std::vector<FusedPoint> output;
 };
 
+/** \brief Receives the fused points of a frame, those of one coarse cell at a time. */
+class FusedPointSink {
+ public:
+  virtual ~FusedPointSink() = default;
+  /** \brief Before the first point of a frame. */
+  virtual void start(int threads) = 0;
+  /** \brief Points that a thread has fused, after those that it has added before. */
+  virtual void add(int thread, const std::vector<FusedPoint>& points) = 0;
+  /** \brief Room for so many points on every thread, so that a warm frame allocates nothing. */
+  virtual void reserve(std::size_t points) = 0;
+};
+
 /** \brief Section 5 (2) b: V of every representative, or of every cell's mean, child after child; and what other views
  *  confirm there. */
 inline void measureConsistency(ConsistencyAt at, const Vec3& corner, float cell_size,
@@ -180,6 +192,9 @@ template <typename Points>
 void collect(Representatives mode, const CoarseGrid& grid, const CoarseGrid::Cell& cell, const CellSplit& split,
              const Points& points, CellScratch& scratch) {
   std::uint32_t r = cell.begin_run, done = 0;  // of that run
+  // The next rows of the image, and the next camera's, are far away in memory; the runs of the next cell follow these.
+  constexpr std::uint32_t runs_ahead = 6;
+  std::uint32_t view = 0, view_ahead = 0;
   while (r < cell.end_run) {
     scratch.points.pieces = scratch.points.points = 0;
     inWideVectors([&] {
@@ -187,11 +202,10 @@ void collect(Representatives mode, const CoarseGrid& grid, const CoarseGrid::Cel
         const CoarseGrid::Stretch run = grid.runs()[r];
         const std::size_t room = CellPoints::kCapacity - scratch.points.points;
         if (room == 0) return;
-        if (done == 0 && r + 2 < cell.end_run)
-          points.prefetch(grid.runs()[r + 2]);  // the next rows are far away in memory
+        if (done == 0 && r + runs_ahead < grid.runs().size()) points.prefetch(grid.runs()[r + runs_ahead], view_ahead);
         const std::uint32_t left = run.count - done;
-        done +=
-            points.read(split, run.begin + done, left < room ? left : static_cast<std::uint32_t>(room), scratch.points);
+        done += points.read(split, run.begin + done, left < room ? left : static_cast<std::uint32_t>(room), view,
+                            scratch.points);
         if (done < run.count) continue;
         ++r;
         done = 0;
@@ -239,6 +253,23 @@ void fuseCell(const AggregationParameters& p, int max_level, const CoarseGrid& g
   for (const Child& child : scratch.children) scratch.slot[child.position] = 0;
 }
 
+/** \brief The fused points as they are. */
+class FusedPointLists : public FusedPointSink {
+ public:
+  void start(int threads) override { lists_.assign(static_cast<std::size_t>(threads), {}); }
+  void add(int thread, const std::vector<FusedPoint>& points) override {
+    std::vector<FusedPoint>& list = lists_[static_cast<std::size_t>(thread)];
+    list.insert(list.end(), points.begin(), points.end());
+  }
+  void reserve(std::size_t) override {}
+
+  /** \brief Those that a thread fused. */
+  const std::vector<FusedPoint>& operator[](int thread) const { return lists_[static_cast<std::size_t>(thread)]; }
+
+ private:
+  std::vector<std::vector<FusedPoint>> lists_;
+};
+
 /** \brief Section 5 over a whole frame, on many threads, with the memory it keeps. */
 class HashAggregation {
  public:
@@ -251,47 +282,56 @@ class HashAggregation {
     return level;
   }
 
-  /** \brief Fuses the merged grid's cells; V = 1 without an evaluator. The result's order is that of the cells, whoever fused them. */
+  /** \brief Fuses the merged grid's cells; V = 1 without an evaluator. The result's order, which forEachBlock() tells, is that of the
+   *  cells, whoever fused them. */
   template <typename Points>
-  void fuse(const AggregationParameters& p, int threads, const Points& points, const ConsistencyEvaluator* evaluator) {
+  void fuse(const AggregationParameters& p, int threads, const Points& points, const ConsistencyEvaluator* evaluator,
+            FusedPointSink& sink) {
     constexpr std::size_t cells_per_block = 32;
     const int max_level = maxLevel(p);
     const std::vector<CoarseGrid::Cell>& cells = grid.cells();
     const std::size_t blocks = (cells.size() + cells_per_block - 1) / cells_per_block;
     if (scratch_.size() < static_cast<std::size_t>(threads)) scratch_.resize(static_cast<std::size_t>(threads));
-    for (CellScratch& s : scratch_) s.output.clear();
+    fused_.assign(scratch_.size(), 0);
+    sink.start(threads);
     blocks_.resize(blocks);
     parallelFor(threads, blocks, [&](std::size_t block, int thread) {
       CellScratch& s = scratch_[static_cast<std::size_t>(thread)];
-      blocks_[block] = {thread, s.output.size(), 0, 0};
+      Block done{thread, fused_[static_cast<std::size_t>(thread)], 0, 0};
       const std::size_t end = std::min(cells.size(), (block + 1) * cells_per_block);
-      for (std::size_t c = block * cells_per_block; c < end; ++c)
+      for (std::size_t c = block * cells_per_block; c < end; ++c) {
+        s.output.clear();
         fuseCell(p, max_level, grid, cells[c], points, evaluator, s);
-      blocks_[block].count = s.output.size() - blocks_[block].begin;
+        done.count += s.output.size();
+        sink.add(thread, s.output);
+      }
+      fused_[static_cast<std::size_t>(thread)] += done.count;
+      blocks_[block] = done;
     });
     total_ = 0;
     for (Block& block : blocks_) {
       block.offset = total_;
       total_ += block.count;
     }
-    reserveForAnyThread();
+    reserveForAnyThread(sink);
   }
 
   std::size_t size() const { return total_; }
 
-  /** \brief Calls visit(position of the first in the output, fused points, how many) for all of them, some at a time, in parallel. */
+  /** \brief Calls visit(position of the first in the output, thread that fused them, how many it had fused before, how many) for all
+   *  fused points, some at a time, in parallel. */
   template <typename Visit>
-  void forEach(int threads, const Visit& visit) const {
+  void forEachBlock(int threads, const Visit& visit) const {
     parallelFor(threads, blocks_.size(), [&](std::size_t b, int) {
       const Block& block = blocks_[b];
-      visit(block.offset, scratch_[static_cast<std::size_t>(block.thread)].output.data() + block.begin, block.count);
+      visit(block.offset, block.thread, block.begin, block.count);
     });
   }
 
  private:
   /** \brief Which thread fuses which block changes from frame to frame: every thread gets the memory that any may need,
    *  so that a warm frame allocates nothing. */
-  void reserveForAnyThread() {
+  void reserveForAnyThread(FusedPointSink& sink) {
     std::size_t children = 0, slots = 0, judged = 0, views = 0, confirmations = 0, rows = 0;
     for (const CellScratch& s : scratch_) {
       judged = std::max(judged, s.judged.capacity());
@@ -302,7 +342,7 @@ class HashAggregation {
       rows = std::max(rows, s.occupied.capacity());
     }
     for (CellScratch& s : scratch_) {
-      s.output.reserve(total_);
+      s.output.reserve(children);
       s.children.reserve(children);
       s.judged.reserve(judged);
       s.judged_camera.reserve(judged);
@@ -316,6 +356,7 @@ class HashAggregation {
       s.occupied.reserve(rows);
       s.slot.resize(slots, 0);
     }
+    sink.reserve(total_);
   }
 
   struct Block {
@@ -325,6 +366,7 @@ class HashAggregation {
     std::size_t offset{0};
   };
   std::vector<CellScratch> scratch_;
+  std::vector<std::size_t> fused_;  ///< points of each thread
   std::vector<Block> blocks_;
   std::size_t total_{0};
 };

@@ -6,6 +6,7 @@
 #include <fuse_flow/impl/host/wide_vectors.hpp>
 #include <fuse_flow/math/cell.h>
 #include <fuse_flow/math/representatives.h>
+#include <fuse_flow/rig_frame.h>
 
 #include <algorithm>
 #include <cstddef>
@@ -56,7 +57,8 @@ class PointArray {
   PointArray(const std::vector<WeightedPoint>& points, const std::vector<std::uint32_t>& cameras)
       : points_(&points), cameras_(&cameras) {}
 
-  void prefetch(const CoarseGrid::Stretch& run) const {
+  /** \brief Sends for the points of a run. The views are FramePoints'. */
+  void prefetch(const CoarseGrid::Stretch& run, std::uint32_t&) const {
 #if defined(__GNUC__)
     for (std::uint32_t ahead = 0; ahead < run.count; ahead += 4)
       __builtin_prefetch(points_->data() + run.begin + ahead);
@@ -64,7 +66,8 @@ class PointArray {
   }
 
   /** \brief Adds points of one run. \returns how many: no more than count */
-  std::uint32_t read(const CellSplit& cell, std::uint32_t first, std::uint32_t count, CellPoints& out) const {
+  std::uint32_t read(const CellSplit& cell, std::uint32_t first, std::uint32_t count, std::uint32_t&,
+                     CellPoints& out) const {
     const std::size_t begin = out.add({first, count, (*cameras_)[first]});
     for (std::size_t k = 0; k < count; ++k) {
       const WeightedPoint& point = (*points_)[first + k];
@@ -88,11 +91,19 @@ class PointArray {
 class FramePoints {
  public:
   /** \brief Begins a frame. \param offsets number of each view's first point, and of all  \param depths D^r of each view */
-  void assign(const RigGeometry& rig, const std::vector<DepthMap>& depths, const std::vector<std::uint32_t>& offsets) {
+  void assign(const RigFrame& frame, const RigGeometry& rig, const std::vector<DepthMap>& depths,
+              const std::vector<std::uint32_t>& offsets) {
+    frame_ = &frame;
     rig_ = &rig;
     depths_ = &depths;
     offsets_ = &offsets;
     weights_.resize(offsets.back() + CellPoints::kLanes);
+    view_of_block_.resize(blockOf(offsets.back()) + 1);
+    std::uint32_t view = 0;
+    for (std::uint32_t block = 0; block < view_of_block_.size(); ++block) {
+      while (view + 2 < offsets.size() && offsets[view + 1] <= block << kBlockBits) ++view;
+      view_of_block_[block] = view;
+    }
   }
 
   std::uint32_t size() const { return offsets_->back(); }
@@ -111,38 +122,48 @@ class FramePoints {
     std::uint32_t view;
     int u, v;
   };
-  Pixel locate(std::uint32_t index) const {
-    const std::uint32_t view = viewOf(index);
-    const std::uint32_t local = index - (*offsets_)[view];
-    const auto width = static_cast<std::uint32_t>((*depths_)[view].width());
-    return {view, static_cast<int>(local % width), static_cast<int>(local / width)};
-  }
+  Pixel locate(std::uint32_t index) const { return locate(index, viewOf(index)); }
+  /** \brief The view that measured a point. Looked up, not searched for: the branches of a search would be anyone's guess. */
   std::uint32_t viewOf(std::uint32_t index) const {
-    return static_cast<std::uint32_t>(std::upper_bound(offsets_->begin(), offsets_->end(), index) - offsets_->begin() -
-                                      1);
+    std::uint32_t view = view_of_block_[blockOf(index)];
+    while ((*offsets_)[view + 1] <= index) ++view;
+    return view;
   }
 
-  void prefetch(const CoarseGrid::Stretch& run) const {
+  /** \brief Sends for what there is of a run's points: what read() reads, and the colours of those that come to stand for a cell.
+   *  \param view of the run before, or of any; becomes that of this one */
+  void prefetch(const CoarseGrid::Stretch& run, std::uint32_t& view) const {
 #if defined(__GNUC__)
-    const Pixel pixel = locate(run.begin);
-    const float* depth = (*depths_)[pixel.view].row(pixel.v) + pixel.u;
-    for (std::uint32_t ahead = 0; ahead < run.count + 15; ahead += 16) {  // 16 to a cache line
+    constexpr std::uint32_t line = 64;
+    follow(run.begin, view);
+    const Pixel pixel = locate(run.begin, view);
+    const float* depth = (*depths_)[view].row(pixel.v) + pixel.u;
+    constexpr std::uint32_t step = line / sizeof(float);
+    for (std::uint32_t ahead = 0; ahead < run.count + step - 1; ahead += step) {
       __builtin_prefetch(weights_.data() + run.begin + ahead);
       __builtin_prefetch(depth + ahead);
     }
+    const ImageView<Rgb8>& color = frame_->views[view].color;
+    if (!color || (*rig_)[view].own_color_camera) return;
+    const auto* first = reinterpret_cast<const char*>(color.row(pixel.v) + pixel.u);
+    for (std::uint32_t ahead = 0; ahead < run.count * sizeof(Rgb8) + line - 1; ahead += line)
+      __builtin_prefetch(first + ahead);
 #endif
   }
 
-  /** \brief Adds points of one run, which may go on in the next row of the image. \returns how many: no more than count */
-  std::uint32_t read(const CellSplit& cell, std::uint32_t first, std::uint32_t count, CellPoints& out) const {
-    const Pixel pixel = locate(first);
-    const ViewGeometry& view = (*rig_)[pixel.view];
-    const DepthMap& map = (*depths_)[pixel.view];
+  /** \brief Adds points of one run, which may go on in the next row of the image. \param view as for prefetch()
+   *  \returns how many: no more than count */
+  std::uint32_t read(const CellSplit& cell, std::uint32_t first, std::uint32_t count, std::uint32_t& view,
+                     CellPoints& out) const {
+    follow(first, view);
+    const Pixel pixel = locate(first, view);
+    const ViewGeometry& geometry = (*rig_)[view];
+    const DepthMap& map = (*depths_)[view];
     count = std::min(count, static_cast<std::uint32_t>(map.width() - pixel.u));
-    const std::size_t begin = out.add({first, count, pixel.view});
+    const std::size_t begin = out.add({first, count, view});
     const float* depth = map.row(pixel.v) + pixel.u;
-    view.withRays(pixel.u, pixel.v, [&](const auto& ray) {
-      placeAll(count, ray, view.T_world_camera, cell, depth, weights_.data() + first, out.x + begin, out.y + begin,
+    geometry.withRays(pixel.u, pixel.v, [&](const auto& ray) {
+      placeAll(count, ray, geometry.T_world_camera, cell, depth, weights_.data() + first, out.x + begin, out.y + begin,
                out.z + begin, out.C + begin, out.position + begin);
     });
     return count;
@@ -166,10 +187,28 @@ class FramePoints {
       }
   }
 
+  /** \brief Of a point whose view is known. */
+  Pixel locate(std::uint32_t index, std::uint32_t view) const {
+    const std::uint32_t local = index - (*offsets_)[view];
+    const auto width = static_cast<std::uint32_t>((*depths_)[view].width());
+    return {view, static_cast<int>(local % width), static_cast<int>(local / width)};
+  }
+
+  /** \brief The view of a point, from that of one before: nearly always the same. */
+  void follow(std::uint32_t index, std::uint32_t& view) const {
+    if (index < (*offsets_)[view]) view = 0;
+    while ((*offsets_)[view + 1] <= index) ++view;
+  }
+
+  static constexpr int kBlockBits = 12;
+  static std::uint32_t blockOf(std::uint32_t index) { return index >> kBlockBits; }
+
+  const RigFrame* frame_{nullptr};
   const RigGeometry* rig_{nullptr};
   const std::vector<DepthMap>* depths_{nullptr};
   const std::vector<std::uint32_t>* offsets_{nullptr};
   std::vector<float> weights_;
+  std::vector<std::uint32_t> view_of_block_;  ///< of the first point of each block
 };
 
 }  // namespace host

@@ -41,8 +41,8 @@ class FramePipeline {
   /** \brief Preprocessing, eq. 3, 8, 9. The frame must stay alive until its output has been read. */
   FUSE_FLOW_INLINE void generate(const RigFrame& frame);
 
-  /** \brief Section 5; the fused points are then read with aggregation().forEach(). */
-  FUSE_FLOW_INLINE void aggregate();
+  /** \brief Section 5; aggregation().forEachBlock() then tells the order of the fused points. */
+  FUSE_FLOW_INLINE void aggregate(FusedPointSink& sink);
 
   /** \brief The ablation's point-wise fusion: every gated point, of weight C V, with the points that other views have in
    *  its place, each of weight C exp(−d²/σ²). Calls emit(fused point) in the order of the pixels. */
@@ -59,13 +59,6 @@ class FramePipeline {
   /** \brief Where a point was measured. */
   FramePoints::Pixel locate(std::uint32_t index) const { return points_.locate(index); }
 
-  /** \brief Sends for the colour of a pixel. */
-  void prefetchColor(const FramePoints::Pixel& at) const {
-#if defined(__GNUC__)
-    const ImageView<Rgb8>& image = frame_->views[at.view].color;
-    if (image && !rig_[at.view].own_color_camera) __builtin_prefetch(image.row(at.v) + at.u);
-#endif
-  }
   /** \brief Colour of a pixel, from its view's image. */
   ViewColor color(const FramePoints::Pixel& at) const {
     const ViewGeometry& view = rig_[at.view];
@@ -241,7 +234,7 @@ class FramePipeline {
 
   void startPoints() {
     aggregation_.grid.start(stretches_.size());
-    points_.assign(rig_, refined(), offsets_);
+    points_.assign(*frame_, rig_, refined(), offsets_);
     crop_box_ = detail::cropBox(parameters);
     if (rows_.size() < static_cast<std::size_t>(threads_)) {
       rows_.resize(static_cast<std::size_t>(threads_));
@@ -395,7 +388,7 @@ FUSE_FLOW_INLINE void FramePipeline::generate(const RigFrame& frame) {
   }
 }
 
-FUSE_FLOW_INLINE void FramePipeline::aggregate() {
+FUSE_FLOW_INLINE void FramePipeline::aggregate(FusedPointSink& sink) {
   const Clock::time_point start = Clock::now();
   aggregation_.grid.merge();
   statistics.merge_ms = since(start);
@@ -403,9 +396,9 @@ FUSE_FLOW_INLINE void FramePipeline::aggregate() {
   const Clock::time_point merged = Clock::now();
   if (parameters.use_distance_consistency) {
     const ConsistencyEvaluator evaluator = makeEvaluator();
-    aggregation_.fuse(parameters.aggregation, threads_, points_, &evaluator);
+    aggregation_.fuse(parameters.aggregation, threads_, points_, &evaluator, sink);
   } else {
-    aggregation_.fuse(parameters.aggregation, threads_, points_, nullptr);
+    aggregation_.fuse(parameters.aggregation, threads_, points_, nullptr, sink);
   }
   statistics.fuse_ms = since(merged);
 }
