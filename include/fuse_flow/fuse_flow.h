@@ -73,9 +73,10 @@ struct FrameStatistics {
   double preprocess_ms{0};
   double generate_ms{0};  ///< eq. 3, 8, 9 and the coarse cell of each point; on a GPU the upload and the depth maps too
   double merge_ms{0};     ///< coarse cells of all views brought together; on a GPU 0: there they never lie apart
-  double fuse_ms{0};      ///< section 5: representatives, eq. 4–7, 10, 11
-  double output_ms{0};  ///< colours, normals, and writing the cloud; on a GPU the download, without a copy into a cloud
-  double total_ms{0};   ///< from the frame handed in to the cloud handed out; on a GPU the sum of these
+  double fuse_ms{0};      ///< section 5: representatives, eq. 4–7, 10, 11; on the CPU colours and normals too
+  /** \brief Bringing the points together in the cloud. On a GPU colours, normals and the download, without a copy into a cloud. */
+  double output_ms{0};
+  double total_ms{0};  ///< from the frame handed in to the cloud handed out; on a GPU the sum of these
 };
 
 /** \brief The frame pipeline: the views of one instant to one fused cloud, with no state from frame to frame but

@@ -167,17 +167,19 @@ class CoarseGrid {
   void merge() {
     table_.clear();
     cells_.clear();
+    global_.clear();
     std::size_t total_runs = 0;
     for (std::size_t s = 0; s < stretches_; ++s) {
       const CellTable& local = builders_[s].table();
-      global_.resize(local.size());
+      const std::size_t first = global_.size();
       for (std::size_t c = 0; c < local.size(); ++c) {
-        global_[c] = table_.findOrAdd(local.key(c));
-        if (global_[c] == cells_.size()) cells_.push_back({local.key(c), 0, 0, 0});
+        global_.push_back(table_.findOrAdd(local.key(c)));
+        if (global_.back() == cells_.size()) cells_.push_back({local.key(c), 0, 0, 0});
       }
       for (const Run& run : builders_[s].runs()) {
-        cells_[global_[run.cell]].points += run.count;
-        ++cells_[global_[run.cell]].end_run;
+        Cell& cell = cells_[global_[first + run.cell]];
+        cell.points += run.count;
+        ++cell.end_run;
       }
       total_runs += builders_[s].runs().size();
     }
@@ -188,11 +190,11 @@ class CoarseGrid {
       offset += count;
     }
     runs_.resize(total_runs);
+    std::size_t first = 0;
     for (std::size_t s = 0; s < stretches_; ++s) {
-      const CellTable& local = builders_[s].table();
-      global_.resize(local.size());
-      for (std::size_t c = 0; c < local.size(); ++c) global_[c] = table_.findOrAdd(local.key(c));
-      for (const Run& run : builders_[s].runs()) runs_[cells_[global_[run.cell]].end_run++] = {run.begin, run.count};
+      for (const Run& run : builders_[s].runs())
+        runs_[cells_[global_[first + run.cell]].end_run++] = {run.begin, run.count};
+      first += builders_[s].table().size();
     }
   }
 
@@ -211,7 +213,7 @@ class CoarseGrid {
   std::size_t stretches_{0};
   CellTable table_;
   std::vector<Cell> cells_;
-  std::vector<std::uint32_t> global_;
+  std::vector<std::uint32_t> global_;  ///< number of each stretch's cells among all, stretch after stretch
   std::vector<Stretch> runs_;
 };
 

@@ -79,7 +79,8 @@ class FramePipeline {
   }
 
  private:
-  /** \brief Rows that one task works on: some 32,000 pixels, whatever the number of threads. */
+  /** \brief Rows that one task works on: some 32,000 pixels, whatever the number of threads; none of a camera that is missing, whose
+   *  memory others do not take: they would need more. */
   struct Stretch {
     std::uint32_t view{0};
     int begin_row{0};
@@ -110,7 +111,11 @@ class FramePipeline {
     for (std::size_t i = 0; i < n; ++i) {
       offsets_[i] = static_cast<std::uint32_t>(total);
       const Intrinsics& K = frame_->cameras[i].intrinsics;
-      if (frame_->views[i].missing()) {
+      const bool missing = frame_->views[i].missing();
+      const int rows = rowsOfStretch(K.width);
+      for (int row = 0; row < K.height; row += rows)
+        stretches_.push_back({static_cast<std::uint32_t>(i), row, missing ? row : std::min(row + rows, K.height)});
+      if (missing) {
         statistics.missing_cameras.push_back(i);
         depths_[i].clear();
         continue;
@@ -118,26 +123,20 @@ class FramePipeline {
       depths_[i].resize(K.width, K.height);
       if (parameters.smoothing.passes > 0) refined_[i].resize(K.width, K.height);
       total += static_cast<std::size_t>(K.width) * static_cast<std::size_t>(K.height);
-      const int rows = rowsOfStretch(K.width);
-      for (int row = 0; row < K.height; row += rows)
-        stretches_.push_back({static_cast<std::uint32_t>(i), row, std::min(row + rows, K.height)});
     }
     if (total > std::numeric_limits<std::uint32_t>::max() - 1u)
       throw pcl::PCLException("fuse_flow::FuseFlow: a frame has more than 2^32 pixels");
     offsets_[n] = static_cast<std::uint32_t>(total);
-    counts_.resize(stretches_.size());
+    counts_.assign(stretches_.size(), {});
     if (parameters.smoothing.passes > 0) reserveScratch();
   }
 
   static int rowsOfStretch(int width) { return std::max(1, 32768 / width); }
-  /** \brief Enough to keep all threads busy. */
-  std::size_t stretchesOfGroup() const { return 10 * static_cast<std::size_t>(threads_); }
-
   /** \brief Calls step(group) with as many cameras at a time as keep all threads busy: their depth maps then stay in the caches
    *  from step to step. */
   template <typename Step>
   void forEachGroup(const Step& step) {
-    const std::size_t n = depths_.size(), enough = stretchesOfGroup();
+    const std::size_t n = depths_.size(), enough = 10 * static_cast<std::size_t>(threads_);
     for (Group group{0, 0, 0, 0}; group.end_view < n;) {
       group.begin_view = group.end_view;
       group.begin_stretch = group.end_stretch;
@@ -201,21 +200,14 @@ class FramePipeline {
     }
   }
 
-  /** \brief As many of these maps as any group can have, as large as any view is, whichever views are missing and come
-   *  together. What is not used is address space alone. */
+  /** \brief As many of these maps as the largest group has views, as large as any view is, whichever are missing. What is not used
+   *  is address space alone. */
   void reserveScratch() {
-    const std::size_t n = frame_->cameras.size();
-    scratch_of_.resize(n);
-    std::vector<std::uint32_t>& stretches = scratch_of_;  // for now: of each camera, the fewest first
-    std::size_t most = 0;
-    for (std::size_t i = 0; i < n; ++i) {
-      const Intrinsics& K = frame_->cameras[i].intrinsics;
-      stretches[i] = static_cast<std::uint32_t>((K.height - 1) / rowsOfStretch(K.width) + 1);
-      most = std::max(most, DepthMap::sizeOf(K.width, K.height));
-    }
-    std::sort(stretches.begin(), stretches.end());
-    std::size_t views = 0, sum = 0;
-    while (views < n && sum < stretchesOfGroup()) sum += stretches[views++];
+    scratch_of_.resize(frame_->cameras.size());
+    std::size_t views = 0, most = 0;
+    forEachGroup([&](const Group& group) { views = std::max(views, group.end_view - group.begin_view); });
+    for (const Camera& camera : frame_->cameras)
+      most = std::max(most, DepthMap::sizeOf(camera.intrinsics.width, camera.intrinsics.height));
     if (scratch_.size() < views) scratch_.resize(views);
     for (DepthMap& map : scratch_) map.reserve(most);
   }
@@ -252,7 +244,8 @@ class FramePipeline {
       const std::size_t s = group.begin_stretch + k;
       builders[s].start(parameters.aggregation.cell_size);
       Counts counts;  // on this thread's stack: neighbours in an array would fight for one cache line
-      generateRows(stretches_[s], static_cast<std::size_t>(thread), builders[s], counts);
+      if (stretches_[s].begin_row < stretches_[s].end_row)
+        generateRows(stretches_[s], static_cast<std::size_t>(thread), builders[s], counts);
       builders[s].finish();
       counts_[s] = counts;
     });
