@@ -27,6 +27,7 @@ namespace count_allocations {
 
 inline std::atomic<bool> counting{false};
 inline std::atomic<long> allocations{0};
+inline std::atomic<long> failing{-1};  ///< number of the one that is refused; −1: none
 
 /** \brief How many an action makes, on all threads; 0 where they are not counted. */
 template <typename Action>
@@ -38,8 +39,24 @@ long allocationsOf(const Action& action) {
   return allocations;
 }
 
-inline void count() noexcept {
-  if (counting.load(std::memory_order_relaxed)) allocations.fetch_add(1, std::memory_order_relaxed);
+/** \brief The same, with one allocation refused: the number-th, from 0 on. */
+template <typename Action>
+void refuseAllocation(long number, const Action& action) {
+  failing = number;
+  try {
+    allocationsOf(action);
+  } catch (...) {
+    counting = false;
+    failing = -1;
+    throw;
+  }
+  failing = -1;
+}
+
+/** \brief Whether the allocation is refused. */
+inline bool count() noexcept {
+  return counting.load(std::memory_order_relaxed) &&
+         allocations.fetch_add(1, std::memory_order_relaxed) == failing.load(std::memory_order_relaxed);
 }
 
 }  // namespace count_allocations
@@ -52,24 +69,18 @@ void* __libc_calloc(std::size_t, std::size_t) noexcept;
 void* __libc_realloc(void*, std::size_t) noexcept;
 void* __libc_memalign(std::size_t, std::size_t) noexcept;
 
-void* malloc(std::size_t size) noexcept {
-  count_allocations::count();
-  return __libc_malloc(size);
-}
+void* malloc(std::size_t size) noexcept { return count_allocations::count() ? nullptr : __libc_malloc(size); }
 void* calloc(std::size_t n, std::size_t size) noexcept {
-  count_allocations::count();
-  return __libc_calloc(n, size);
+  return count_allocations::count() ? nullptr : __libc_calloc(n, size);
 }
 void* realloc(void* memory, std::size_t size) noexcept {
-  count_allocations::count();
-  return __libc_realloc(memory, size);
+  return count_allocations::count() ? nullptr : __libc_realloc(memory, size);
 }
 void* aligned_alloc(std::size_t alignment, std::size_t size) noexcept {
-  count_allocations::count();
-  return __libc_memalign(alignment, size);
+  return count_allocations::count() ? nullptr : __libc_memalign(alignment, size);
 }
 int posix_memalign(void** memory, std::size_t alignment, std::size_t size) noexcept {
-  count_allocations::count();
+  if (count_allocations::count()) return ENOMEM;
   *memory = __libc_memalign(alignment, size);
   return *memory || size == 0 ? 0 : ENOMEM;
 }

@@ -223,8 +223,8 @@ pcl::PointCloud<PointT> fuse(const fuse_flow::RigFrame& frame, const fuse_flow::
   return cloud;
 }
 
-/** \brief All fields of a point without its padding. */
-using Bytes = std::array<char, offsetof(fuse_flow::PointFused, view_count) + sizeof(std::uint32_t)>;
+/** \brief All of a point. */
+using Bytes = std::array<char, sizeof(fuse_flow::PointFused)>;
 inline std::vector<Bytes> bytes(const Cloud& cloud) {
   std::vector<Bytes> result(cloud.size());
   for (std::size_t k = 0; k < cloud.size(); ++k) std::memcpy(result[k].data(), &cloud[k], sizeof(Bytes));

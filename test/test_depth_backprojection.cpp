@@ -119,6 +119,27 @@ TYPED_TEST(DepthBackprojectionOf, RestrictsItselfToTheIndices) {
   }
 }
 
+TYPED_TEST(DepthBackprojectionOf, RestrictsItselfToABlockOfPixels) {
+  for (const bool from_view : {false, true}) {
+    DepthBackprojection<TypeParam> filter;
+    filter.setCamera(sidewaysCamera());
+    if (from_view) {
+      filter.setView(depthView());
+    } else {
+      filter.setInputCloud(depthCloud<TypeParam>());
+    }
+    filter.setIndices(1, 1, 2, 3);  // from row 1, column 1 on, two rows of three columns
+    pcl::PointCloud<TypeParam> output;
+    filter.filter(output);
+    ASSERT_EQ(output.size(), 12u);
+    for (int i = 0; i < 12; ++i) {
+      const bool inside = i / 4 >= 1 && i % 4 >= 1;
+      const bool measured = std::find(kNoDepth.begin(), kNoDepth.end(), i) == kNoDepth.end();
+      EXPECT_EQ(finite(output[static_cast<std::size_t>(i)]), inside && measured) << "pixel " << i;
+    }
+  }
+}
+
 TYPED_TEST(DepthBackprojectionOf, WritesTheUserFilterValueWhereThereIsNoDepth) {
   DepthBackprojection<TypeParam> filter;
   filter.setCamera(sidewaysCamera());

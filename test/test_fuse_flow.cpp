@@ -324,6 +324,21 @@ TEST(FuseFlow, WithoutMeasurementConfidenceEveryMeasurementPassesTheGate) {
   EXPECT_EQ(without.gated_points, without.measured_points);
 }
 
+TEST(FuseFlow, WithoutMeasurementConfidenceNoiseCostsNoWeight) {
+  const Scene scene =
+      scenes::makeFlatScene(scenes::sameCameras(1, 40, 30, 40), {8.0f});  // of more noise than max_noise
+  FrameStatistics with, without;
+  FuseFlowParameters parameters;
+  parameters.use_distance_consistency = false;
+  scenes::fuse(scene.rig, parameters, 1, &with);
+  EXPECT_EQ(with.gated_points, 0u);
+  parameters.use_measurement_confidence = false;
+  const auto cloud = scenes::fuse(scene.rig, parameters, 1, &without);
+  EXPECT_EQ(without.gated_points, 40u * 30u);
+  ASSERT_FALSE(cloud.empty());
+  for (const auto& point : cloud) EXPECT_EQ(point.confidence, 1.0f);
+}
+
 TEST(FuseFlow, WithoutDistanceConsistencyDisagreementCostsNoWeight) {
   const Scene scene = scenes::makeFlatScene(scenes::sameCameras(2, 1, 1, 40), {1.0f, 1.01f});
   FuseFlowParameters parameters = FuseFlowParameters::published();  // V at each representative

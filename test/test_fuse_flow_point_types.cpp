@@ -65,7 +65,6 @@ TYPED_TEST(FuseFlowOf, PutsPointsWhereTheirRaysMeetAWallAndFillsTheFieldsThatThe
   scene.attach();
   fuse_flow::FuseFlowParameters parameters;
   parameters.use_measurement_confidence = false;  // ω is what the sensor says
-  parameters.half_weight_noise = 0;
   const std::vector<scenes::Vector3d> measured = scenes::backProjected(scene);
   for (const bool hash : {false, true}) {
     parameters.use_spatial_hash = hash;

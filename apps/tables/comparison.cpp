@@ -4,6 +4,7 @@
 #include "tables/open3d_methods.h"
 #include "tables/random_thinning.h"
 
+#include <pcl/filters/impl/filter_indices.hpp>  // what it is from PCL 1.15 on
 #include <pcl/filters/impl/uniform_sampling.hpp>
 #include <pcl/filters/impl/voxel_grid.hpp>
 #include <pcl/filters/uniform_sampling.h>

@@ -41,7 +41,8 @@ struct FuseFlowParameters {
    *  surfaceSupport(), or it is dropped: what sensors measure beside an edge, between one surface and another, lies alone; 0 … 8, 0: none must. Up to 3 the
    *  corners of surfaces stay. Without measurement confidence none must. */
   int min_support{3};
-  /** \brief MF of the paper's ablation; off: C = 1 wherever there is a measurement. */
+  /** \brief MF of the paper's ablation; off: C = 1 wherever there is a measurement, whatever its noise and what is around it, times the view's own
+   *  confidence. */
   bool use_measurement_confidence{true};
   /** \brief DC; off: V = 1. */
   bool use_distance_consistency{true};
@@ -132,13 +133,19 @@ class FuseFlow<PointT, device::Host> {
 
   /** \brief Fuse one frame. Of the cloud's header only the stamp is set. A missing camera is left out and named in the statistics; a frame without any view gives an
    *  empty cloud. \throws pcl::BadArgumentException if a camera or a view contradicts itself
-   *  \throws pcl::PCLException if a point is too far out for the lattice of cells */
+   *  \throws pcl::PCLException if a point is too far out for the lattice of cells
+   *  \throws std::bad_alloc if there is not enough memory; what was kept from frame to frame is then given back, and frames after it are fused
+   *  as by a new object */
   inline void fuse(const RigFrame& frame, PointCloud& output);
 
   /** \brief Of the last fuse(). */
   inline const FrameStatistics& getStatistics() const;
 
  private:
+  inline void fuseFrame(const RigFrame& frame, PointCloud& output);
+  /** \brief After there was not enough: what is half laid out would be taken for whole. */
+  inline void forgetMemory();
+
   std::unique_ptr<host::FramePipeline> pipeline_;
   std::unique_ptr<host::PointWriter<PointT>> writer_;
   bool compute_normals_{false};

@@ -16,6 +16,8 @@ struct EIGEN_ALIGN16 PointFused {
   float confidence{0};
   /** \brief Cameras that contributed: those of the representatives, at most three. */
   std::uint32_t view_count{0};
+  /** \brief No field: fills what would be padding, so that the same points are the same bytes. */
+  std::uint32_t unused{0};
 
   PointFused() {
     x = y = z = 0.0f;

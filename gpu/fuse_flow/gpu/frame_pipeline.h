@@ -172,8 +172,8 @@ class FramePipeline {
             maps_.measured(),
             maps_.refined(),
             parameters.confidence,
-            parameters.half_weight_noise,
-            parameters.max_noise,
+            detail::halfWeightNoise(parameters),
+            detail::maxNoise(parameters),
             parameters.use_measurement_confidence};
   }
 
@@ -209,7 +209,8 @@ class FramePipeline {
     evaluator.refined = maps_.refined();
     evaluator.reach = parameters.aggregation.confirmation_reach;
     evaluator.reach_per_noise = parameters.aggregation.reach_per_noise;
-    evaluator.per_half_weight_noise = parameters.half_weight_noise > 0 ? 1.0f / parameters.half_weight_noise : 0.0f;
+    const float half_weight_noise = detail::halfWeightNoise(parameters);
+    evaluator.per_half_weight_noise = half_weight_noise > 0 ? 1.0f / half_weight_noise : 0.0f;
     return evaluator;
   }
 

@@ -20,7 +20,11 @@ void DepthBackprojection<PointT, device::Host>::setCamera(const Camera& camera) 
 template <typename PointT>
 void DepthBackprojection<PointT, device::Host>::setView(const DepthView& view) {
   view_ = view;
-  input_ = std::make_shared<PointCloud>();  // what pcl::PCLBase wants to see before it filters
+  // What pcl::PCLBase wants to see before it filters: without points, but of the size that it checks blocks of indices by.
+  const auto size = std::make_shared<PointCloud>();
+  size->width = static_cast<std::uint32_t>(view.width());
+  size->height = static_cast<std::uint32_t>(view.height());
+  input_ = size;
 }
 
 template <typename PointT>

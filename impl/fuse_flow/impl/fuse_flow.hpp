@@ -4,6 +4,8 @@
 #include <fuse_flow/impl/host/frame_pipeline.hpp>
 #include <fuse_flow/impl/host/point_writer.hpp>
 
+#include <new>
+
 namespace fuse_flow {
 
 inline FuseFlowParameters FuseFlowParameters::published() {
@@ -75,6 +77,25 @@ const FrameStatistics& FuseFlow<PointT, device::Host>::getStatistics() const {
 
 template <typename PointT>
 void FuseFlow<PointT, device::Host>::fuse(const RigFrame& frame, PointCloud& output) {
+  try {
+    fuseFrame(frame, output);
+  } catch (const std::bad_alloc&) {
+    forgetMemory();
+    throw;
+  }
+}
+
+template <typename PointT>
+void FuseFlow<PointT, device::Host>::forgetMemory() {
+  host::FramePipeline fresh;
+  fresh.parameters = pipeline_->parameters;
+  fresh.threads = pipeline_->threads;
+  *pipeline_ = std::move(fresh);
+  writer_->forgetMemory();
+}
+
+template <typename PointT>
+void FuseFlow<PointT, device::Host>::fuseFrame(const RigFrame& frame, PointCloud& output) {
   using host::FramePipeline;
   const FramePipeline::Clock::time_point start = FramePipeline::Clock::now();
   FramePipeline& pipeline = *pipeline_;

@@ -27,6 +27,16 @@ inline bool asksForSupport(const FuseFlowParameters& parameters) {
   return parameters.use_measurement_confidence && parameters.min_support > 0;
 }
 
+/** \brief FuseFlowParameters::half_weight_noise, or 0 where all measurements weigh the same. */
+inline float halfWeightNoise(const FuseFlowParameters& parameters) {
+  return parameters.use_measurement_confidence ? parameters.half_weight_noise : 0.0f;
+}
+
+/** \brief FuseFlowParameters::max_noise, or 0 where every measurement counts. */
+inline float maxNoise(const FuseFlowParameters& parameters) {
+  return parameters.use_measurement_confidence ? parameters.max_noise : 0.0f;
+}
+
 }  // namespace detail
 
 namespace host {
@@ -120,12 +130,12 @@ class FramePipeline {
         depths_[i].clear();
         continue;
       }
+      total += static_cast<std::size_t>(K.width) * static_cast<std::size_t>(K.height);
+      if (total > std::numeric_limits<std::uint32_t>::max() - 1u)
+        throw pcl::PCLException("fuse_flow::FuseFlow: a frame has more than 2^32 pixels");
       depths_[i].resize(K.width, K.height);
       if (parameters.smoothing.passes > 0) refined_[i].resize(K.width, K.height);
-      total += static_cast<std::size_t>(K.width) * static_cast<std::size_t>(K.height);
     }
-    if (total > std::numeric_limits<std::uint32_t>::max() - 1u)
-      throw pcl::PCLException("fuse_flow::FuseFlow: a frame has more than 2^32 pixels");
     offsets_[n] = static_cast<std::uint32_t>(total);
     counts_.assign(stretches_.size(), {});
     if (parameters.smoothing.passes > 0) reserveScratch();
@@ -287,7 +297,7 @@ class FramePipeline {
     measurementConfidence(i, v, weights);
     const MeasurementGate gate =
         measurementGate(parameters.use_measurement_confidence ? parameters.confidence.threshold : 0.0f,
-                        parameters.max_noise, parameters.half_weight_noise, statistics.noise_scales[i]);
+                        detail::maxNoise(parameters), detail::halfWeightNoise(parameters), statistics.noise_scales[i]);
     return PointRow::weigh(gate, parameters.confidence, refined(i).row(v), depths_[i].width(), weights);
   }
 
@@ -317,7 +327,7 @@ class FramePipeline {
     ConsistencyEvaluator evaluator(parameters.consistency, rig_, depths_);
     evaluator.setNoise(parameters.confidence, statistics.noise_scales);
     if (detail::usesConfirmation(parameters.smoothing, parameters.aggregation))
-      evaluator.setRefined(refined(), parameters.aggregation, parameters.half_weight_noise);
+      evaluator.setRefined(refined(), parameters.aggregation, detail::halfWeightNoise(parameters));
     return evaluator;
   }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <cstddef>
 #include <exception>
 
@@ -12,7 +13,6 @@
 #endif
 
 #if defined(FUSE_FLOW_STD_THREADS)
-#include <atomic>
 #include <thread>
 #include <vector>
 #elif defined(_OPENMP)
@@ -36,14 +36,16 @@ inline int resolveThreads(int n) {
 }
 
 /** \brief Calls body(task, thread) for every task in [0, tasks), thread in [0, threads). Tasks are handed out one by
- *  one, so results must not depend on who runs which. Of the exceptions thrown, that of the smallest task is rethrown.
+ *  one, so results must not depend on who runs which. Of the exceptions thrown, that of the smallest task is rethrown; tasks after it
+ *  are left out: what a thread keeps from task to task may be half done.
  *
  *  OpenMP carries it. Under the thread sanitizer, which cannot see into OpenMP's run time, plain threads do. */
 template <typename Body>
 void parallelFor(int threads, std::size_t tasks, const Body& body) {
   std::exception_ptr error;
-  std::size_t error_task = tasks;
+  std::atomic<std::size_t> error_task{tasks};
   const auto guarded = [&](std::size_t task, int thread, auto&& lock) {
+    if (task > error_task.load(std::memory_order_relaxed)) return;
     try {
       body(task, thread);
     } catch (...) {

@@ -7,6 +7,8 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <memory>
+#include <mutex>
 #include <vector>
 
 namespace fuse_flow::host {
@@ -21,29 +23,51 @@ class PointWriter : public FusedPointSink {
   void setComputeNormals(bool compute) { with_normals_ = compute; }
 
   void start(int threads) override {
-    if (points_.size() < static_cast<std::size_t>(threads)) points_.resize(static_cast<std::size_t>(threads));
-    for (Points& of_thread : points_) of_thread.clear();
+    if (lanes_.size() < static_cast<std::size_t>(threads)) lanes_.resize(static_cast<std::size_t>(threads));
+    for (Lane& lane : lanes_) {
+      lane.chunks.clear();
+      lane.points = 0;
+    }
+    taken_ = 0;
   }
 
   void add(int thread, const std::vector<FusedPoint>& fused) override {
-    Points& points = points_[static_cast<std::size_t>(thread)];
-    const std::size_t begin = points.size();
-    points.resize(begin + fused.size());
-    for (std::size_t k = 0; k < fused.size(); ++k) write(fused[k], points[begin + k]);
+    Lane& lane = lanes_[static_cast<std::size_t>(thread)];
+    for (std::size_t done = 0; done < fused.size();) {
+      const std::size_t place = (lane.points + done) % kChunk;
+      if (place == 0) lane.chunks.push_back(takeChunk());
+      PointT* const points = lane.chunks.back()->data() + place;
+      const std::size_t count = std::min(fused.size() - done, kChunk - place);
+      for (std::size_t k = 0; k < count; ++k) write(fused[done + k], points[k]);
+      done += count;
+    }
+    lane.points += fused.size();  // once a cell: neighbouring lanes share a cache line
   }
 
   void reserve(std::size_t points) override {
-    for (Points& of_thread : points_) of_thread.reserve(points);
+    const std::size_t full = points / kChunk;
+    while (chunks_.size() < full + lanes_.size()) addChunk();  // the last one of each thread is not full
+    for (Lane& lane : lanes_) lane.chunks.reserve(full + 1);
+  }
+
+  void forgetMemory() {
+    lanes_.clear();
+    chunks_.clear();
   }
 
   /// The points of a thread that were added from the begin-th on.
   void copy(int thread, std::size_t begin, std::size_t n, PointT* output) const {
-    const Points& points = points_[static_cast<std::size_t>(thread)];
-    std::copy_n(points.begin() + static_cast<std::ptrdiff_t>(begin), n, output);
+    const Lane& lane = lanes_[static_cast<std::size_t>(thread)];
+    while (n > 0) {
+      const std::size_t place = begin % kChunk, count = std::min(n, kChunk - place);
+      output = std::copy_n(lane.chunks[begin / kChunk]->data() + place, count, output);
+      begin += count;
+      n -= count;
+    }
   }
 
-  /// \param point as it is constructed
   void write(const FusedPoint& fused, PointT& point) const {
+    point = PointT();
     point::setPosition(point, fused.p);
     point::setWeight(point, fused.weight);
     point::setViewCount(point, fused.views);
@@ -63,11 +87,30 @@ class PointWriter : public FusedPointSink {
   }
 
  private:
-  using Points = std::vector<PointT, Eigen::aligned_allocator<PointT>>;
+  using Chunk = std::vector<PointT, Eigen::aligned_allocator<PointT>>;
+  static constexpr std::size_t kChunk = 4096;
+
+  /// What one thread has written. Which thread fuses what changes from frame to frame: chunks are anyone's, so that all
+  /// threads together hold what a frame has, and not each of them.
+  struct Lane {
+    std::vector<Chunk*> chunks;
+    std::size_t points{0};
+  };
+
+  Chunk* takeChunk() {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (taken_ == chunks_.size()) addChunk();
+    return chunks_[taken_++].get();
+  }
+
+  void addChunk() { chunks_.push_back(std::make_unique<Chunk>(kChunk)); }
 
   const FramePipeline& pipeline_;
   bool with_normals_{false};
-  std::vector<Points> points_;  ///< of each thread
+  std::vector<Lane> lanes_;
+  std::mutex mutex_;
+  std::vector<std::unique_ptr<Chunk>> chunks_;
+  std::size_t taken_{0};
 };
 
 }  // namespace fuse_flow::host
