@@ -200,6 +200,10 @@ int run(const Options& options) {
   inputs.push_back(options.recording_options.poses);
   if (!options.json.empty()) io::refuseToReplace("--json", options.json, inputs);
   if (!options.error_picture.empty()) io::refuseToReplace("--error-picture", options.error_picture, inputs);
+  std::error_code error;
+  if (!options.json.empty() && fs::weakly_canonical(fs::absolute(options.json, error), error) ==
+                                   fs::weakly_canonical(fs::absolute(options.error_picture, error), error))
+    throw io::OptionError("--json " + options.json + ": the picture goes to this file, must be another");
   Evaluator evaluator(options);
   std::size_t width = 5;
   for (const std::string& path : options.clouds) width = std::max(width, path.size());

@@ -63,7 +63,7 @@ int main(int argc, char** argv) {
   app.add_option("input", options.inputs, "a rig recording, or a 7-Scenes, TUM RGB-D or Redwood folder")->required();
   app.add_option("-o,--output", options.output, "folder of the folders")->check(command_line::path())->required();
   app.add_option("--fps", options.frames_per_second, "frames per second; default: the recording's own times, else 30")
-      ->check(CLI::Range(1e-3, 1e6));
+      ->check(command_line::numberFromTo(1e-3, 1e6));
   app.add_option("--views", options.recording.views, "cameras, or frames that act as such: 0,60,120 or A:B:STEP")
       ->multi_option_policy(CLI::MultiOptionPolicy::Join);
   app.add_option("--slide", options.recording.slide, "move those frames on by this many, again and again")

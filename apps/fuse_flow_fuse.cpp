@@ -39,6 +39,7 @@ struct Options {
   QualityParameters quality;
   bool refine_extrinsics{false};
   bool normals{false};
+  std::string config;
   io::RecordingOptions recording;
   io::MethodOptions method_options;
 };
@@ -65,6 +66,7 @@ std::string outputPath(const Options& options, std::size_t frame, std::size_t co
 void checkOutputs(const Options& options, const std::vector<std::size_t>& frames) {
   std::vector<std::string> inputs = options.inputs;
   inputs.push_back(options.recording.poses);
+  inputs.push_back(options.config);
   std::error_code error;
   const auto whole = [&](const std::string& path) { return fs::weakly_canonical(fs::absolute(path, error), error); };
   const fs::path report = whole(options.report);
@@ -222,6 +224,8 @@ int main(int argc, char** argv) {
     options.method = method.method();
     options.method_options = method.options();
     options.method_options.normals = options.normals;
+    if (const CLI::Option* config = app.get_config_ptr(); config != nullptr && config->count() > 0)
+      options.config = config->as<std::string>();
     command_line::requireThreads(options.method_options.threads);
     return run(options);
   });

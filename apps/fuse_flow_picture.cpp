@@ -5,6 +5,7 @@
 #include "drawing/clouds.h"
 #include "drawing/display.h"
 #include "io/cloud_io.h"
+#include "io/file_io.h"
 #include "io/image_io.h"
 
 #include <pcl/point_types.h>
@@ -35,6 +36,7 @@ drawing::ColoredPoints readColored(const std::string& path) {
 }
 
 int run(Options options) {
+  io::refuseToReplace("-o", options.output, options.clouds);
   std::vector<drawing::ColoredPoints> clouds;
   for (const std::string& path : options.clouds) clouds.push_back(readColored(path));
   drawing::requireDisplay("fuse_flow_picture");
@@ -70,7 +72,7 @@ int main(int argc, char** argv) {
       ->check(command_line::positiveNumber())
       ->capture_default_str();
   app.add_option("--point-size", options.viewpoint.point_size, "pixels")
-      ->check(command_line::positiveNumber())
+      ->check(command_line::positiveNumberUpTo(1000))
       ->capture_default_str();
   return command_line::runTool(app, argc, argv, [&] { return run(options); });
 }

@@ -57,7 +57,9 @@ int main(int argc, char** argv) {
   app.add_option("-o,--output", options.output, "folder of the recording; new or empty")
       ->check(command_line::path())
       ->required();
-  app.add_option("--fps", defaults.frames_per_second, "frames per second of the scene's time")->capture_default_str();
+  app.add_option("--fps", defaults.frames_per_second, "frames per second of the scene's time")
+      ->check(command_line::positiveNumberUpTo(1e6))
+      ->capture_default_str();
   app.add_option("--threads", defaults.threads, "0: one per core")->check(CLI::Range(0, 1024));
   defaults.threads = 0;
   io::catchInterrupts();

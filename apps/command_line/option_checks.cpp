@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cfloat>
 #include <cmath>
 #include <cstdlib>
 #include <optional>
@@ -10,10 +11,12 @@
 namespace fuse_flow::command_line {
 namespace {
 
+/** \brief Nothing, too, for a number that in single precision, as most parameters are, would be infinite or 0. */
 std::optional<double> finiteValue(const std::string& text) {
   char* end = nullptr;
   const double value = std::strtod(text.c_str(), &end);
   if (text.empty() || *end != '\0' || !std::isfinite(value)) return std::nullopt;
+  if (std::fabs(value) > FLT_MAX || (value != 0 && std::fabs(value) < FLT_MIN)) return std::nullopt;
   return value;
 }
 
@@ -55,6 +58,15 @@ CLI::Validator positiveNumberUpTo(double high) {
   return makeCheck(expected.str(), [=](const std::string& text) {
     const double value = finiteValue(text).value_or(0);
     return value > 0 && value <= high;
+  });
+}
+
+CLI::Validator numberFromTo(double low, double high) {
+  std::ostringstream expected;
+  expected << "a number from " << low << " to " << high;
+  return makeCheck(expected.str(), [=](const std::string& text) {
+    const std::optional<double> value = finiteValue(text);
+    return value && *value >= low && *value <= high;
   });
 }
 

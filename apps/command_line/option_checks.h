@@ -18,6 +18,7 @@ CLI::Validator positiveNumber();
 CLI::Validator nonNegativeNumber();
 CLI::Validator wholeNumber(int low, int high);
 CLI::Validator positiveNumberUpTo(double high);
+CLI::Validator numberFromTo(double low, double high);
 CLI::Validator oneOf(const std::vector<std::string>& names);
 CLI::Validator trueOrFalse();
 /** \brief Any but an empty one, which would be the current folder, and the next option, where this one has no value. */

@@ -3,6 +3,8 @@
 #include "command_line/option_checks.h"
 #include "simulation/rig_layout.h"
 
+#include <climits>
+
 namespace fuse_flow::command_line {
 
 std::string listed(const std::vector<std::string>& names) {
@@ -16,26 +18,36 @@ SimulationArguments::SimulationArguments(CLI::App& app) {
   add(app.add_option("--rig", options_.rig, rigs)->check(makeCheck(rigs, simulation::isRigName)));
   add(app.add_option("--sensor", options_.sensor, listed(simulation::sensorNames()))
           ->check(oneOf(simulation::sensorNames())));
-  add(app.add_option("--seed", options_.seed, "the same seed gives the same bytes"));
+  add(app.add_option("--seed", options_.seed, "the same seed gives the same bytes")->check(wholeNumber(0, INT_MAX)));
   add(app.add_option("--scale", options_.scale, "of the images' sides, (0, 2]")->check(positiveNumberUpTo(2)));
   given_.push_back(app.add_flag("--no-color", no_color_, "depth only"));
-  given_.push_back(app.add_option("--position-error", position_error_mm_, "calibrated positions are off by this, mm"));
+  given_.push_back(app.add_option("--position-error", position_error_mm_, "calibrated positions are off by this, mm")
+                       ->check(nonNegativeNumber()));
   given_.push_back(
-      app.add_option("--rotation-error", rotation_error_deg_, "calibrated orientations are off by this, degrees"));
+      app.add_option("--rotation-error", rotation_error_deg_, "calibrated orientations are off by this, degrees")
+          ->check(nonNegativeNumber()));
   given_.push_back(
-      app.add_option("--depth-bias", depth_bias_mm_, "each camera's depth is off by a constant in +- this, mm"));
+      app.add_option("--depth-bias", depth_bias_mm_, "each camera's depth is off by a constant in +- this, mm")
+          ->check(nonNegativeNumber()));
   given_.push_back(app.add_option("--depth-distortion", depth_distortion_mm_,
-                                  "each camera bends what it measures in a way of its own, by about this at 2 m, mm"));
+                                  "each camera bends what it measures in a way of its own, by about this at 2 m, mm")
+                       ->check(nonNegativeNumber()));
   given_.push_back(app.add_option("--knock", knock_mm_,
-                                  "from --knock-frame on the last camera stands this far from where it stood, mm"));
-  given_.push_back(app.add_option("--knock-rotation", knock_deg_, "and is turned by this, degrees"));
-  given_.push_back(app.add_option("--knock-frame", options_.faults.knock_frame, "when"));
+                                  "from --knock-frame on the last camera stands this far from where it stood, mm")
+                       ->check(nonNegativeNumber()));
   given_.push_back(
-      app.add_option("--drop-rate", options_.faults.drop_rate, "share of frames that a camera loses, [0, 1]"));
+      app.add_option("--knock-rotation", knock_deg_, "and is turned by this, degrees")->check(nonNegativeNumber()));
+  given_.push_back(
+      app.add_option("--knock-frame", options_.faults.knock_frame, "when")->check(wholeNumber(0, INT_MAX)));
+  given_.push_back(
+      app.add_option("--drop-rate", options_.faults.drop_rate, "share of frames that a camera loses, [0, 1]")
+          ->check(numberFromTo(0, 1)));
   given_.push_back(app.add_option("--marker", options_.marker,
-                                  "side of an AprilTag that someone shows to the cameras, m; 0: nobody does"));
+                                  "side of an AprilTag that someone shows to the cameras, m; 0: nobody does")
+                       ->check(nonNegativeNumber()));
   given_.push_back(
-      app.add_option("--out-of-sync", out_of_sync_ms_, "each camera's time is off by a constant in +- this, ms"));
+      app.add_option("--out-of-sync", out_of_sync_ms_, "each camera's time is off by a constant in +- this, ms")
+          ->check(nonNegativeNumber()));
 }
 
 void SimulationArguments::add(CLI::Option* option) { given_.push_back(option->capture_default_str()); }

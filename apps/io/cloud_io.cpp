@@ -194,9 +194,10 @@ struct PcdSize {
     if (keyword == "HEIGHT") height = numbers[0];
     if (keyword == "POINTS") points = numbers[0];
   }
-  bool hasPossibleCounts() const {
+  bool hasPossibleFields() const {
     constexpr double most_values = 1 << 20;
-    return std::all_of(counts.begin(), counts.end(), [](double n) { return n >= 0 && n <= most_values; });
+    return std::all_of(counts.begin(), counts.end(), [](double n) { return n >= 0 && n <= most_values; }) &&
+           std::all_of(sizes.begin(), sizes.end(), [](double n) { return n == 1 || n == 2 || n == 4 || n == 8; });
   }
   /** \brief The fewest that hold the points. \param data ascii, binary or binary_compressed */
   double bytes(const std::string& data) const {
@@ -225,9 +226,9 @@ bool hasPossibleSize(const std::string& path) {
     words >> data;
     const std::streamoff header_end = file.tellg();  // -1: nothing follows
     const auto there = static_cast<double>(std::filesystem::file_size(path)) - static_cast<double>(header_end);
-    return size.hasPossibleCounts() && (header_end < 0 || size.bytes(data) <= there);
+    return size.hasPossibleFields() && (header_end < 0 || size.bytes(data) <= there);
   }
-  return size.hasPossibleCounts();
+  return size.hasPossibleFields();
 }
 
 /** \brief Whether a PCD's header is one that PCL's reader survives: it reads the data of any other without looking. */
@@ -274,8 +275,28 @@ class PlySize {
   double entries_{0}, bytes_{0};
 };
 
+/** \brief The size of an organised cloud, which PCL's reader takes from obj_info. */
+class PlyGrid {
+ public:
+  void addLine(const std::string& keyword, const std::string& type, const std::string& name) {
+    if (keyword == "obj_info" && type == "num_cols") columns_ = std::strtod(name.c_str(), nullptr);
+    if (keyword == "obj_info" && type == "num_rows") rows_ = std::strtod(name.c_str(), nullptr);
+    if (keyword == "element" && type == "vertex") vertices_ = std::strtod(name.c_str(), nullptr);
+  }
+  void check(const std::string& path) const {
+    if (columns_ * rows_ == vertices_ || (columns_ == 0 && rows_ == 0)) return;
+    std::ostringstream message;
+    message << path << ": obj_info has " << columns_ << " columns and " << rows_ << " rows, must be as many as its "
+            << vertices_ << " vertices";
+    throw InputError(message.str());
+  }
+
+ private:
+  double columns_{0}, rows_{0}, vertices_{0};
+};
+
 /** \brief Throws InputError for a PLY at which PCL's reader would end the program: with green or blue without red before it, with
- *  lists in its vertices, or with a grid of them, whose numbers it does not check. Also for one that is too short for what its
+ *  lists in its vertices, with rows and columns that are not as many, or with a grid of them, whose numbers it does not check. Also for one that is too short for what its
  *  header tells of: the reader takes memory by that first. */
 void checkPlyHeader(const std::string& path) {
   const std::set<std::string> first{"red", "diffuse_red"};
@@ -283,11 +304,13 @@ void checkPlyHeader(const std::string& path) {
   bool has_red = false;
   std::string element;
   PlySize size;
+  PlyGrid grid;
   std::ifstream file(path, std::ios::binary);
   for (std::string line; std::getline(file, line) && line.rfind("end_header", 0) != 0;) {
     std::string keyword, type, name;
     std::istringstream(line) >> keyword >> type >> name;
     size.addLine(keyword, type, name);
+    grid.addLine(keyword, type, name);
     if (keyword == "element") element = type;
     if (element == "range_grid") throw InputError(path + ": has a range_grid, must have vertices alone or with faces");
     if (keyword != "property") continue;
@@ -297,6 +320,7 @@ void checkPlyHeader(const std::string& path) {
     if (!has_red && later.count(name) > 0)
       throw InputError(path + ": has " + name + " without red before it, must be red, green, blue");
   }
+  grid.check(path);
   const std::streamoff header_end = file.tellg();
   if (header_end >= 0 &&
       static_cast<double>(std::filesystem::file_size(path)) - static_cast<double>(header_end) < size.bytes())

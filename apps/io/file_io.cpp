@@ -5,11 +5,13 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <set>
 
 namespace fs = std::filesystem;
 
@@ -43,6 +45,12 @@ std::string otherThanFile(const fs::file_status& status) {
     default:
       return "a device";
   }
+}
+
+bool isOneOf(const fs::path& extension, const std::set<std::string>& extensions) {
+  std::string lower = extension.string();
+  std::transform(lower.begin(), lower.end(), lower.begin(), [](unsigned char c) { return std::tolower(c); });
+  return extensions.count(lower) > 0;
 }
 
 }  // namespace
@@ -105,10 +113,19 @@ void writeFile(const std::string& path, const std::string& bytes) {
 
 void refuseToReplace(const std::string& option, const std::string& path, const std::vector<std::string>& inputs) {
   std::error_code error;
-  for (const std::string& input : inputs)
+  if (!fs::is_regular_file(path, error)) return;
+  const auto refuse = [&] { throw OptionError(option + ' ' + path + ": is an input, must be another file"); };
+  const fs::path output = fs::canonical(path, error);
+  const bool recorded = isOneOf(output.extension(), {".png", ".jpg", ".jpeg", ".txt", ".log", ".pcd"});
+  const bool cloud =
+      isOneOf(output.extension(), {".ply"}) && option != "-o";  // which may fuse into the recording's folder
+  for (const std::string& input : inputs) {
     for (const fs::path& file : {fs::path(input), fs::path(input) / "rig.json"})
-      if (fs::is_regular_file(file, error) && fs::equivalent(file, path, error))
-        throw OptionError(option + ' ' + path + ": is an input, must be another file");
+      if (fs::is_regular_file(file, error) && fs::equivalent(file, path, error)) refuse();
+    if (!(recorded || cloud) || !fs::is_directory(input, error)) continue;
+    for (fs::path folder = output.parent_path(); folder.has_relative_path(); folder = folder.parent_path())
+      if (fs::equivalent(folder, input, error)) refuse();
+  }
 }
 
 }  // namespace fuse_flow::io

@@ -35,6 +35,7 @@ class SequenceRecording : public Recording {
     for (std::size_t view = 0; view < views_.size(); ++view) {
       const SequenceFrame& source = frameOf(view, frame);
       out.rig.cameras[view] = cameraOf(source);
+      checkCameraInput(sequence_.path, out.rig.cameras[view]);
       loadView(source.files, sequence_.depth_scale, view, skip_damaged_, out);
     }
   }

@@ -244,6 +244,33 @@ TEST_F(CloudIo, APlyWithListsOrAGridOfVerticesIsRefused) {
   EXPECT_TRUE(refuses([&] { io::readCloud(grid, cloud); }, {grid, "range_grid"}));
 }
 
+// PCL's reader would end the program.
+TEST_F(CloudIo, APlyWithOtherRowsAndColumnsThanVerticesIsRefused) {
+  pcl::PointCloud<pcl::PointXYZ> cloud;
+  const auto file = [&](const std::string& columns, const std::string& rows) {
+    return write("a.ply", "ply\nformat ascii 1.0\nobj_info num_cols " + columns + "\nobj_info num_rows " + rows +
+                              "\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\nend_header\n"
+                              "0 0 1\n0 0 1\n0 0 1\n0 0 1\n");
+  };
+  io::readCloud(file("2", "2"), cloud);
+  EXPECT_EQ(cloud.size(), 4u);
+  for (const auto& [columns, rows] : {std::pair{"2", "1"}, {"3", "2"}, {"0", "4"}, {"-2", "-3"}, {"nan", "4"}})
+    EXPECT_TRUE(refuses([&, name = file(columns, rows)] { io::readCloud(name, cloud); }, {"a.ply", "4 vertices"}))
+        << columns << ' ' << rows;
+}
+
+// PCL's reader would take gigabytes.
+TEST_F(CloudIo, APcdWithFieldsOfASizeThatNoNumberHasIsRefused) {
+  pcl::PointCloud<pcl::PointXYZ> cloud;
+  for (const char* size : {"2147483648", "4294967295", "0", "-4", "3"}) {
+    const std::string file =
+        write("a.pcd", std::string("VERSION 0.7\nFIELDS x y z\nSIZE 4 ") + size +
+                           " 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 1\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0"
+                           "\nPOINTS 1\nDATA ascii\n1 2 3\n");
+    EXPECT_TRUE(refuses([&] { io::readCloud(file, cloud); }, {file, "damaged"})) << size;
+  }
+}
+
 TEST_F(CloudIo, APcdThatPclHasCompressedIsRead) {
   pcl::PointCloud<pcl::PointXYZRGBNormal> cloud, back;
   for (int i = 0; i < 50; ++i) {

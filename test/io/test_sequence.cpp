@@ -60,6 +60,14 @@ TEST_F(SequenceRecording, SlideMovesTheRigAsLongAsAllItsFramesExist) {
   EXPECT_EQ(open("0,10", 3)->frameCount(), 1u);
 }
 
+TEST_F(SequenceRecording, APoseFarOutIsRefusedInTheInstantThatItIsOf) {
+  sequence_.frames[5].T_world_camera.translation().x() = 1e30;
+  EXPECT_TRUE(refuses([&] { open("5"); }, {"somewhere", "frame5", "50000 m or less"}));
+  const auto recording = open("0", 5);
+  EXPECT_EQ(names(*recording, 0), std::vector<std::string>{"frame0"});
+  EXPECT_TRUE(refuses([&] { names(*recording, 1); }, {"somewhere", "frame5", "50000 m or less"}));
+}
+
 TEST_F(SequenceRecording, ASlideThatIsNegativeIsRefused) {
   EXPECT_TRUE(refuses<io::OptionError>([&] { open("0", -5); }, {"--slide is -5, must be 0 or more"}));
 }

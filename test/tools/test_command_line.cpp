@@ -110,6 +110,8 @@ TEST_F(CommandLine, AnOptionOutOfRangeIsNamedByEvaluateToo) {
   expect({"--frame", "5"}, {"--frame", "5 frames"});
   expect({"--frame", "x"}, {"--frame", "x"});
   expect({"--visibility", "nan"}, {"--visibility", "nan"});
+  expect({"--visibility", "1e300"}, {"--visibility", "1e300"});  // more than single precision has
+  expect({"--coverage-radius", "1e-320"}, {"--coverage-radius", "1e-320"});
   expect({"--visibility", "0"}, {"--visibility", "0", "positive"});
   expect({"--coverage-radius", "inf"}, {"--coverage-radius", "inf"});
   expect({"--min-range", "-1"}, {"--min-range", "-1"});

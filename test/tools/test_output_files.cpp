@@ -81,6 +81,25 @@ TEST_F(OutputFiles, AnInputIsNotReplaced) {
   EXPECT_EQ(readText(view), bytes);
 }
 
+TEST_F(OutputFiles, WhatIsWithinAnInputIsNotReplaced) {
+  const fs::path images = fs::path(recording()) / "camera_0" / "depth";
+  const std::string image = (images / listing(images).at(0)).string(), before = readText(image);
+  EXPECT_TRUE(isOneLineError(fuse({recording(), "-o", out("a.ply"), "--frames", "0", "--report", image}), 2,
+                             {"--report", image, "is an input"}));
+  EXPECT_EQ(readText(image), before);
+  const std::string beside = (fs::path(recording()) / "a.ply").string();
+  for (int run = 0; run < 2; ++run) EXPECT_TRUE(succeeded(fuse({recording(), "-o", beside, "--frames", "0"})));
+  ASSERT_TRUE(succeeded(fuse({recording(), "-o", out()})));
+  const std::string cloud = out("out/000000.ply");
+  EXPECT_TRUE(isOneLineError(evaluate({recording(), out(), "--json", cloud}), 2, {"--json", cloud, "is an input"}));
+  EXPECT_TRUE(
+      isOneLineError(runProgram(FUSE_FLOW_PICTURE_TOOL, {cloud, "-o", cloud}), 2, {"-o", cloud, "is an input"}));
+  writeText(folder_ / "c.ini", "sigma = 0.02\n");
+  EXPECT_TRUE(isOneLineError(
+      fuse({recording(), "-o", out("a.ply"), "--frames", "0", "--config", out("c.ini"), "--report", out("c.ini")}), 2,
+      {"--report", "c.ini", "is an input"}));
+}
+
 TEST_F(OutputFiles, ANameThatIsNotUtf8IsReadableInTheFigures) {
   const std::string cloud = out("gr\xfc\xdf.ply");
   ASSERT_TRUE(succeeded(fuse({recording(), "-o", cloud, "--frames", "0"})));

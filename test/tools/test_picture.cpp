@@ -19,8 +19,10 @@ TEST_F(Picture, ACloudThatIsNotThereIsNamed) {
 }
 
 TEST_F(Picture, AnOptionOutOfRangeIsNamed) {
-  for (const std::vector<std::string>& option :
-       {std::vector<std::string>{"--size", "0", "100"}, {"--from", "nan", "0", "0"}, {"--zoom", "0"}}) {
+  for (const std::vector<std::string>& option : {std::vector<std::string>{"--size", "0", "100"},
+                                                 {"--from", "nan", "0", "0"},
+                                                 {"--zoom", "0"},
+                                                 {"--point-size", "1e30"}}) {
     std::vector<std::string> arguments{out("cloud.ply"), "-o", out("picture.png")};
     arguments.insert(arguments.end(), option.begin(), option.end());
     EXPECT_TRUE(isOneLineError(runProgram(FUSE_FLOW_PICTURE_TOOL, arguments), 2, {option[0], option[1]}));

@@ -22,9 +22,11 @@
 namespace fuse_flow {
 namespace host {
 
-/** \brief Threads to use for a setting of n; 0 means one per core. */
+/** \brief Threads to use for a setting of n; 0 means one per core. No more than any machine has cores: OpenMP ends the program where it
+ *  cannot start as many as it was asked for. */
 inline int resolveThreads(int n) {
-  if (n > 0) return n;
+  constexpr int most = 1024;
+  if (n > 0) return n < most ? n : most;
 #if defined(FUSE_FLOW_STD_THREADS)
   const unsigned int cores = std::thread::hardware_concurrency();
   return cores > 0 ? static_cast<int>(cores) : 1;
