@@ -292,10 +292,17 @@ TEST(NoiseWeight, MultipliesTheConfidenceAfterTheGate) {
   FuseFlowParameters parameters = onePointAPixel(0);
   parameters.confidence.noise_floor = 0.01f;
   parameters.confidence.noise_quadratic = 0.005f;  // 0.03 m at 2 m
-  parameters.half_weight_noise = 0.01f;
-  for (const auto& point : scenes::fuse(scene.rig, parameters)) ASSERT_NEAR(point.confidence, 1.0f / (1 + 9), 1e-6f);
-  parameters.confidence.threshold = 0.4f;  // the weight is under it, C is not
   parameters.use_measurement_confidence = true;
+  parameters.confidence.threshold = 0;
+  parameters.min_support = 0;
+  parameters.half_weight_noise = 0;
+  const Cloud alone = scenes::fuse(scene.rig, parameters);
+  parameters.half_weight_noise = 0.01f;
+  const Cloud weighed = scenes::fuse(scene.rig, parameters);
+  ASSERT_EQ(alone.size(), 81u);
+  ASSERT_EQ(weighed.size(), 81u);
+  for (std::size_t k = 0; k < 81; ++k) ASSERT_NEAR(weighed[k].confidence, alone[k].confidence / (1 + 9), 1e-6f);
+  parameters.confidence.threshold = 0.4f;  // the weight is under it, C is not
   EXPECT_GT(scenes::fuse(scene.rig, parameters).size(), 40u);
 }
 
@@ -305,6 +312,9 @@ TEST(MaxNoise, DropsMeasurementsWithMoreNoiseThanThatAsTheViewHasIt) {
     Scene scene = scenes::makeScene(oneCamera(), scenes::plane({0, 0, 1}, 1.5));
     scenes::addNoise(scene, sigma);
     FuseFlowParameters parameters = onePointAPixel();
+    parameters.use_measurement_confidence = true;
+    parameters.confidence.threshold = 0;
+    parameters.min_support = 0;
     parameters.max_noise = max_noise;
     return scenes::fuse(scene.rig, parameters).size();
   };
