@@ -192,7 +192,7 @@ TEST_F(Allocations, AFrameHoldsAtMost64BytesAPixelBeyondInputAndOutput) {
     const double bytes_a_pixel = static_cast<double>(bytesInUse() - before - output) / pixels;
     RecordProperty("bytes_a_pixel_on_" + std::to_string(threads) + "_threads", std::to_string(bytes_a_pixel));
     EXPECT_LE(bytes_a_pixel, 64.0) << threads << " threads";
-    EXPECT_GE(bytes_a_pixel, 24.0) << threads << " threads";  // less, and nothing was measured
+    EXPECT_GE(bytes_a_pixel, 28.0) << threads << " threads";  // less, and nothing was measured
   }
 }
 

@@ -190,8 +190,7 @@ TEST(GpuChangingFrames, AFrameOfManyMoreCellsThanTheTableHasIsFusedAsOnTheHost) 
   Wall wall(1, 300, 250, 8.0f);
   for (std::size_t k = 0; k < wall.depth.size(); ++k) wall.depth[k] = 5.0f + 0.01f * static_cast<float>(k * 7919 % 997);
   FuseFlowParameters parameters;
-  parameters.use_measurement_confidence = false;
-  parameters.max_noise = 0;
+  parameters.use_measurement_confidence = false;  // of more noise than max_noise, all of it
   parameters.aggregation.cell_size = 0.004f;
   parameters.aggregation.min_cell_size = 0.004f;
   Host host;
