@@ -116,9 +116,9 @@ void refuseToReplace(const std::string& option, const std::string& path, const s
   if (!fs::is_regular_file(path, error)) return;
   const auto refuse = [&] { throw OptionError(option + ' ' + path + ": is an input, must be another file"); };
   const fs::path output = fs::canonical(path, error);
-  const bool recorded = isOneOf(output.extension(), {".png", ".jpg", ".jpeg", ".txt", ".log", ".pcd"});
+  const bool recorded = isOneOf(output.extension(), {".png", ".jpg", ".jpeg", ".txt", ".log"});
   const bool cloud =
-      isOneOf(output.extension(), {".ply"}) && option != "-o";  // which may fuse into the recording's folder
+      isOneOf(output.extension(), {".ply", ".pcd"}) && option != "-o";  // which may fuse into the recording's folder
   for (const std::string& input : inputs) {
     for (const fs::path& file : {fs::path(input), fs::path(input) / "rig.json"})
       if (fs::is_regular_file(file, error) && fs::equivalent(file, path, error)) refuse();

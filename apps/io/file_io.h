@@ -21,7 +21,8 @@ std::string readFile(const std::string& path);
 void writeFile(const std::string& path, const std::string& bytes);
 
 /** \brief Throws OptionError if the file that an option names as an output is one of the inputs, the rig.json of one, or an image, a
- *  list of poses or a cloud within one that is a folder: it would be lost. But "-o" may replace a PLY there. \param option as it is written, "-o"  \param inputs files and folders; an empty name is none */
+ *  list of poses or a cloud within one that is a folder: it would be lost. But "-o" may replace a cloud
+ *  there: of clouds no recording is made that is a folder. \param option as it is written, "-o"  \param inputs files and folders; an empty name is none */
 void refuseToReplace(const std::string& option, const std::string& path, const std::vector<std::string>& inputs);
 
 }  // namespace fuse_flow::io

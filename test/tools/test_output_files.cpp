@@ -87,8 +87,10 @@ TEST_F(OutputFiles, WhatIsWithinAnInputIsNotReplaced) {
   EXPECT_TRUE(isOneLineError(fuse({recording(), "-o", out("a.ply"), "--frames", "0", "--report", image}), 2,
                              {"--report", image, "is an input"}));
   EXPECT_EQ(readText(image), before);
-  const std::string beside = (fs::path(recording()) / "a.ply").string();
-  for (int run = 0; run < 2; ++run) EXPECT_TRUE(succeeded(fuse({recording(), "-o", beside, "--frames", "0"})));
+  for (const char* name : {"a.ply", "a.pcd"}) {
+    const std::string beside = (fs::path(recording()) / name).string();
+    for (int run = 0; run < 2; ++run) EXPECT_TRUE(succeeded(fuse({recording(), "-o", beside, "--frames", "0"})));
+  }
   ASSERT_TRUE(succeeded(fuse({recording(), "-o", out()})));
   const std::string cloud = out("out/000000.ply");
   EXPECT_TRUE(isOneLineError(evaluate({recording(), out(), "--json", cloud}), 2, {"--json", cloud, "is an input"}));
