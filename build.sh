@@ -5,7 +5,7 @@ cd "$(dirname "$0")"
 
 packages=(build-essential cmake ninja-build clang-format
           libpcl-dev libeigen3-dev libflann-dev libvtk9-dev libpng-dev libopenmpi-dev libtbb-dev libembree-dev
-          libcli11-dev nlohmann-json3-dev libgtest-dev libbenchmark-dev
+          libcli11-dev nlohmann-json3-dev libyaml-cpp-dev libgtest-dev libbenchmark-dev
           xvfb xauth xdotool libgl1-mesa-dri libx11-dev libgl-dev libopengl-dev)
 # For the GPU classes, and for fuse_flow_calibrate --board; installed where the distribution has them.
 optional=(libthrust-dev libapriltag-dev)

@@ -228,10 +228,10 @@ int run(Options options) {
   std::optional<io::Board> board;
   if (options.board > 0) board.emplace(options.board, options.board_family);
   options.recording.read_color = options.parameters.use_color || board;
-  const std::unique_ptr<io::Recording> recording = io::openRecording(options.inputs, options.recording);
-  const std::vector<std::size_t> frames = options.frames.empty()
-                                              ? io::framesForPoses(*recording, options.parameters)
-                                              : io::parseRange(options.frames, recording->frameCount());
+  const std::unique_ptr<io::Recording> recording =
+      command_line::openRecording("fuse_flow_calibrate", options.inputs, options.recording);
+  const std::vector<std::size_t> frames = options.frames.empty() ? io::framesForPoses(*recording, options.parameters)
+                                                                 : io::chooseFrames(*recording, options.frames);
   if (frames.empty()) throw io::InputError(options.inputs[0] + ": has no frame");
 
   CoarseAlignment coarse;

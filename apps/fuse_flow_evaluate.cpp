@@ -3,6 +3,7 @@
 
 #include "command_line/option_checks.h"
 #include "command_line/quality_options.h"
+#include "command_line/recording_arguments.h"
 #include "command_line/threads.h"
 #include "command_line/tool.h"
 #include "drawing/clouds.h"
@@ -85,7 +86,8 @@ struct Evaluation {
 class Evaluator {
  public:
   explicit Evaluator(const Options& options)
-      : options_(options), recording_(io::openRecording(options.recording, options.recording_options)) {
+      : options_(options),
+        recording_(command_line::openRecording("fuse_flow_evaluate", options.recording, options.recording_options)) {
     if (options.truth) truth_.emplace(options.recording[0]);
   }
 
@@ -260,6 +262,7 @@ int main(int argc, char** argv) {
       ->check(command_line::wholeNumber(0, std::numeric_limits<int>::max()));
   app.add_option("--poses", options.recording_options.poses, "rig.json whose poses replace the recording's")
       ->check(command_line::path());
+  command_line::addCalibrationOptions(app, options.recording_options);
   app.add_option("--depth-scale", options.recording_options.depth_scale, "metres per unit of depth")
       ->check(command_line::positiveNumber());
   command_line::addQualityOptions(app, options.quality);

@@ -1,6 +1,7 @@
 // Writes a recording as organised PCD files, a folder a camera: what pcl::PCDGrabber plays and pcl_viewer shows.
 
 #include "command_line/option_checks.h"
+#include "command_line/recording_arguments.h"
 #include "command_line/tool.h"
 #include "io/cloud_io.h"
 #include "io/organized_cloud.h"
@@ -9,6 +10,7 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <set>
 
 namespace {
 
@@ -23,11 +25,14 @@ struct Options {
 };
 
 int run(const Options& options) {
-  const std::unique_ptr<io::Recording> recording = io::openRecording(options.inputs, options.recording);
+  const std::unique_ptr<io::Recording> recording =
+      command_line::openRecording("fuse_flow_export", options.inputs, options.recording);
   io::LoadedFrame loaded;
   io::OrganizedCloud cloud;
   std::size_t files = 0;
-  for (std::size_t frame = 0; frame < recording->frameCount() && !io::interrupt_requested; ++frame) {
+  std::set<std::string> written;
+  for (const std::size_t frame : recording->frames()) {
+    if (io::interrupt_requested) break;
     recording->read(frame, loaded);
     const bool timed = recording->framesPerSecond() || loaded.rig.stamp;
     const auto stamp = timed && !options.frames_per_second
@@ -45,7 +50,12 @@ int run(const Options& options) {
       io::toOrganizedCloud(camera, loaded.rig.views[k], cloud);
       cloud.sensor_origin_.head<3>() = camera.T_world_camera.translation().cast<float>();
       cloud.sensor_orientation_ = Eigen::Quaterniond(camera.T_world_camera.linear()).cast<float>();
-      io::writeCloud((folder / name).string(), cloud);
+      const std::string path = (folder / name).string();
+      if (!written.insert(path).second)
+        throw io::OutputError(
+            path + ": frame " + std::to_string(frame) +
+            " has the time of one before it, and would replace it; --fps gives each a time of its own");
+      io::writeCloud(path, cloud);
       ++files;
     }
   }
@@ -68,6 +78,7 @@ int main(int argc, char** argv) {
       ->multi_option_policy(CLI::MultiOptionPolicy::Join);
   app.add_option("--slide", options.recording.slide, "move those frames on by this many, again and again")
       ->check(CLI::Range(0, 1000000));
+  command_line::addCalibrationOptions(app, options.recording);
   io::catchInterrupts();
   return command_line::runTool(app, argc, argv, [&] { return run(options); });
 }

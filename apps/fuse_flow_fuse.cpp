@@ -7,11 +7,13 @@
 #include "command_line/threads.h"
 #include "command_line/tool.h"
 #include "io/cloud_io.h"
+#include "io/color_check.h"
 #include "io/depth_in_range.h"
 #include "io/file_io.h"
 #include "io/live_extrinsics.h"
 #include "io/range.h"
 #include "io/report.h"
+#include "io/view_overlap.h"
 
 #include <unistd.h>
 
@@ -122,15 +124,37 @@ class Progress {
   bool in_line_{false};
 };
 
+/** \brief What is wrong with the input, though it can be read: for the end, when all of it was seen. */
+class InputChecks {
+ public:
+  explicit InputChecks(const PreprocessingParameters& range) : depth_(range), overlap_(range) {}
+
+  void look(const io::LoadedFrame& frame) {
+    depth_.look(frame.rig);
+    color_.look(frame.rig);
+    confidence_.look(frame);
+    overlap_.look(frame.rig);
+  }
+  std::vector<std::string> complaints() const {
+    std::vector<std::string> all;
+    for (const std::vector<std::string>& some :
+         {depth_.complaints(), confidence_.complaints(), color_.complaints(), overlap_.complaints()})
+      all.insert(all.end(), some.begin(), some.end());
+    return all;
+  }
+
+ private:
+  io::DepthInRange depth_;
+  io::ColorCheck color_;
+  io::ConfidenceCheck confidence_;
+  io::OverlapCheck overlap_;
+};
+
 int run(const Options& options) {
   const std::unique_ptr<io::Method> method = io::makeMethod(options.method, options.method_options);
-  const std::unique_ptr<io::Recording> recording = io::openRecording(options.inputs, options.recording);
-  std::vector<std::size_t> frames;
-  if (options.frames.empty()) {
-    for (std::size_t f = 0; f < recording->frameCount(); ++f) frames.push_back(f);
-  } else {
-    frames = io::parseRange(options.frames, recording->frameCount());
-  }
+  const std::unique_ptr<io::Recording> recording =
+      command_line::openRecording("fuse_flow_fuse", options.inputs, options.recording);
+  const std::vector<std::size_t> frames = io::chooseFrames(*recording, options.frames);
 
   checkOutputs(options, frames);
 
@@ -144,15 +168,15 @@ int run(const Options& options) {
   Progress progress(frames.size());
   std::size_t done = 0;
   std::map<std::size_t, std::string> ended;  // by camera
-  io::DepthInRange depth(options.method_options.parameters.preprocessing);
+  InputChecks checks(options.method_options.parameters.preprocessing);
   for (const std::size_t frame : frames) {
     if (io::interrupt_requested) break;
     const std::string path = outputPath(options, frame, frames.size());
     try {
       recording->read(frame, loaded);
       for (const io::DamagedView& view : loaded.ended) ended[view.view] = view.message;
-      depth.look(loaded.rig);
       if (options.refine_extrinsics) extrinsics.place(loaded.rig);
+      checks.look(loaded);
       for (const CameraMotion& motion : extrinsics.moved())
         std::cerr << io::describe(motion, loaded.rig.cameras) << std::endl;
       method->fuse(loaded.rig, cloud);
@@ -184,7 +208,7 @@ int run(const Options& options) {
   }
   std::cout << report.summary();
   for (const auto& [camera, message] : ended) std::cout << "  " << message << "\n";
-  for (const std::string& complaint : depth.complaints()) std::cout << "  " << complaint << "\n";
+  for (const std::string& complaint : checks.complaints()) std::cout << "  " << complaint << "\n";
   if (io::interrupt_requested) {
     std::cerr << "fuse_flow_fuse: interrupted after " << done << " of " << frames.size()
               << " frames; those are complete" << std::endl;

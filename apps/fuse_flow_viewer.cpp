@@ -38,7 +38,9 @@ std::unique_ptr<viewing::FrameSource> makeSource(const Options& options) {
   if (!options.inputs.empty()) {
     io::RecordingOptions recording = options.recording;
     recording.skip_damaged = true;
-    return viewing::openSource(options.inputs, recording);
+    std::unique_ptr<viewing::FrameSource> source = viewing::openSource(options.inputs, recording);
+    command_line::printWarnings("fuse_flow_viewer", source->warnings());
+    return source;
   }
   simulation::SimulationOptions simulation = options.simulation;
   simulation.scene = options.simulated_scene;

@@ -132,6 +132,102 @@ TEST(Color, IsNotReadWhereALensFoldsBackIntoItsImage) {
   EXPECT_EQ(cloud(95, 1).rgba & 0xffffffu, 0u);
 }
 
+/** \brief A wall 2 m away, and before its middle a square of another colour at 0.8 m, for a depth camera whose colour camera stands
+ *  baseline metres to the right. What each of them sees is known by hand: both surfaces are parallel to the images. */
+struct HiddenWall {
+  static constexpr double kWall = 2.0, kSquare = 0.8, kHalf = 0.15;
+  double baseline;
+  Scene scene{
+      scenes::makeScene(scenes::sameCameras(1, 160, 120, 130),
+                        scenes::nearest({scenes::square(0, 0, kSquare, kHalf), scenes::plane({0, 0, 1}, kWall)}))};
+
+  explicit HiddenWall(double metres) : baseline(metres) {
+    fuse_flow::Camera& camera = scene.rig.cameras[0];
+    camera.color.emplace();
+    camera.color->intrinsics = scenes::lookAt({0, 0, 0}, {0, 0, 1}, 640, 480, 520).intrinsics;
+    camera.color->T_depth_color.translation().x() = baseline;
+    scene.color.emplace_back();
+    fuse_flow::io::ColorImage& image = scene.color[0];
+    image.resize(640, 480);
+    const fuse_flow::Intrinsics& K = camera.color->intrinsics;
+    for (int v = 0; v < 480; ++v)
+      for (int u = 0; u < 640; ++u) {
+        const double x = kSquare * (u - static_cast<double>(K.cx)) / static_cast<double>(K.fx) + baseline;
+        const double y = kSquare * (v - static_cast<double>(K.cy)) / static_cast<double>(K.fy);
+        const bool square = std::abs(x) < kHalf && std::abs(y) < kHalf;
+        image.data[static_cast<std::size_t>(v * 640 + u)] = square ? blue : red;
+      }
+    scene.attach();
+  }
+  /** \brief Whether the square stands between a point of the wall and the colour camera. */
+  bool hidden(double x, double y) const {
+    const double share = kSquare / kWall;  // of the way from the camera
+    return std::abs(baseline + share * (x - baseline)) < kHalf && std::abs(share * y) < kHalf;
+  }
+
+  const fuse_flow::Rgb8 red{200, 40, 40}, blue{40, 40, 200};
+};
+
+TEST(Color, OfWhatIsHiddenFromTheColorCameraIsNotThatOfWhatHidesIt) {
+  for (const double baseline : {0.015, 0.032, 0.052, -0.052}) {
+    const HiddenWall wall(baseline);
+    const auto cloud = backproject(wall.scene.rig.cameras[0], wall.scene.rig.views[0]);
+    std::size_t hidden = 0, wrong = 0, seen = 0, red = 0, square = 0, blue = 0;
+    for (const pcl::PointXYZRGB& point : cloud) {
+      const bool is_red = point.r == 200 && point.b == 40, is_blue = point.r == 40 && point.b == 200;
+      if (point.z < 1) {
+        ++square;
+        blue += is_blue ? 1 : 0;
+      } else if (wall.hidden(static_cast<double>(point.x), static_cast<double>(point.y))) {
+        ++hidden;
+        wrong += is_blue ? 1 : 0;
+      } else {
+        ++seen;
+        red += is_red ? 1 : 0;
+      }
+    }
+    ASSERT_GT(hidden, 80u) << "the test's own geometry";
+    EXPECT_LE(static_cast<double>(wrong), 0.05 * static_cast<double>(hidden)) << baseline;
+    EXPECT_GE(static_cast<double>(red), 0.97 * static_cast<double>(seen)) << baseline;
+    EXPECT_GE(static_cast<double>(blue), 0.99 * static_cast<double>(square)) << baseline;
+  }
+}
+
+TEST(Color, OfAFusedPointIsNotThatOfWhatHidesIt) {
+  HiddenWall wall(0.052);
+  std::size_t hidden = 0, wrong = 0;
+  for (const auto& point : scenes::fuse(wall.scene.rig)) {
+    if (point.z < 1 || !wall.hidden(static_cast<double>(point.x), static_cast<double>(point.y))) continue;
+    ++hidden;
+    wrong += point.b > 100 ? 1 : 0;
+  }
+  ASSERT_GT(hidden, 50u);
+  EXPECT_LE(static_cast<double>(wrong), 0.05 * static_cast<double>(hidden));
+}
+
+TEST(Color, OfASlantedSurfaceHidesNothingOfItself) {
+  // At 60 to over 80 degrees from straight on, of which sensors measure up to some 75.
+  const Eigen::Vector3d normal = Eigen::Vector3d(3.73, 0, 1).normalized();
+  Scene scene = scenes::makeScene(scenes::sameCameras(1, 160, 120, 130), scenes::plane({3.73, 0, 1}, 1.2));
+  fuse_flow::Camera& camera = scene.rig.cameras[0];
+  camera.color.emplace();
+  camera.color->intrinsics = scenes::lookAt({0, 0, 0}, {0, 0, 1}, 640, 480, 400).intrinsics;
+  camera.color->T_depth_color.translation() << -0.03, 0.01, 0;
+  scene.color.emplace_back();
+  scene.color[0].resize(640, 480);
+  std::fill(scene.color[0].data.begin(), scene.color[0].data.end(), fuse_flow::Rgb8{9, 99, 199});
+  scene.attach();
+  std::size_t points = 0, colored = 0;
+  for (const pcl::PointXYZRGB& point : backproject(camera, scene.rig.views[0])) {
+    const Eigen::Vector3d p = point.getVector3fMap().cast<double>();
+    if (!p.allFinite() || normal.dot(p.normalized()) < std::cos(75 * M_PI / 180)) continue;
+    ++points;
+    colored += point.b == 199 ? 1 : 0;
+  }
+  ASSERT_GT(points, 3000u);
+  EXPECT_GE(static_cast<double>(colored), 0.99 * static_cast<double>(points));
+}
+
 TEST(Color, OfAPointIsThatOfTheCamerasThatHaveOne) {
   Scene scene = twoColors({200, 100, 30}, {});
   scene.rig.views[1].color = {};

@@ -2,9 +2,39 @@
 
 #include "command_line/option_checks.h"
 
+#include <iostream>
 #include <limits>
+#include <map>
 
 namespace fuse_flow::command_line {
+
+void addCalibrationOptions(CLI::App& app, io::RecordingOptions& options) {
+  app.add_option("--intrinsics", options.intrinsics,
+                 "of the camera of a 7-Scenes, TUM or Redwood folder: a ROS camera_info .yaml, an Open3D .json, a 3x3 "
+                 "matrix as text, or COLMAP's cameras.txt; default: such a file in the folder")
+      ->check(path());
+  static const std::map<std::string, io::PoseConvention> conventions = {
+      {"camera_to_world", io::PoseConvention::CameraToWorld},
+      {"world_to_camera", io::PoseConvention::WorldToCamera},
+      {"opengl", io::PoseConvention::OpenGl}};
+  app.add_option(
+         "--pose-convention", options.pose_convention,
+         "what the poses of the recording mean: camera_to_world, world_to_camera (COLMAP), or opengl: camera to "
+         "world of axes x right, y up, z backward (Blender, NeRF, ARKit)")
+      ->transform(CLI::CheckedTransformer(conventions, CLI::ignore_case).description(""))
+      ->type_name("TEXT");
+}
+
+void printWarnings(const std::string& tool, const std::vector<std::string>& warnings) {
+  for (const std::string& warning : warnings) std::cerr << tool << ": warning: " << warning << std::endl;
+}
+
+std::unique_ptr<io::Recording> openRecording(const std::string& tool, const std::vector<std::string>& inputs,
+                                             const io::RecordingOptions& options) {
+  std::unique_ptr<io::Recording> recording = io::openRecording(inputs, options);
+  printWarnings(tool, recording->warnings());
+  return recording;
+}
 
 RecordingArguments::RecordingArguments(CLI::App& app) {
   input_ = app.add_option(
@@ -21,6 +51,7 @@ RecordingArguments::RecordingArguments(CLI::App& app) {
   app.add_option("--poses", options_.poses,
                  "rig.json whose poses and depth corrections replace the recording's, as fuse_flow_calibrate writes it")
       ->check(path());
+  addCalibrationOptions(app, options_);
 }
 
 io::RecordingOptions RecordingArguments::options() const {

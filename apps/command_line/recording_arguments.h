@@ -4,10 +4,21 @@
 
 #include <CLI/CLI.hpp>
 
+#include <memory>
 #include <string>
 #include <vector>
 
 namespace fuse_flow::command_line {
+
+/** \brief --intrinsics and --pose-convention. */
+void addCalibrationOptions(CLI::App& app, io::RecordingOptions& options);
+
+/** \brief Says on the standard error stream what was assumed or left out, a line each. \param tool its name */
+void printWarnings(const std::string& tool, const std::vector<std::string>& warnings);
+
+/** \brief openRecording() of io, and then printWarnings(). */
+std::unique_ptr<io::Recording> openRecording(const std::string& tool, const std::vector<std::string>& inputs,
+                                             const io::RecordingOptions& options);
 
 /** \brief Which recording, and how to look at it, on the command line. */
 class RecordingArguments {

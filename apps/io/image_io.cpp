@@ -124,11 +124,12 @@ void writePng(const std::string& path, const Image<Pixel>& image, int scalar_typ
 }
 
 template <typename Sample>
-void copyConfidence(const PngPixels& pixels, FloatImage& image) {
-  constexpr float scale = 1.0f / std::numeric_limits<Sample>::max();
+float copyConfidence(const PngPixels& pixels, std::optional<float> given, FloatImage& image) {
+  const float scale = given.value_or(1.0f / std::numeric_limits<Sample>::max());
   const Sample* first = pixels.row<Sample>(0);
   std::transform(first, first + image.data.size(), image.data.begin(),
-                 [](Sample s) { return static_cast<float>(s) * scale; });
+                 [scale](Sample s) { return static_cast<float>(s) * scale; });
+  return scale;
 }
 
 }  // namespace
@@ -152,7 +153,7 @@ void readColor(const std::string& path, ColorImage& image) {
     readColorJpeg(path, bytes, image);
 }
 
-void readConfidencePng(const std::string& path, FloatImage& image) {
+float readConfidencePng(const std::string& path, FloatImage& image, std::optional<float> scale) {
   const std::string bytes = readFile(path);
   const PngHeader header = checkPng(path, bytes);
   if ((header.bits != 8 && header.bits != 16) || header.color_type != 0)
@@ -160,10 +161,8 @@ void readConfidencePng(const std::string& path, FloatImage& image) {
   PngPixels pixels;
   decodePng(path, bytes, pixels);
   image.resize(pixels.width, pixels.height);
-  if (pixels.bits == 16)
-    copyConfidence<std::uint16_t>(pixels, image);
-  else
-    copyConfidence<std::uint8_t>(pixels, image);
+  return pixels.bits == 16 ? copyConfidence<std::uint16_t>(pixels, scale, image)
+                           : copyConfidence<std::uint8_t>(pixels, scale, image);
 }
 
 void writeDepthPng(const std::string& path, const DepthImage& image) {

@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -43,8 +44,10 @@ void readDepthPng(const std::string& path, DepthImage& image);
  *  InputError. */
 void readColor(const std::string& path, ColorImage& image);
 
-/** \brief Reads an 8-bit or 16-bit grey PNG, whose largest value is 1. Throws InputError. */
-void readConfidencePng(const std::string& path, FloatImage& image);
+/** \brief Reads an 8-bit or 16-bit grey PNG. Throws InputError.
+ *  \param scale confidence per step; absent: the largest value of the file's type, 255 or 65535, is 1
+ *  \returns the confidence per step */
+float readConfidencePng(const std::string& path, FloatImage& image, std::optional<float> scale = {});
 
 /** \brief Writes a 16-bit grey PNG. Throws OutputError. */
 void writeDepthPng(const std::string& path, const DepthImage& image);

@@ -1,5 +1,7 @@
 #include "io/organized_cloud.h"
 
+#include "io/lens_fit.h"
+
 #include <fuse_flow/depth_backprojection.h>
 
 #include <algorithm>
@@ -16,57 +18,48 @@ extern template class fuse_flow::DepthBackprojection<pcl::PointXYZRGB>;
 namespace fuse_flow::io {
 namespace {
 
-/** \brief Least squares of pixel = f · ray + c over an image, rays being x/z or y/z. Points in their camera's frame
- *  determine the camera so; the general projection matrix that pcl::estimateProjectionMatrix seeks is not determined by
- *  a flat scene. */
-class PinholeFit {
- public:
-  void add(double ray, double pixel) {
-    n_ += 1;
-    r_ += ray;
-    p_ += pixel;
-    rr_ += ray * ray;
-    rp_ += ray * pixel;
-    pp_ += pixel * pixel;
-  }
-  double count() const { return n_; }
-  double focal() const { return (n_ * rp_ - r_ * p_) / (n_ * rr_ - r_ * r_); }
-  double centre() const { return (p_ - focal() * r_) / n_; }
-  /** \brief Root mean square error, pixels. */
-  double residual() const {
-    const double f = focal(), c = centre();
-    return std::sqrt(std::abs(pp_ + f * f * rr_ + n_ * c * c - 2 * f * rp_ - 2 * c * p_ + 2 * f * c * r_) / n_);
-  }
-
- private:
-  double n_{0}, r_{0}, p_{0}, rr_{0}, rp_{0}, pp_{0};
-};
-
-Intrinsics fitIntrinsics(const std::string& path, const OrganizedCloud& cloud) {
-  PinholeFit horizontal, vertical;
+/** \brief Of each pixel that has a point. */
+std::vector<PixelRay> raysOf(const OrganizedCloud& cloud) {
+  std::vector<PixelRay> rays;
   for (std::uint32_t v = 0; v < cloud.height; ++v)
     for (std::uint32_t u = 0; u < cloud.width; ++u) {
       const auto& p = cloud.at(static_cast<int>(u), static_cast<int>(v));
       if (!std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z) || p.z <= 0) continue;
-      horizontal.add(p.x / static_cast<double>(p.z), u);
-      vertical.add(p.y / static_cast<double>(p.z), v);
+      rays.push_back({static_cast<double>(u), static_cast<double>(v), p.x / static_cast<double>(p.z),
+                      p.y / static_cast<double>(p.z)});
     }
-  if (horizontal.count() < 100)
-    throw InputError(path + ": has " + std::to_string(static_cast<long>(horizontal.count())) +
+  return rays;
+}
+
+/** \brief Some thousand, evenly spread, of as many as there are. */
+std::vector<PixelRay> someOf(const std::vector<PixelRay>& rays) {
+  constexpr std::size_t most = 4000;
+  if (rays.size() <= most) return rays;
+  std::vector<PixelRay> some;
+  for (std::size_t k = 0; k < most; ++k) some.push_back(rays[k * rays.size() / most]);
+  return some;
+}
+
+Intrinsics fitIntrinsics(const std::string& path, const OrganizedCloud& cloud, std::vector<std::string>* warnings) {
+  const std::vector<PixelRay> rays = raysOf(cloud);
+  if (rays.size() < 100)
+    throw InputError(path + ": has " + std::to_string(rays.size()) +
                      " valid points, must be 100 or more to find the camera");
-  constexpr double max_residual = 1.0;  // pixels
-  if (!(horizontal.residual() < max_residual && vertical.residual() < max_residual && horizontal.focal() > 0 &&
-        vertical.focal() > 0))
+  const LensFit fit = fitLens(someOf(rays), static_cast<int>(cloud.width), static_cast<int>(cloud.height));
+  constexpr double max_rms = 1.0, notable = 0.25;  // pixels
+  const Intrinsics& K = fit.intrinsics;
+  if (!(fit.rms < max_rms && K.fx > 0 && K.fy > 0))
     throw InputError(
-        path + ": its points are not those of a pinhole camera at their origin, looking along +z; the cloud must " +
-        "be as the sensor delivered it, with the pose in VIEWPOINT");
-  Intrinsics K;
-  K.width = static_cast<int>(cloud.width);
-  K.height = static_cast<int>(cloud.height);
-  K.fx = static_cast<float>(horizontal.focal());
-  K.fy = static_cast<float>(vertical.focal());
-  K.cx = static_cast<float>(horizontal.centre());
-  K.cy = static_cast<float>(vertical.centre());
+        path +
+        ": its points are not those of a camera at their origin, looking along +z, whose lens the Brown-Conrady " +
+        "and rational models express; the cloud must be as the sensor delivered it, with the pose in VIEWPOINT");
+  if (fit.worst > notable && warnings != nullptr) {
+    std::ostringstream line;
+    line << path << ": its points are moved to the rays of a lens that fits them to " << fit.rms
+         << " pixels, at worst by " << fit.worst << " pixels, which is " << 1000 * fit.worst / static_cast<double>(K.fx)
+         << " mm for each metre of distance";
+    warnings->push_back(line.str());
+  }
   return K;
 }
 
@@ -100,13 +93,13 @@ void toOrganizedCloud(const Camera& camera, const DepthView& view, OrganizedClou
   backprojection.filter(cloud);
 }
 
-Camera cameraOf(const std::string& path, const OrganizedCloud& cloud) {
+Camera cameraOf(const std::string& path, const OrganizedCloud& cloud, std::vector<std::string>* warnings) {
   if (cloud.height < 2 || cloud.width < 2)
     throw InputError(path + ": is an unorganised cloud (" + std::to_string(cloud.width) + "x" +
                      std::to_string(cloud.height) + "), must be organised: a point for each pixel, in rows");
   Camera camera;
   camera.name = std::filesystem::path(path).stem().string();
-  camera.intrinsics = fitIntrinsics(path, cloud);
+  camera.intrinsics = fitIntrinsics(path, cloud, warnings);
   checkViewpoint(path);
   camera.T_world_camera.linear() = cloud.sensor_orientation_.cast<double>().normalized().toRotationMatrix();
   camera.T_world_camera.translation() = cloud.sensor_origin_.head<3>().cast<double>();

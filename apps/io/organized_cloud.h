@@ -6,6 +6,7 @@
 #include <pcl/point_types.h>
 
 #include <string>
+#include <vector>
 
 namespace fuse_flow::io {
 
@@ -16,10 +17,11 @@ using OrganizedCloud = pcl::PointCloud<pcl::PointXYZRGB>;
  *  filters expect of points in the sensor's frame. */
 void toOrganizedCloud(const Camera& camera, const DepthView& view, OrganizedCloud& cloud);
 
-/** \brief The camera that measured a cloud: intrinsics that map its points to their pixels with the least squares; its pose is
- *  the cloud's sensor pose. Throws InputError, beginning with the path, for a cloud that is not organised, or that no pinhole
- *  camera at its origin sees so.  \param path what messages call it; its stem names the camera */
-Camera cameraOf(const std::string& path, const OrganizedCloud& cloud);
+/** \brief The camera that measured a cloud: intrinsics and distortion that map its points to their pixels with the least squares;
+ *  its pose is the cloud's sensor pose. Throws InputError, beginning with the path, for a cloud that is not organised, or that no
+ *  camera at its origin sees so.  \param path what messages call it; its stem names the camera
+ *  \param warnings gets a line where points come back beside their places; null: nobody reads it */
+Camera cameraOf(const std::string& path, const OrganizedCloud& cloud, std::vector<std::string>* warnings = nullptr);
 
 /** \brief The depth image of a cloud, and its colour image where has_color. */
 void imagesOf(const OrganizedCloud& cloud, bool has_color, LoadedView& images);

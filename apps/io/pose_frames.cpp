@@ -35,15 +35,20 @@ std::size_t enoughFrames(const RigFrame& frame, const ExtrinsicParameters& param
 }
 
 std::vector<std::size_t> framesForPoses(Recording& recording, const ExtrinsicParameters& parameters) {
-  const std::size_t count = recording.frameCount();
-  const std::vector<std::size_t> few = spreadFrames(kFewFrames, count);
-  if (few.size() == count) return few;
+  const std::vector<std::size_t> all = recording.frames();
+  const auto spread = [&](std::size_t most) {
+    std::vector<std::size_t> chosen = spreadFrames(most, all.size());
+    for (std::size_t& frame : chosen) frame = all[frame];
+    return chosen;
+  };
+  const std::vector<std::size_t> few = spread(kFewFrames);
+  if (few.size() == all.size()) return few;
   std::vector<char> seen(recording.cameras().size(), 0);
   LoadedFrame loaded;
   for (const std::size_t frame : few) {
     recording.read(frame, loaded);
     const std::size_t enough = enoughFrames(loaded.rig, parameters);
-    if (enough > few.size()) return spreadFrames(enough, count);
+    if (enough > few.size()) return spread(enough);
     for (std::size_t i = 0; i < seen.size(); ++i) seen[i] |= !loaded.rig.views[i].missing();
     if (std::count(seen.begin(), seen.end(), 0) == 0) break;
   }

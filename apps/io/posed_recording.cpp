@@ -3,21 +3,23 @@
 #include "io/error.h"
 #include "io/rig_json.h"
 
+#include <cmath>
 #include <map>
 
 namespace fuse_flow::io {
 namespace {
 
-class PosedRecording : public Recording {
+/** \brief Another recording with other cameras. */
+class MovedRecording : public Recording {
  public:
-  PosedRecording(std::unique_ptr<Recording> recording, const std::string& rig_json)
-      : recording_(std::move(recording)), rig_json_(rig_json), cameras_(recording_->cameras()) {
-    for (const RigCamera& entry : readRigJson(rig_json).cameras) calibrations_[entry.camera.name] = entry.camera;
-    place(cameras_);
+  explicit MovedRecording(std::unique_ptr<Recording> recording)
+      : recording_(std::move(recording)), cameras_(recording_->cameras()) {
+    warnings_ = recording_->warnings();
   }
 
   std::string kind() const override { return recording_->kind(); }
   std::size_t frameCount() const override { return recording_->frameCount(); }
+  std::vector<std::size_t> frames() const override { return recording_->frames(); }
   std::optional<double> framesPerSecond() const override { return recording_->framesPerSecond(); }
   const std::vector<Camera>& cameras() const override { return cameras_; }
   void read(std::size_t frame, LoadedFrame& out) override {
@@ -25,8 +27,40 @@ class PosedRecording : public Recording {
     place(out.rig.cameras);
   }
 
+ protected:
+  virtual void place(std::vector<Camera>& cameras) const = 0;
+
+  std::unique_ptr<Recording> recording_;
+  std::vector<Camera> cameras_;
+};
+
+class ConvertedRecording : public MovedRecording {
+ public:
+  ConvertedRecording(std::unique_ptr<Recording> recording, PoseConvention convention)
+      : MovedRecording(std::move(recording)), convention_(convention) {
+    place(cameras_);
+  }
+
  private:
-  void place(std::vector<Camera>& cameras) const {
+  void place(std::vector<Camera>& cameras) const override {
+    for (Camera& camera : cameras) camera.T_world_camera = converted(camera.T_world_camera, convention_);
+  }
+
+  PoseConvention convention_;
+};
+
+class PosedRecording : public MovedRecording {
+ public:
+  PosedRecording(std::unique_ptr<Recording> recording, const std::string& rig_json)
+      : MovedRecording(std::move(recording)), rig_json_(rig_json) {
+    const RigDescription rig = readRigJson(rig_json);
+    warnings_.insert(warnings_.end(), rig.warnings.begin(), rig.warnings.end());
+    for (const RigCamera& entry : rig.cameras) calibrations_[entry.camera.name] = entry.camera;
+    place(cameras_);
+  }
+
+ private:
+  void place(std::vector<Camera>& cameras) const override {
     for (Camera& camera : cameras) {
       const auto found = calibrations_.find(camera.name);
       if (found == calibrations_.end())
@@ -37,13 +71,27 @@ class PosedRecording : public Recording {
     }
   }
 
-  std::unique_ptr<Recording> recording_;
   std::string rig_json_;
-  std::vector<Camera> cameras_;
   std::map<std::string, Camera> calibrations_;
 };
 
 }  // namespace
+
+Eigen::Isometry3d converted(const Eigen::Isometry3d& pose, PoseConvention convention) {
+  switch (convention) {
+    case PoseConvention::WorldToCamera:
+      return pose.inverse();
+    case PoseConvention::OpenGl:
+      return pose * Eigen::AngleAxisd(std::acos(-1.0), Eigen::Vector3d::UnitX());  // y and z the other way
+    default:
+      return pose;
+  }
+}
+
+std::unique_ptr<Recording> withConvention(std::unique_ptr<Recording> recording, PoseConvention convention) {
+  if (convention == PoseConvention::CameraToWorld) return recording;
+  return std::make_unique<ConvertedRecording>(std::move(recording), convention);
+}
 
 std::unique_ptr<Recording> withPoses(std::unique_ptr<Recording> recording, const std::string& rig_json) {
   return std::make_unique<PosedRecording>(std::move(recording), rig_json);

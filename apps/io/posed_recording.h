@@ -12,4 +12,10 @@ namespace fuse_flow::io {
  *  InputError if it lacks one of them. */
 std::unique_ptr<Recording> withPoses(std::unique_ptr<Recording> recording, const std::string& rig_json);
 
+/** \brief A pose as a file has it, as camera to world of axes x right, y down, z forward. */
+Eigen::Isometry3d converted(const Eigen::Isometry3d& pose, PoseConvention convention);
+
+/** \brief A recording whose poses mean something else than its format says; itself, where they do not. */
+std::unique_ptr<Recording> withConvention(std::unique_ptr<Recording> recording, PoseConvention convention);
+
 }  // namespace fuse_flow::io

@@ -12,4 +12,12 @@ namespace fuse_flow::io {
  *  \param option named in messages, e.g. "--frames". Throws OptionError. */
 std::vector<std::size_t> parseRange(const std::string& spec, std::size_t count, const std::string& option = "--frames");
 
+/** \brief The same of numbers that need not follow each other, such as those of a recording's frames.
+ *  \param numbers ascending  Throws OptionError for one that is not among them, and for a range that names none of them. */
+std::vector<std::size_t> parseRangeOf(const std::string& spec, const std::vector<std::size_t>& numbers,
+                                      const std::string& option = "--frames");
+
+/** \brief "40 frames: 0, 5, 10 ... 195", for messages. */
+std::string listFrames(const std::vector<std::size_t>& numbers);
+
 }  // namespace fuse_flow::io

@@ -23,7 +23,7 @@ class PcdRecording : public Recording {
     }
     cloud.sensor_origin_ = pose.origin;
     cloud.sensor_orientation_ = pose.orientation;
-    cameras_.push_back(cameraOf(path, cloud));
+    cameras_.push_back(cameraOf(path, cloud, &warnings_));
     checkCameraInput(path, cameras_.back());
     const bool has_color =
         read_color && (pcl::getFieldIndex(blob, "rgb") >= 0 || pcl::getFieldIndex(blob, "rgba") >= 0);
@@ -62,6 +62,8 @@ std::unique_ptr<Recording> openPcd(const std::vector<std::string>& paths, const 
   if (options.slide != 0) throw OptionError("--slide: " + paths[0] + ": PCD files are one instant, must be 0");
   if (options.depth_scale)
     throw OptionError("--depth-scale: " + paths[0] + ": points of PCD files are in metres, must not be given");
+  if (!options.intrinsics.empty())
+    throw OptionError("--intrinsics: " + paths[0] + ": the points of PCD files tell them, must not be given");
   std::vector<std::string> chosen = paths;
   if (!options.views.empty()) {
     chosen.clear();

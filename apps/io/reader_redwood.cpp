@@ -1,13 +1,14 @@
 #include "io/calibration.h"
 #include "io/file_io.h"
+#include "io/name_number.h"
 #include "io/readers.h"
 #include "io/sequence_recording.h"
-
-#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <map>
+#include <optional>
 
 namespace fs = std::filesystem;
 
@@ -52,62 +53,114 @@ std::string findTrajectory(const std::string& folder) {
                    " trajectories (.log), must be one, or one of them trajectory.log");
 }
 
+/** \brief Camera → world by the frame's number, and why those that are no pose are none. */
+struct Trajectory {
+  std::map<std::size_t, Eigen::Isometry3d> poses;
+  std::map<std::size_t, std::string> invalid;
+};
+
 /** \brief Blocks of five lines: "i j k", then camera → world, 4×4; i is the frame's number. */
-std::map<std::size_t, Eigen::Isometry3d> readTrajectory(const std::string& path) {
+Trajectory readTrajectory(const std::string& path) {
   const std::vector<double> numbers = readNumbers(path);
   constexpr std::size_t block = 3 + 16;
   if (numbers.empty() || numbers.size() % block != 0)
     throw InputError(path + ": has " + std::to_string(numbers.size()) +
                      " numbers, must be 19 a frame: three integers and a 4x4 pose");
-  std::map<std::size_t, Eigen::Isometry3d> poses;
+  Trajectory trajectory;
   for (auto at = numbers.begin(); at != numbers.end(); at += block) {
     if (!(at[0] >= 0 && at[0] <= 1e9 && at[0] == std::floor(at[0])))
-      throw InputError(path + ": pose number " + std::to_string(poses.size()) + " has no frame number");
+      throw InputError(path + ": pose number " + std::to_string((at - numbers.begin()) / block) +
+                       " has no frame number");
     const auto number = static_cast<std::size_t>(at[0]);
-    poses[number] =
-        rigidPose(path + ": pose of frame " + std::to_string(number), std::vector<double>(at + 3, at + block));
+    try {
+      trajectory.poses[number] =
+          rigidPose(path + ": pose of frame " + std::to_string(number), std::vector<double>(at + 3, at + block));
+    } catch (const InputError& error) {  // where tracking was lost; it matters to whoever names this frame
+      trajectory.poses.erase(number);
+      trajectory.invalid[number] = error.what();
+    }
   }
-  return poses;
+  return trajectory;
 }
 
-/** \brief 0 if it is left out. */
-int imageSide(const std::string& path, const nlohmann::json& json, const char* key) {
-  const double side = json.value(key, 0.0);
-  if (!(side >= 0 && side <= 65535 && side == std::floor(side)))
-    throw InputError(path + ": " + key + " is " + json[key].dump() +
-                     ", must be a whole number of pixels, 65535 at most");
-  return static_cast<int>(side);
+/** \brief The number of a frame: the only one in its name, or the first of NUMBER-TIME as Redwood writes it, which counts from 1. */
+std::optional<std::size_t> frameNumber(const std::string& path, bool from_one) {
+  const std::vector<std::size_t> numbers = numbersIn(fs::path(path).stem().string());
+  if (numbers.empty() || (from_one && numbers[0] == 0)) return std::nullopt;
+  return from_one ? numbers[0] - 1 : numbers[0];
 }
 
-/** \brief Open3D's file: width, height and the 3×3 matrix column by column. */
-bool readIntrinsicsJson(const std::string& path, Intrinsics& K) {
-  nlohmann::json json;
-  try {
-    json = nlohmann::json::parse(readFile(path));
-    if (!json.is_object() || !json.contains("intrinsic_matrix")) return false;
-    const auto matrix = json["intrinsic_matrix"].get<std::vector<float>>();
-    if (matrix.size() != 9 || matrix[2] != 0 || matrix[5] != 0 || matrix[8] != 1)
-      throw InputError(path + ": intrinsic_matrix must have 9 numbers, column by column: fx 0 0 0 fy 0 cx cy 1");
-    for (const float skew : {matrix[1], matrix[3]})
-      checkSkew(path, static_cast<double>(skew), static_cast<double>(matrix[0]));
-    K.width = imageSide(path, json, "width");
-    K.height = imageSide(path, json, "height");
-    K.fx = matrix[0];
-    K.fy = matrix[4];
-    K.cx = matrix[6];
-    K.cy = matrix[7];
-    return true;
-  } catch (const nlohmann::json::exception&) {
-    throw InputError(path + ": is not a camera as Open3D writes it: width, height, intrinsic_matrix of 9 numbers");
+bool allNameNumberAndTime(const std::vector<std::string>& paths) {
+  return std::all_of(paths.begin(), paths.end(), [](const std::string& path) {
+    const std::vector<std::size_t> numbers = numbersIn(fs::path(path).stem().string());
+    return numbers.size() == 2 && numbers[0] > 0;
+  });
+}
+
+/** \brief Images by their number, each once; none where a name has no number, or two have the same. */
+std::optional<std::map<std::size_t, std::string>> byNumber(const std::vector<std::string>& paths, bool from_one) {
+  std::map<std::size_t, std::string> result;
+  for (const std::string& path : paths) {
+    const std::optional<std::size_t> number = frameNumber(path, from_one);
+    if (!number || !result.emplace(*number, path).second) return std::nullopt;
   }
+  return result;
 }
 
-Intrinsics findIntrinsics(const std::string& folder) {
-  Intrinsics K;
-  for (const std::string& path : findFiles(folder, {".json"}))
-    if (readIntrinsicsJson(path, K)) return K;
-  throw InputError(folder +
-                   ": has no camera intrinsics, expected a .json file with width, height and intrinsic_matrix");
+std::map<std::size_t, std::string> byPlace(const std::vector<std::string>& paths) {
+  std::map<std::size_t, std::string> result;
+  for (std::size_t i = 0; i < paths.size(); ++i) result[i] = paths[i];
+  return result;
+}
+
+/** \brief Whether numbers are 1 … n, where the trajectory's are 0 … n − 1. */
+bool countFromOne(const std::map<std::size_t, std::string>& images,
+                  const std::map<std::size_t, Eigen::Isometry3d>& poses) {
+  return !images.empty() && images.begin()->first == 1 && images.rbegin()->first == images.size() &&
+         poses.size() == images.size() && poses.begin()->first == 0 && poses.rbegin()->first + 1 == poses.size();
+}
+
+/** \brief Depth and colour images by the number of their frame, and what is to be said of how it was found. */
+struct Images {
+  std::map<std::size_t, std::string> depth, color;
+  std::vector<std::string> warnings;
+};
+
+Images numberImages(const std::string& folder, const std::vector<std::string>& depths,
+                    const std::vector<std::string>& colors, const std::map<std::size_t, Eigen::Isometry3d>& poses) {
+  Images images;
+  bool from_one = allNameNumberAndTime(depths);
+  auto depth = byNumber(depths, from_one);
+  if (depth && !from_one && countFromOne(*depth, poses)) {
+    from_one = true;
+    depth = byNumber(depths, true);
+    images.warnings.push_back(folder + ": its images count from 1, its trajectory from 0: image 1 gets pose 0");
+  }
+  const bool any_pose = depth && std::any_of(depth->begin(), depth->end(),
+                                             [&](const auto& image) { return poses.count(image.first) > 0; });
+  if (any_pose) {
+    images.depth = *depth;
+    // Colour may be named otherwise than depth, as long as its names have the same numbers.
+    if (auto color = byNumber(colors, from_one))
+      images.color = std::move(*color);
+    else if (!colors.empty())
+      images.warnings.push_back(folder +
+                                ": colour images are not used, their names do not tell which depth image each "
+                                "belongs to, such as " +
+                                colors[0]);
+    return images;
+  }
+  images.depth = byPlace(depths);
+  images.warnings.push_back(folder +
+                            ": the names of its depth images tell no numbers of the trajectory; they get its "
+                            "poses in their order");
+  if (colors.size() == depths.size())
+    images.color = byPlace(colors);
+  else if (!colors.empty())
+    images.warnings.push_back(folder + ": colour images are not used, " + std::to_string(colors.size()) + " beside " +
+                              std::to_string(depths.size()) +
+                              " depth images, and no numbers say which belong together");
+  return images;
 }
 
 }  // namespace
@@ -120,27 +173,30 @@ std::unique_ptr<Recording> openRedwood(const std::string& folder, const Recordin
   Sequence sequence;
   sequence.kind = "redwood";
   sequence.path = folder;
-  sequence.intrinsics = findIntrinsics(folder);
-  const std::string trajectory = findTrajectory(folder);
-  const std::map<std::size_t, Eigen::Isometry3d> poses = readTrajectory(trajectory);
-
+  const std::string trajectory_path = findTrajectory(folder);
+  const Trajectory trajectory = readTrajectory(trajectory_path);
   const std::vector<std::string> depths = findFiles(fs::path(folder) / "depth", {".png"});
-  const bool is_color = fs::is_directory(fs::path(folder) / "color");
-  const std::vector<std::string> colors =
-      findFiles(fs::path(folder) / (is_color ? "color" : "image"), {".png", ".jpg", ".jpeg"});
-  // Depth and colour files carry timestamps in their names that differ: they belong together by their order.
-  for (std::size_t i = 0; i < depths.size(); ++i) {
-    const auto pose = poses.find(i);
-    if (pose == poses.end()) {
-      sequence.unposed[i] = trajectory + ": has no pose of frame " + std::to_string(i) + ", " + depths[i] +
-                            ", must have a block that begins with this number";
+  const std::string color_folder = colorFolder(folder);
+  std::vector<std::string> colors;
+  if (!color_folder.empty()) colors = findFiles(color_folder, {".png", ".jpg", ".jpeg"});
+  Images images = numberImages(folder, depths, colors, trajectory.poses);
+  sequence.warnings = std::move(images.warnings);
+  for (const auto& [number, depth] : images.depth) {
+    if (const auto invalid = trajectory.invalid.find(number); invalid != trajectory.invalid.end()) {
+      sequence.unposed[number] = invalid->second;
       continue;
     }
-    SequenceFrame& frame = sequence.frames[i];
-    frame.files.depth = depths[i];
-    if (i < colors.size()) frame.files.color = colors[i];
+    const auto pose = trajectory.poses.find(number);
+    if (pose == trajectory.poses.end()) {
+      sequence.unposed[number] = trajectory_path + ": has no pose of frame " + std::to_string(number) + ", " + depth +
+                                 ", must have a block that begins with this number";
+      continue;
+    }
+    SequenceFrame& frame = sequence.frames[number];
+    frame.files.depth = depth;
+    if (const auto color = images.color.find(number); color != images.color.end()) frame.files.color = color->second;
     frame.T_world_camera = pose->second;
-    frame.name = fs::path(depths[i]).stem().string();
+    frame.name = fs::path(depth).stem().string();
   }
   return openSequence(std::move(sequence), options);
 }

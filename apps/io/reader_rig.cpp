@@ -1,4 +1,5 @@
 #include "io/file_io.h"
+#include "io/name_number.h"
 #include "io/range.h"
 #include "io/readers.h"
 #include "io/rig_json.h"
@@ -7,22 +8,26 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <map>
+#include <set>
 
 namespace fs = std::filesystem;
 
 namespace fuse_flow::io {
 namespace {
 
-/** \brief One more than the highest number among folder/NNNNNN.png; 0 if there is none. */
-std::size_t countFrames(const fs::path& folder) {
-  std::size_t count = 0;
+/** \brief The images of a folder whose names are a number: by it, what their names are without the extension. */
+std::map<std::size_t, std::string> numberedImages(const fs::path& folder) {
+  std::map<std::size_t, std::string> stems;
   for (const std::string& name : filesIn(folder.string())) {
+    if (fs::path(name).extension() != ".png") continue;
     const std::string stem = fs::path(name).stem().string();
-    const bool numbered =
-        stem.size() == 6 && std::all_of(stem.begin(), stem.end(), [](char c) { return c >= '0' && c <= '9'; });
-    if (numbered && fs::path(name).extension() == ".png") count = std::max<std::size_t>(count, std::stoul(stem) + 1);
+    const std::optional<std::size_t> number = wholeNumber(stem);
+    if (!number) continue;
+    std::string& known = stems[*number];
+    if (known.empty() || stem == frameStem(*number)) known = stem;  // of 7 and 000007 the usual one
   }
-  return count;
+  return stems;
 }
 
 class RigRecording : public Recording {
@@ -34,14 +39,20 @@ class RigRecording : public Recording {
         skip_damaged_(options.skip_damaged) {
     for (const RigCamera& entry : rig.cameras) {
       cameras_.push_back(entry.camera);
-      depth_scales_.push_back(options.depth_scale.value_or(entry.depth_scale));
-      counts_.push_back(countFrames(folder_ / entry.camera.name / "depth"));
-      frame_count_ = std::max(frame_count_, counts_.back());
+      units_.push_back({options.depth_scale.value_or(entry.depth_scale), entry.confidence_scale});
+      const std::string own_folder = (folder_ / entry.camera.name).string();
+      stems_.push_back(numberedImages(fs::path(own_folder) / "depth"));
+      color_folders_.push_back(colorFolder(own_folder));
     }
+    listFrames();
+    warnings_ = rig.warnings;
+    warnOfGaps();
+    warnOfSingles();
   }
 
   std::string kind() const override { return "rig"; }
-  std::size_t frameCount() const override { return frame_count_; }
+  std::size_t frameCount() const override { return frames_.empty() ? 0 : frames_.back() + 1; }
+  std::vector<std::size_t> frames() const override { return frames_; }
   std::optional<double> framesPerSecond() const override { return frames_per_second_; }
   const std::vector<Camera>& cameras() const override { return cameras_; }
 
@@ -54,15 +65,16 @@ class RigRecording : public Recording {
       out.rig.stamp = static_cast<std::uint64_t>(std::llround(1e6 * static_cast<double>(frame) / *frames_per_second_));
     out.damaged.clear();
     out.ended.clear();
-    const std::string stem = frameStem(frame);
     for (std::size_t i = 0; i < cameras_.size(); ++i) {
       const fs::path camera = folder_ / cameras_[i].name;
+      const auto found = stems_[i].find(frame);
+      const std::string stem = found != stems_[i].end() ? found->second : frameStem(frame);
       ViewFiles files;
       files.depth = (camera / "depth" / (stem + ".png")).string();
-      if (read_color_) files.color = findImage((camera / "color").string(), stem);
+      if (read_color_ && !color_folders_[i].empty()) files.color = findImage(color_folders_[i], stem);
       files.confidence = (camera / "confidence" / (stem + ".png")).string();
-      loadView(files, depth_scales_[i], i, skip_damaged_, out);
-      if (frame >= counts_[i]) out.ended.push_back({i, ending(i)});
+      loadView(files, units_[i], i, skip_damaged_, out);
+      if (stems_[i].empty() || frame > stems_[i].rbegin()->first) out.ended.push_back({i, ending(i)});
     }
   }
 
@@ -70,8 +82,47 @@ class RigRecording : public Recording {
   /** \brief A frame that is missing between others was dropped; those behind the last one were never taken. */
   std::string ending(std::size_t camera) const {
     const std::string name = "camera '" + cameras_[camera].name + "' ";
-    if (counts_[camera] == 0) return name + "has no depth images";
-    return name + "ends after " + std::to_string(counts_[camera]) + " of " + std::to_string(frame_count_) + " frames";
+    if (stems_[camera].empty()) return name + "has no depth images";
+    const auto begin = frames_.begin();
+    const auto end = std::upper_bound(begin, frames_.end(), stems_[camera].rbegin()->first);
+    return name + "ends after " + std::to_string(end - begin) + " of " + std::to_string(frames_.size()) + " frames";
+  }
+
+  /** \brief All numbers of which a camera has a depth image. */
+  void listFrames() {
+    std::set<std::size_t> numbers;
+    for (const auto& stems : stems_)
+      for (const auto& [number, stem] : stems) numbers.insert(number);
+    frames_.assign(numbers.begin(), numbers.end());
+  }
+
+  void warnOfGaps() {
+    if (frames_.empty()) return;
+    if (frames_.front() > 0)
+      warnings_.push_back(folder_.string() + ": begins at frame " + frameStem(frames_.front()) +
+                          ", the first of which a camera has a depth image");
+    const std::size_t missing = frames_.back() - frames_.front() + 1 - frames_.size();
+    if (missing == 0) return;
+    std::size_t k = 0;
+    while (frames_[k + 1] == frames_[k] + 1) ++k;
+    warnings_.push_back(folder_.string() + ": " + std::to_string(missing) + " frames between " +
+                        frameStem(frames_.front()) + " and " + frameStem(frames_.back()) +
+                        " are left out, no camera has a depth image of them, such as " + frameStem(frames_[k] + 1));
+  }
+
+  /** \brief Names by a camera's own clock or counter would put each camera into an instant of its own. */
+  void warnOfSingles() {
+    std::map<std::size_t, std::size_t> counts;
+    std::size_t with_images = 0;
+    for (const auto& stems : stems_) {
+      with_images += stems.empty() ? 0 : 1;
+      for (const auto& [number, stem] : stems) ++counts[number];
+    }
+    const auto shared = [](const auto& entry) { return entry.second > 1; };
+    if (with_images < 2 || std::any_of(counts.begin(), counts.end(), shared)) return;
+    warnings_.push_back(folder_.string() +
+                        ": no two cameras have a depth image of the same number; images of one instant must have the "
+                        "same number in every camera's folder");
   }
 
   fs::path folder_;
@@ -79,9 +130,10 @@ class RigRecording : public Recording {
   bool read_color_;
   bool skip_damaged_;
   std::vector<Camera> cameras_;
-  std::vector<float> depth_scales_;
-  std::vector<std::size_t> counts_;  ///< of frames, each camera's
-  std::size_t frame_count_{0};
+  std::vector<ViewUnits> units_;
+  std::vector<std::map<std::size_t, std::string>> stems_;  ///< of each camera's depth images, by their number
+  std::vector<std::string> color_folders_;                 ///< of each camera; empty: it has none
+  std::vector<std::size_t> frames_;
 };
 
 }  // namespace
@@ -90,6 +142,8 @@ bool isRigFolder(const std::string& folder) { return isThere((fs::path(folder) /
 
 std::unique_ptr<Recording> openRig(const std::string& json_path, const RecordingOptions& options) {
   if (options.slide != 0) throw OptionError("--slide: " + json_path + " is a recording of several cameras, must be 0");
+  if (!options.intrinsics.empty())
+    throw OptionError("--intrinsics: " + json_path + " has the intrinsics of its cameras, must not be given");
   RigDescription rig = readRigJson(json_path);
   if (!options.views.empty()) {
     std::vector<RigCamera> chosen;

@@ -5,7 +5,6 @@
 
 #include <filesystem>
 #include <regex>
-#include <sstream>
 
 namespace fs = std::filesystem;
 
@@ -25,26 +24,14 @@ std::map<std::size_t, std::string> findFrames(const std::string& folder, const s
 
 std::map<std::size_t, std::string> findPoses(const std::string& folder) { return findFrames(folder, R"(pose\.txt)"); }
 
-Intrinsics readIntrinsics(const std::string& path) {
+/** \brief The depth camera as the dataset's page gives it. */
+Intrinsics datasetIntrinsics() {
   Intrinsics K;
-  K.fx = K.fy = 585;  // the depth camera as the dataset's page gives it
+  K.width = 640;
+  K.height = 480;
+  K.fx = K.fy = 585;
   K.cx = 320;
   K.cy = 240;
-  if (!isThere(path)) return K;
-  const std::vector<double> numbers = readNumbers(path);
-  if (numbers.size() != 9)
-    throw InputError(path + ": has " + std::to_string(numbers.size()) +
-                     " numbers, must be 9: a 3x3 matrix, row by row");
-  if (numbers[6] != 0 || numbers[7] != 0 || numbers[8] != 1) {
-    std::ostringstream row;
-    row << numbers[6] << ' ' << numbers[7] << ' ' << numbers[8];
-    throw InputError(path + ": the last row is " + row.str() + ", must be 0 0 1");
-  }
-  for (const double skew : {numbers[1], numbers[3]}) checkSkew(path, skew, numbers[0]);
-  K.fx = static_cast<float>(numbers[0]);
-  K.fy = static_cast<float>(numbers[4]);
-  K.cx = static_cast<float>(numbers[2]);
-  K.cy = static_cast<float>(numbers[5]);
   return K;
 }
 
@@ -56,17 +43,24 @@ std::unique_ptr<Recording> openSevenScenes(const std::string& folder, const Reco
   Sequence sequence;
   sequence.kind = "seven_scenes";
   sequence.path = folder;
-  sequence.intrinsics = readIntrinsics((fs::path(folder) / "camera-intrinsics.txt").string());
+  sequence.usual_intrinsics = datasetIntrinsics();
+  sequence.usual_camera = "7-Scenes' Kinect (fx 585)";
   for (const auto& [number, stem] : findPoses(folder)) {
     const std::string prefix = (fs::path(folder) / stem).string();
-    SequenceFrame& frame = sequence.frames[number];
+    SequenceFrame frame;
     frame.name = stem;
     frame.files.depth = prefix + ".depth.png";
     frame.files.color = findImage(folder, stem + ".color");
-    frame.T_world_camera = readPose(prefix + ".pose.txt");
+    try {
+      frame.T_world_camera = readPose(prefix + ".pose.txt");
+    } catch (const InputError& error) {  // where tracking was lost; it matters to whoever names this frame
+      sequence.unposed[number] = error.what();
+      continue;
+    }
+    sequence.frames[number] = std::move(frame);
   }
   for (const auto& [number, stem] : findFrames(folder, R"(depth\.png)"))
-    if (sequence.frames.count(number) == 0)
+    if (sequence.frames.count(number) == 0 && sequence.unposed.count(number) == 0)
       sequence.unposed[number] = (fs::path(folder) / stem).string() + ".pose.txt: not found, must hold the pose of " +
                                  stem + ".depth.png, 4x4, row by row";
   return openSequence(std::move(sequence), options);

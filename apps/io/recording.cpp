@@ -1,11 +1,13 @@
 #include "io/recording.h"
 
 #include "io/posed_recording.h"
+#include "io/range.h"
 #include "io/readers.h"
 
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <numeric>
 
 namespace fs = std::filesystem;
 
@@ -47,8 +49,18 @@ std::unique_ptr<Recording> openUnposed(const std::vector<std::string>& inputs, c
 
 }  // namespace
 
+std::vector<std::size_t> Recording::frames() const {
+  std::vector<std::size_t> numbers(frameCount());
+  std::iota(numbers.begin(), numbers.end(), std::size_t{0});
+  return numbers;
+}
+
+std::vector<std::size_t> chooseFrames(const Recording& recording, const std::string& spec, const std::string& option) {
+  return spec.empty() ? recording.frames() : parseRangeOf(spec, recording.frames(), option);
+}
+
 std::unique_ptr<Recording> openRecording(const std::vector<std::string>& inputs, const RecordingOptions& options) {
-  std::unique_ptr<Recording> recording = openUnposed(inputs, options);
+  std::unique_ptr<Recording> recording = withConvention(openUnposed(inputs, options), options.pose_convention);
   return options.poses.empty() ? std::move(recording) : withPoses(std::move(recording), options.poses);
 }
 

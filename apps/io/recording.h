@@ -19,6 +19,9 @@ struct LoadedView {
   FloatImage depth32;
   ColorImage color;
   FloatImage confidence;
+  /** \brief What one step of the confidence image's file stands for, where nobody has said it and the largest value of its type is
+   *  taken for 1; else 0. */
+  float assumed_confidence_step{0};
 };
 
 /** \brief A view that is missing because a file of it cannot be read, or because its camera's files end before. */
@@ -49,7 +52,10 @@ class Recording {
 
   /** \brief "rig", "seven_scenes", "tum", "redwood" or "pcd". */
   virtual std::string kind() const = 0;
+  /** \brief One more than the highest frame number. */
   virtual std::size_t frameCount() const = 0;
+  /** \brief The numbers of the frames that there are, ascending: of a rig those of which any camera has a depth image. */
+  virtual std::vector<std::size_t> frames() const;
   /** \brief At which its frames were taken, Hz; > 0. Absent: it does not say. */
   virtual std::optional<double> framesPerSecond() const { return std::nullopt; }
   /** \brief The cameras of frame 0. In a recording of one moving camera they differ from frame to frame: see
@@ -61,6 +67,24 @@ class Recording {
    *  missing view. Throws InputError on a damaged file or an image that does not fit its camera, unless
    *  RecordingOptions::skip_damaged. */
   virtual void read(std::size_t frame, LoadedFrame& out) = 0;
+
+  /** \brief What was assumed, left out or not used as it was opened, a line each, without a line end. */
+  const std::vector<std::string>& warnings() const { return warnings_; }
+
+ protected:
+  std::vector<std::string> warnings_;
+};
+
+/** \brief The frames that an option names, as parseRange() reads it, of those that there are; empty: all. Throws OptionError for a single
+ *  number, or a list of some, that is not there, and where none is left. */
+std::vector<std::size_t> chooseFrames(const Recording& recording, const std::string& spec,
+                                      const std::string& option = "--frames");
+
+/** \brief What T_world_camera's numbers mean in a file whose format leaves it open, or whose writer took it otherwise. */
+enum class PoseConvention {
+  CameraToWorld,  ///< x right, y down, z forward, camera to world
+  WorldToCamera,  ///< its inverse, as COLMAP and OpenCV's solvePnP() give it
+  OpenGl          ///< camera to world, of axes x right, y up, z backward, as in Blender, NeRF and ARKit
 };
 
 /** \brief How to look at a recording. */
@@ -73,6 +97,11 @@ struct RecordingOptions {
   int slide{0};
   /** \brief Metres per depth unit, in place of what the recording says or its format implies. */
   std::optional<float> depth_scale;
+  /** \brief A file of the camera's intrinsics, in place of what lies beside the images, see readIntrinsicsFile(); of a recording of one
+   *  moving camera. Empty: none. */
+  std::string intrinsics;
+  /** \brief What the recording's own poses mean; those of poses are camera to world always. */
+  PoseConvention pose_convention{PoseConvention::CameraToWorld};
   /** \brief A rig.json whose poses stand in for the recording's own; empty: none. */
   std::string poses;
   /** \brief False: colour images are not opened. */

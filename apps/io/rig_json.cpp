@@ -3,6 +3,7 @@
 #include "io/calibration.h"
 #include "io/error.h"
 #include "io/file_io.h"
+#include "io/unknown_keys.h"
 
 #include <nlohmann/json.hpp>
 
@@ -93,6 +94,94 @@ Multipath parseMultipath(const Entry& entry) {
   return multipath;
 }
 
+const std::vector<std::string> kLensKeys = {"width", "height", "fx", "fy", "cx", "cy", "distortion"};
+
+std::vector<std::string> withLensKeys(std::vector<std::string> keys) {
+  keys.insert(keys.end(), kLensKeys.begin(), kLensKeys.end());
+  return keys;
+}
+
+/** \brief What other programs call what we have, and how it differs. */
+const std::vector<std::pair<std::string, std::string>> kAliases = {
+    {"T_camera_world", "T_world_camera, camera to world, the inverse"},
+    {"T_world_cam", "T_world_camera"},
+    {"extrinsics", "T_world_camera, camera to world"},
+    {"extrinsic", "T_world_camera, camera to world"},
+    {"pose", "T_world_camera, camera to world"},
+    {"transform", "T_world_camera, camera to world"},
+    {"transform_matrix", "T_world_camera, camera to world, of axes x right, y down, z forward"},
+    {"T_color_depth", "T_depth_color, colour camera to depth camera, the inverse"},
+    {"distortion_model",
+     "distortion, k1 k2 p1 p2 k3 k4 k5 k6 of the Brown-Conrady and rational models, the only ones there are"},
+    {"model", "distortion, k1 k2 p1 p2 k3 k4 k5 k6 of the Brown-Conrady and rational models, the only ones there are"},
+    {"distortion_coefficients", "distortion"},
+    {"coeffs", "distortion"},
+    {"D", "distortion"},
+    {"K", "fx, fy, cx, cy"},
+    {"intrinsics", "fx, fy, cx, cy"},
+    {"intrinsic_matrix", "fx, fy, cx, cy"},
+    {"ppx", "cx"},
+    {"ppy", "cy"},
+    {"depth_offset", "depth_correction, which is relative to the depth: of depth z the truth is z (1 + a + b z)"},
+    {"depth_unit", "depth_scale, metres per unit"},
+    {"depth_units", "depth_scale, metres per unit"},
+    {"fps", "frames_per_second, beside cameras"},
+    {"framerate", "frames_per_second, beside cameras"},
+    {"rgb", "color"},
+    {"colour", "color"}};
+
+/** \brief Keys that are ignored, and the owners that have them, in the order in which they are met. */
+class UnknownKeys {
+ public:
+  void look(const Json& object, const std::string& owner, const std::vector<std::string>& known) {
+    for (const auto& item : object.items()) {
+      if (std::find(known.begin(), known.end(), item.key()) != known.end()) continue;
+      const auto found = std::find_if(unknown_.begin(), unknown_.end(),
+                                      [&](const Unknown& u) { return u.key == item.key() && u.known == &known; });
+      if (found == unknown_.end())
+        unknown_.push_back({item.key(), &known, owner, 1});
+      else
+        ++found->owners;
+    }
+  }
+  std::vector<std::string> warnings() const {
+    std::vector<std::string> lines;
+    for (const Unknown& u : unknown_) {
+      std::string line = u.owner;
+      if (u.owners > 1) line += " and " + std::to_string(u.owners - 1) + (u.owners == 2 ? " other" : " others");
+      line += ": the key '" + cutShort(u.key) + "' is not known and has no effect";
+      const std::string meant = likelyMeant(u.key, *u.known, kAliases);
+      if (!meant.empty()) line += "; there is " + meant;
+      lines.push_back(line);
+    }
+    return lines;
+  }
+
+ private:
+  struct Unknown {
+    std::string key;
+    const std::vector<std::string>* known;  ///< tells objects of different kinds apart
+    std::string owner;
+    std::size_t owners;
+  };
+  std::vector<Unknown> unknown_;
+};
+
+void lookAtKeys(const Json& object, const std::string& owner, UnknownKeys& unknown) {
+  static const std::vector<std::string> of_camera = withLensKeys(
+      {"name", "depth_scale", "confidence_scale", "T_world_camera", "depth_correction", "multipath", "color"});
+  static const std::vector<std::string> of_color = withLensKeys({"T_depth_color"});
+  static const std::vector<std::string> of_correction = {"columns", "rows", "relative", "per_metre"};
+  static const std::vector<std::string> of_multipath = {"modulation_frequency", "reflectance"};
+  unknown.look(object, owner, of_camera);
+  const auto look_inside = [&](const char* key, const std::vector<std::string>& known) {
+    if (object.contains(key)) unknown.look(object[key], owner + " " + key, known);
+  };
+  look_inside("color", of_color);
+  look_inside("depth_correction", of_correction);
+  look_inside("multipath", of_multipath);
+}
+
 RigCamera parseCamera(const Entry& entry, const std::string& name) {
   RigCamera result;
   result.camera.name = name;
@@ -100,6 +189,13 @@ RigCamera parseCamera(const Entry& entry, const std::string& name) {
   result.depth_scale = static_cast<float>(entry.positive("depth_scale"));
   if (!std::isfinite(result.depth_scale) || result.depth_scale == 0)
     entry.fail("depth_scale", "is " + quoted(entry.object["depth_scale"]) + ", must be metres per unit, like 0.001");
+  if (entry.has("confidence_scale")) {
+    result.confidence_scale = static_cast<float>(entry.positive("confidence_scale"));
+    if (!(*result.confidence_scale > 0 && *result.confidence_scale <= 1))
+      entry.fail("confidence_scale", "is " + quoted(entry.object["confidence_scale"]) +
+                                         ", must be in (0, 1]: what one step of the confidence images is worth, like "
+                                         "0.5 where they hold 0, 1 and 2");
+  }
   result.camera.T_world_camera = rigidPose(entry.owner + ": T_world_camera", entry.numbers("T_world_camera", 16));
   if (entry.has("depth_correction")) {
     const Entry correction{entry.object["depth_correction"], entry.owner + " depth_correction"};
@@ -180,6 +276,9 @@ RigDescription readRigJson(const std::string& path) {
     if (*rig.frames_per_second < 1e-3 || *rig.frames_per_second > 1e6)
       Entry{json, path}.fail(key, "is " + quoted(json[key]) + ", must be 0.001 to 1000000");
   }
+  UnknownKeys unknown;
+  static const std::vector<std::string> of_rig = {"cameras", "frames_per_second"};
+  unknown.look(json, path, of_rig);
   std::set<std::string> names;
   for (const Json& object : json["cameras"]) {
     const std::string number = path + ": camera number " + std::to_string(rig.cameras.size());
@@ -192,7 +291,9 @@ RigDescription readRigJson(const std::string& path) {
     const std::string owner = path + ": camera '" + name.get<std::string>() + "'";
     rig.cameras.push_back(parseCamera(Entry{object, owner}, name.get<std::string>()));
     checkCameraInput(path, rig.cameras.back().camera);
+    lookAtKeys(object, owner, unknown);
   }
+  rig.warnings = unknown.warnings();
   return rig;
 }
 
@@ -204,6 +305,7 @@ void writeRigJson(const std::string& path, const RigDescription& rig) {
     entry["name"] = rig_camera.camera.name;
     putIntrinsics(entry, rig_camera.camera.intrinsics);
     entry["depth_scale"] = shortest(rig_camera.depth_scale);
+    if (rig_camera.confidence_scale) entry["confidence_scale"] = shortest(*rig_camera.confidence_scale);
     entry["T_world_camera"] = poseNumbers(rig_camera.camera.T_world_camera);
     if (rig_camera.camera.color) {
       putIntrinsics(entry["color"], rig_camera.camera.color->intrinsics);

@@ -13,6 +13,8 @@ struct RigCamera {
   Camera camera;
   /** \brief Metres per unit of its depth images. */
   float depth_scale{0.001f};
+  /** \brief What one step of its confidence images is worth, so that 1 is certain; absent: the largest value of the file's type is 1. */
+  std::optional<float> confidence_scale{};
 };
 
 /** \brief What rig.json says. */
@@ -20,6 +22,8 @@ struct RigDescription {
   std::vector<RigCamera> cameras;
   /** \brief At which all cameras took their frames, Hz; 0.001 to 10^6. */
   std::optional<double> frames_per_second;
+  /** \brief Of keys that mean nothing here, a line each. */
+  std::vector<std::string> warnings{};
 };
 
 /** \brief Reads a rig's calibration; doc/formats.md describes the file. Throws InputError, naming file, camera, key,

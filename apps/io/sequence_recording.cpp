@@ -1,6 +1,7 @@
 #include "io/sequence_recording.h"
 
 #include "io/calibration.h"
+#include "io/intrinsics_file.h"
 #include "io/range.h"
 
 #include <algorithm>
@@ -11,14 +12,18 @@ namespace {
 
 class SequenceRecording : public Recording {
  public:
-  SequenceRecording(Sequence sequence, std::vector<std::size_t> views, const RecordingOptions& options)
+  SequenceRecording(Sequence sequence, const Intrinsics& intrinsics, std::vector<std::size_t> views,
+                    const RecordingOptions& options)
       : sequence_(std::move(sequence)),
+        intrinsics_(intrinsics),
         views_(std::move(views)),
         slide_(static_cast<std::size_t>(options.slide)),
         skip_damaged_(options.skip_damaged) {
     while (slide_ > 0 && allExist(frame_count_)) ++frame_count_;
     for (std::size_t view = 0; view < views_.size(); ++view) cameras_.push_back(cameraOf(frameOf(view, 0)));
     frames_per_second_ = medianRate();
+    warnings_ = sequence_.warnings;
+    warnOfUnposed();
   }
 
   std::string kind() const override { return sequence_.kind; }
@@ -36,7 +41,7 @@ class SequenceRecording : public Recording {
       const SequenceFrame& source = frameOf(view, frame);
       out.rig.cameras[view] = cameraOf(source);
       checkCameraInput(sequence_.path, out.rig.cameras[view]);
-      loadView(source.files, sequence_.depth_scale, view, skip_damaged_, out);
+      loadView(source.files, {sequence_.depth_scale, {}}, view, skip_damaged_, out);
     }
   }
 
@@ -63,12 +68,22 @@ class SequenceRecording : public Recording {
   Camera cameraOf(const SequenceFrame& frame) const {
     Camera camera;
     camera.name = frame.name;
-    camera.intrinsics = sequence_.intrinsics;
+    camera.intrinsics = intrinsics_;
     camera.T_world_camera = frame.T_world_camera;
     return camera;
   }
 
+  void warnOfUnposed() {
+    if (sequence_.unposed.empty()) return;
+    const auto& [number, why] = *sequence_.unposed.begin();
+    warnings_.push_back(std::to_string(sequence_.unposed.size()) + " of " +
+                        std::to_string(sequence_.unposed.size() + sequence_.frames.size()) +
+                        " depth images have no pose and cannot be used; the first, frame " + std::to_string(number) +
+                        ": " + why);
+  }
+
   Sequence sequence_;
+  Intrinsics intrinsics_;
   std::vector<std::size_t> views_;
   std::size_t slide_;
   bool skip_damaged_;
@@ -77,16 +92,10 @@ class SequenceRecording : public Recording {
   std::vector<Camera> cameras_;
 };
 
-/** \brief "40 frames, 0, 5, 10, ... 195" */
-std::string listFrames(const std::map<std::size_t, SequenceFrame>& frames) {
-  std::string list = std::to_string(frames.size()) + " frames: ";
-  std::size_t listed = 0;
-  for (const auto& [number, frame] : frames) {
-    if (listed++ == 3) break;
-    list += (listed > 1 ? ", " : "") + std::to_string(number);
-  }
-  if (frames.size() > 3) list += (frames.size() > 4 ? " ... " : ", ") + std::to_string(frames.rbegin()->first);
-  return list;
+std::string listFramesOf(const std::map<std::size_t, SequenceFrame>& frames) {
+  std::vector<std::size_t> numbers;
+  for (const auto& [number, frame] : frames) numbers.push_back(number);
+  return listFrames(numbers);
 }
 
 /** \brief Up to four frames, evenly spread. */
@@ -105,7 +114,7 @@ std::vector<std::size_t> chooseViews(const Sequence& sequence, const std::string
     throw OptionError("--views: " + sequence.path +
                       " is a recording of one moving camera, --views must say which frames act as the cameras " +
                       "of one instant, e.g. --views " + suggestViews(sequence.frames) + "; it has " +
-                      listFrames(sequence.frames));
+                      listFramesOf(sequence.frames));
   std::size_t last = sequence.frames.rbegin()->first;
   if (!sequence.unposed.empty()) last = std::max(last, sequence.unposed.rbegin()->first);
   const std::vector<std::size_t> views = parseRange(spec, last + 1, "--views");
@@ -114,36 +123,63 @@ std::vector<std::size_t> chooseViews(const Sequence& sequence, const std::string
     const auto unposed = sequence.unposed.find(number);
     if (unposed != sequence.unposed.end()) throw InputError(unposed->second);
     throw OptionError("--views " + spec + ": frame " + std::to_string(number) + " is not in " + sequence.path +
-                      ", which has " + listFrames(sequence.frames));
+                      ", which has " + listFramesOf(sequence.frames));
   }
   return views;
 }
 
-void takeSizeFromFirstImage(Sequence& sequence) {
+/** \brief Of the first depth image that there is. */
+std::pair<int, int> imageSize(const Sequence& sequence) {
   for (const auto& [number, frame] : sequence.frames) {
     std::error_code error;
     if (!std::filesystem::exists(frame.files.depth, error)) continue;
     DepthImage image;
     readDepthPng(frame.files.depth, image);
-    sequence.intrinsics.width = image.width;
-    sequence.intrinsics.height = image.height;
-    return;
+    return {image.width, image.height};
   }
   throw InputError(sequence.path + ": has no depth image");
+}
+
+Intrinsics intrinsicsOf(Sequence& sequence, const std::string& file) {
+  const auto [width, height] = imageSize(sequence);
+  const std::string size = std::to_string(width) + "x" + std::to_string(height);
+  Intrinsics K;
+  if (!file.empty()) {
+    K = readIntrinsicsFile(file, width, height);
+    if (K.width > 0 && K.height > 0 && (K.width != width || K.height != height))
+      throw InputError(file + ": is of a camera of " + std::to_string(K.width) + "x" + std::to_string(K.height) +
+                       " pixels, the depth images of " + sequence.path + " are " + size);
+  } else if (const auto found = findIntrinsics(sequence.path, width, height)) {
+    K = *found;
+  } else {
+    K = sequence.usual_intrinsics;
+    if (K.width != width || K.height != height)
+      throw InputError(sequence.path + ": no file says the intrinsics of its camera, whose images are " + size +
+                       "; --intrinsics FILE must: a camera_info .yaml, a .json with intrinsic_matrix, a 3x3 matrix as "
+                       "text, or COLMAP's cameras.txt");
+    if (!sequence.usual_certain)
+      sequence.warnings.push_back(sequence.path + ": no file says the intrinsics of its camera; those of " +
+                                  sequence.usual_camera + " are taken. --intrinsics FILE gives others");
+  }
+  K.width = width;
+  K.height = height;
+  return K;
 }
 
 }  // namespace
 
 std::unique_ptr<Recording> openSequence(Sequence sequence, const RecordingOptions& options) {
-  if (sequence.frames.empty()) throw InputError(sequence.path + ": has no frame with a pose and a depth image");
+  if (sequence.frames.empty())
+    throw InputError(sequence.unposed.empty() ? sequence.path + ": has no frame with a pose and a depth image"
+                                              : sequence.unposed.begin()->second);
   if (options.slide < 0) throw OptionError("--slide is " + std::to_string(options.slide) + ", must be 0 or more");
   if (options.depth_scale) sequence.depth_scale = *options.depth_scale;
-  if (sequence.intrinsics.width == 0) takeSizeFromFirstImage(sequence);
   if (!options.read_color)
     for (auto& [number, frame] : sequence.frames) frame.files.color.clear();
   std::vector<std::size_t> views = chooseViews(sequence, options.views);
+  const Intrinsics intrinsics = intrinsicsOf(sequence, options.intrinsics);
   const std::string path = sequence.path;
-  auto recording = std::make_unique<SequenceRecording>(std::move(sequence), std::move(views), options);
+  auto recording = std::make_unique<SequenceRecording>(std::move(sequence), intrinsics, std::move(views), options);
   for (const Camera& camera : recording->cameras()) checkCameraInput(path, camera);
   return recording;
 }

@@ -27,12 +27,18 @@ struct Sequence {
   std::map<std::size_t, SequenceFrame> frames;
   /** \brief Frames that have a depth image but no pose: what is said to whoever names one. */
   std::map<std::size_t, std::string> unposed;
-  /** \brief Width and height 0: the size of the first depth image that there is. */
-  Intrinsics intrinsics;
+  /** \brief Of the camera that took the format's own dataset, for where no file beside the images says them; width 0: there is none. */
+  Intrinsics usual_intrinsics;
+  std::string usual_camera;   ///< what messages call that camera
+  bool usual_certain{false};  ///< the folder's name says that it is the one
   float depth_scale{0.001f};
+  /** \brief What was assumed or left out as it was read, a line each. */
+  std::vector<std::string> warnings;
 };
 
-/** \brief Throws OptionError if options name no views or views that do not exist, InputError if one has no pose. */
+/** \brief The intrinsics come from the file of RecordingOptions::intrinsics, else from one that lies beside the images, else they are
+ *  those of the format's own dataset, where the images have their size. Throws OptionError if options name no views or views that do not exist, InputError if one has
+ *  no pose, and where nothing says the intrinsics. */
 std::unique_ptr<Recording> openSequence(Sequence sequence, const RecordingOptions& options);
 
 }  // namespace fuse_flow::io

@@ -32,9 +32,17 @@ std::string findImage(const std::string& folder, const std::string& stem) {
   return "";
 }
 
-void loadView(const ViewFiles& files, const Camera& camera, float depth_scale, LoadedView& images, DepthView& view) {
+std::string colorFolder(const std::string& folder) {
+  std::error_code error;
+  for (const char* name : {"color", "rgb", "image"})
+    if (const fs::path path = fs::path(folder) / name; fs::is_directory(path, error)) return path.string();
+  return "";
+}
+
+void loadView(const ViewFiles& files, const Camera& camera, const ViewUnits& units, LoadedView& images,
+              DepthView& view) {
   view = DepthView();
-  view.depth_scale = depth_scale;
+  view.depth_scale = units.depth_scale;
   if (files.depth.empty() || !isThere(files.depth)) return;
   readDepthPng(files.depth, images.depth16);
   checkSize(files.depth, images.depth16, camera.name, camera.intrinsics);
@@ -47,15 +55,16 @@ void loadView(const ViewFiles& files, const Camera& camera, float depth_scale, L
     view.color = images.color.view();
   }
   if (!files.confidence.empty() && isThere(files.confidence)) {
-    readConfidencePng(files.confidence, images.confidence);
+    const float step = readConfidencePng(files.confidence, images.confidence, units.confidence_scale);
+    images.assumed_confidence_step = units.confidence_scale ? 0.0f : step;
     checkSize(files.confidence, images.confidence, camera.name, camera.intrinsics);
     view.confidence = images.confidence.view();
   }
 }
 
-void loadView(const ViewFiles& files, float depth_scale, std::size_t number, bool skip_damaged, LoadedFrame& out) {
+void loadView(const ViewFiles& files, const ViewUnits& units, std::size_t number, bool skip_damaged, LoadedFrame& out) {
   try {
-    loadView(files, out.rig.cameras[number], depth_scale, out.images[number], out.rig.views[number]);
+    loadView(files, out.rig.cameras[number], units, out.images[number], out.rig.views[number]);
   } catch (const InputError& error) {
     if (!skip_damaged) throw;
     out.rig.views[number] = DepthView();

@@ -12,7 +12,7 @@ namespace fs = std::filesystem;
 class RecordedSource : public FrameSource {
  public:
   RecordedSource(const std::vector<std::string>& inputs, const io::RecordingOptions& options)
-      : recording_(io::openRecording(inputs, options)) {
+      : recording_(io::openRecording(inputs, options)), frames_(recording_->frames()) {
     const fs::path input(inputs.front());
     const fs::path folder = fs::is_directory(input) ? input : input.parent_path();
     name_ = fs::absolute(folder).lexically_normal().filename().string();
@@ -21,14 +21,16 @@ class RecordedSource : public FrameSource {
   }
 
   std::string name() const override { return name_; }
-  std::optional<std::size_t> frameCount() const override { return recording_->frameCount(); }
+  std::optional<std::size_t> frameCount() const override { return frames_.size(); }
+  std::vector<std::string> warnings() const override { return recording_->warnings(); }
   std::optional<double> framesPerSecond() const override { return recording_->framesPerSecond(); }
-  void read(std::size_t frame, io::LoadedFrame& out) override { recording_->read(frame, out); }
+  void read(std::size_t frame, io::LoadedFrame& out) override { recording_->read(frames_[frame], out); }
   bool knowsTruth() const override { return truth_.has_value(); }
-  const simulation::RayScene& truth(std::size_t frame) override { return truth_->frame(frame); }
+  const simulation::RayScene& truth(std::size_t frame) override { return truth_->frame(frames_[frame]); }
 
  private:
   std::unique_ptr<io::Recording> recording_;
+  std::vector<std::size_t> frames_;  ///< their numbers in it
   std::string name_;
   std::optional<simulation::Truth> truth_;
 };

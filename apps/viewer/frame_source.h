@@ -19,6 +19,8 @@ class FrameSource {
   virtual std::string name() const = 0;
   /** \brief Absent: it never ends. */
   virtual std::optional<std::size_t> frameCount() const = 0;
+  /** \brief What was assumed or left out as it was opened, a line each. */
+  virtual std::vector<std::string> warnings() const { return {}; }
   /** \brief At which frames were taken, Hz; > 0. Absent: nobody knows. */
   virtual std::optional<double> framesPerSecond() const = 0;
   /** \brief Throws io::InputError if the frame cannot be read. */

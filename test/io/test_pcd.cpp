@@ -196,7 +196,75 @@ TEST_F(Pcd, PointsThatAreNotThoseOfAPinholeAtTheirOriginAreRefused) {
     for (int u = 0; u < 64; ++u)
       points << (in_the_world.view.T_world_camera * in_the_world.view.point(u, v)).transpose() << " 0\n";
   const std::string file = write("a.pcd", text + points.str());
-  EXPECT_TRUE(refuses([&] { open({file}); }, {file, "not those of a pinhole camera"}));
+  EXPECT_TRUE(refuses([&] { open({file}); }, {file, "not those of a camera at their origin"}));
+}
+
+/** \brief Points of the level view's wall and corner through a lens, by rays that a double-precision solver finds. */
+struct DistortedPcd {
+  Distortion lens;
+  double fx{150}, fy{151}, cx{63}, cy{53};
+  int width{128}, height{106};
+
+  Eigen::Vector2d distorted(const Eigen::Vector2d& p) const {
+    const double x = p.x(), y = p.y(), r2 = p.squaredNorm();
+    const auto k = [](float value) { return static_cast<double>(value); };
+    const double s = (1 + r2 * (k(lens.k1) + r2 * (k(lens.k2) + r2 * k(lens.k3)))) /
+                     (1 + r2 * (k(lens.k4) + r2 * (k(lens.k5) + r2 * k(lens.k6))));
+    return {x * s + 2 * k(lens.p1) * x * y + k(lens.p2) * (r2 + 2 * x * x),
+            y * s + k(lens.p1) * (r2 + 2 * y * y) + 2 * k(lens.p2) * x * y};
+  }
+  /** \brief x/z and y/z, by fixed-point iteration: these lenses are mild. */
+  Eigen::Vector2d ray(int u, int v) const {
+    const Eigen::Vector2d wanted((u - cx) / fx, (v - cy) / fy);
+    Eigen::Vector2d p = wanted;
+    for (int k = 0; k < 200; ++k) p += wanted - distorted(p);
+    return p;
+  }
+  Eigen::Vector3d point(int u, int v) const {
+    const Eigen::Vector2d r = ray(u, v);
+    return (1.5 + 0.2 * r.x()) * Eigen::Vector3d(r.x(), r.y(), 1);
+  }
+  std::string text() const {
+    std::ostringstream out;
+    out.precision(9);
+    out << "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH " << width << "\nHEIGHT " << height
+        << "\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS " << width * height << "\nDATA ascii\n";
+    for (int v = 0; v < height; ++v)
+      for (int u = 0; u < width; ++u) out << point(u, v).transpose() << '\n';
+    return out.str();
+  }
+};
+
+TEST_F(Pcd, PointsThroughALensThatDistortsKeepTheirPlaces) {
+  DistortedPcd kinect, azure;
+  kinect.lens = {0.0906f, -0.2684f, 0.0f, 0.0f, 0.0949f};
+  azure.lens = {0.51f, -0.2f, 0.0002f, -0.0001f, -0.005f, 0.85f, -0.07f, -0.03f};
+  for (const DistortedPcd& pcd : {kinect, azure}) {
+    const auto recording = io::openRecording({write("a.pcd", pcd.text())});
+    EXPECT_TRUE(recording->warnings().empty());
+    io::LoadedFrame frame;
+    recording->read(0, frame);
+    const Intrinsics& K = frame.rig.cameras[0].intrinsics;
+    for (int v = 0; v < pcd.height; v += 7)
+      for (int u = 0; u < pcd.width; u += 5) {
+        const Ray ray = unproject(K, {static_cast<float>(u), static_cast<float>(v)});
+        const float z = frame.rig.views[0].depth32.row(v)[u];
+        const Eigen::Vector3d p(static_cast<double>(ray.x * z), static_cast<double>(ray.y * z), static_cast<double>(z));
+        ASSERT_LT((p - pcd.point(u, v)).norm(), 1e-4) << u << ' ' << v;
+      }
+  }
+}
+
+TEST_F(Pcd, PointsThatALensMovesAreSaid) {
+  PcdText pcd;
+  pcd.hole = [](int u, int v) { return u == 40 && v == 30; };
+  std::ostringstream aside;  // of one pixel, half a pixel beside its ray
+  aside.precision(9);
+  aside << (pcd.view.point(40, 30) + pcd.view.depth(40, 30) * Eigen::Vector3d(0.5 / 24, 0, 0)).transpose();
+  pcd.no_point = aside.str();
+  const auto recording = io::openRecording({write("a.pcd", pcd.text())});
+  ASSERT_EQ(recording->warnings().size(), 1u);
+  EXPECT_NE(recording->warnings()[0].find("at worst by 0.4"), std::string::npos) << recording->warnings()[0];
 }
 
 TEST_F(Pcd, TooFewPointsAreRefused) {

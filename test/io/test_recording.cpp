@@ -5,6 +5,7 @@
 #include "room.h"
 #include "tools/png_file.h"
 
+#include <algorithm>
 #include <sstream>
 
 namespace {
@@ -76,13 +77,15 @@ TEST_F(Recording, AFrameOfARigHasTheTimeThatItsRateGives) {
   EXPECT_EQ(open(options)->framesPerSecond(), 12.5) << "with other poses it is the same recording";
 }
 
-TEST_F(Recording, FramesOfARigGoToTheHighestNumber) {
+using Numbers = std::vector<std::size_t>;
+
+TEST_F(Recording, FramesOfARigAreTheNumbersOfItsDepthImages) {
   writeRig();
   write("corner/depth/000004.png", cornerView().depthPng());
   write("corner/depth/notes.png", "");
-  write("corner/depth/99.png", "");
   const auto recording = open();
   EXPECT_EQ(recording->frameCount(), 5u);
+  EXPECT_EQ(recording->frames(), (Numbers{0, 1, 4}));
   io::LoadedFrame frame;
   recording->read(4, frame);
   EXPECT_TRUE(frame.rig.views[0].missing());
@@ -90,6 +93,98 @@ TEST_F(Recording, FramesOfARigGoToTheHighestNumber) {
   recording->read(3, frame);
   EXPECT_TRUE(frame.rig.views[0].missing());
   EXPECT_TRUE(frame.rig.views[1].missing());
+}
+
+TEST_F(Recording, ARigMayBeginLate) {
+  writeRig();
+  for (const std::string name : {"level", "corner"}) {
+    fs::rename(path(name + "/depth/000000.png"), path(name + "/depth/001000.png"));
+    fs::rename(path(name + "/depth/000001.png"), path(name + "/depth/001001.png"));
+  }
+  const auto recording = open();
+  EXPECT_EQ(recording->frames(), (Numbers{1000, 1001}));
+  ASSERT_EQ(recording->warnings().size(), 1u);
+  EXPECT_NE(recording->warnings()[0].find("begins at frame 001000"), std::string::npos);
+  io::LoadedFrame frame;
+  recording->read(1000, frame);
+  EXPECT_TRUE(showsRoom(frame, 0));
+  EXPECT_EQ(io::chooseFrames(*recording, ""), (Numbers{1000, 1001}));
+  EXPECT_EQ(io::chooseFrames(*recording, "1001:"), Numbers{1001});
+  EXPECT_TRUE(refuses<io::OptionError>([&] { io::chooseFrames(*recording, "0"); },
+                                       {"--frames 0", "only 2 frames: 1000, 1001"}));
+  EXPECT_TRUE(refuses<io::OptionError>([&] { io::chooseFrames(*recording, ":5"); }, {"--frames :5", "names none"}));
+}
+
+TEST_F(Recording, AStrayNumberMakesOneFrameAndTheGapIsNamed) {
+  writeRig();
+  write("corner/depth/12345678.png", cornerView().depthPng());
+  const auto recording = open();
+  EXPECT_EQ(recording->frames(), (Numbers{0, 1, 12345678}));
+  ASSERT_EQ(recording->warnings().size(), 1u);
+  EXPECT_NE(recording->warnings()[0].find("12345676 frames between 000000 and 12345678 are left out"),
+            std::string::npos)
+      << recording->warnings()[0];
+  EXPECT_NE(recording->warnings()[0].find("such as 000002"), std::string::npos);
+}
+
+TEST_F(Recording, NumbersMayHaveOtherDigitsThanSix) {
+  writeRig();
+  for (const std::string folder : {"depth", "color"}) {
+    fs::rename(path("corner/" + folder + "/000000.png"), path("corner/" + folder + "/0.png"));
+    fs::rename(path("corner/" + folder + "/000001.png"), path("corner/" + folder + "/00000001.png"));
+  }
+  const auto recording = open();
+  EXPECT_EQ(recording->frames(), (Numbers{0, 1}));
+  io::LoadedFrame frame;
+  for (const std::size_t number : {0u, 1u}) {
+    recording->read(number, frame);
+    EXPECT_TRUE(frame.rig.views[1].color);
+    EXPECT_TRUE(showsRoom(frame, 1));
+  }
+}
+
+TEST_F(Recording, CamerasThatShareNoNumberAreNamed) {
+  writeRig();
+  fs::rename(path("corner/depth/000000.png"), path("corner/depth/000007.png"));
+  fs::rename(path("corner/depth/000001.png"), path("corner/depth/000008.png"));
+  const auto recording = open();
+  const auto says = [](const std::string& line) { return line.find("no two cameras") != std::string::npos; };
+  EXPECT_TRUE(std::any_of(recording->warnings().begin(), recording->warnings().end(), says));
+}
+
+TEST_F(Recording, ColourOfARigMayLieInAFolderNamedRgb) {
+  writeRig();
+  fs::rename(path("corner/color"), path("corner/rgb"));
+  io::LoadedFrame frame;
+  open()->read(0, frame);
+  EXPECT_TRUE(frame.rig.views[1].color);
+  EXPECT_TRUE(showsRoom(frame, 1));
+}
+
+TEST_F(Recording, PosesOfOtherConventionsGiveTheSameRoom) {
+  writeRig();
+  for (const auto convention : {io::PoseConvention::WorldToCamera, io::PoseConvention::OpenGl}) {
+    std::string cameras;
+    for (auto [name, view] : {std::pair("level", levelView()), std::pair("corner", cornerView())}) {
+      if (convention == io::PoseConvention::WorldToCamera) {
+        view.T_world_camera = view.T_world_camera.inverse();
+      } else {
+        view.T_world_camera.linear().col(1) *= -1;  // y up, z backward
+        view.T_world_camera.linear().col(2) *= -1;
+      }
+      cameras += (cameras.empty() ? "" : ",") + jsonOf(name, view);
+    }
+    write("rig.json", "{\"cameras\": [" + cameras + "]}");
+    io::RecordingOptions options;
+    options.pose_convention = convention;
+    io::LoadedFrame frame;
+    open(options)->read(0, frame);
+    EXPECT_TRUE(showsRoom(frame, 0));
+    EXPECT_TRUE(showsRoom(frame, 1));
+    options.pose_convention = io::PoseConvention::CameraToWorld;
+    open(options)->read(0, frame);
+    EXPECT_FALSE(showsRoom(frame, 0));
+  }
 }
 
 TEST_F(Recording, ACameraWhoseFilesEndEarlyIsNamedFromThereOn) {
@@ -101,7 +196,7 @@ TEST_F(Recording, ACameraWhoseFilesEndEarlyIsNamedFromThereOn) {
     recording->read(number, frame);
     ASSERT_EQ(frame.ended.size(), 1u);
     EXPECT_EQ(frame.ended[0].view, 0u);
-    EXPECT_EQ(frame.ended[0].message, "camera 'level' ends after 2 of 4 frames");
+    EXPECT_EQ(frame.ended[0].message, "camera 'level' ends after 2 of 3 frames");
   }
   recording->read(1, frame);
   EXPECT_TRUE(frame.ended.empty());
@@ -138,8 +233,21 @@ TEST_F(Recording, ConfidenceLiesBesideDepth) {
   EXPECT_FALSE(frame.rig.views[0].confidence);
   ASSERT_TRUE(frame.rig.views[1].confidence);
   EXPECT_FLOAT_EQ(frame.rig.views[1].confidence.row(47)[63], 0.2f);
+  EXPECT_FLOAT_EQ(frame.images[1].assumed_confidence_step, 1 / 255.0f);
   recording->read(0, frame);
   EXPECT_FALSE(frame.rig.views[1].confidence);
+}
+
+TEST_F(Recording, ConfidenceMayCountInAUnitOfItsOwn) {
+  writeRig();
+  std::string json = io::readFile(path("rig.json"));
+  json.insert(json.find("\"depth_scale\"", json.find("corner")), "\"confidence_scale\": 0.5, ");
+  write("rig.json", json);
+  write("corner/confidence/000000.png", tool_test::samplesPng(64, 48, 8, 0, std::string(64 * 48, '\x01')));
+  io::LoadedFrame frame;
+  open()->read(0, frame);
+  EXPECT_EQ(frame.rig.views[1].confidence.row(0)[0], 0.5f);
+  EXPECT_EQ(frame.images[1].assumed_confidence_step, 0);
 }
 
 TEST_F(Recording, OneFrameServesRecordingsOfDifferentKindsAfterEachOther) {

@@ -78,6 +78,91 @@ TEST_F(Redwood, NumbersWithoutLeadingZerosAreInTheOrderOfTheirValue) {
   for (std::size_t view = 0; view < 3; ++view) EXPECT_TRUE(showsRoom(frame, view)) << view;
 }
 
+/** \brief Frames 0 … 5 by plain numbers, each with a view of its own. */
+class RedwoodByNumber : public Redwood {
+ protected:
+  void SetUp() override {
+    Redwood::SetUp();
+    fs::remove_all(folder_ / "depth");
+    fs::remove_all(folder_ / "image");
+    std::string log;
+    for (int i = 0; i < 6; ++i) {
+      const std::string number = std::to_string(i);
+      write("depth/0000" + number + ".png", cornerView(i).depthPng());
+      write("color/0000" + number + ".png", cornerView(i).colorPng());
+      log += number + " " + number + " " + std::to_string(i + 1) + "\n" + cornerView(i).poseText();
+    }
+    write("trajectory.log", log);
+  }
+  void expectRoom(const std::string& views) const {
+    io::LoadedFrame frame;
+    open(views)->read(0, frame);
+    for (std::size_t view = 0; view < frame.rig.views.size(); ++view) {
+      EXPECT_TRUE(frame.rig.views[view].color) << view;
+      EXPECT_TRUE(showsRoom(frame, view)) << view;
+    }
+  }
+};
+
+TEST_F(RedwoodByNumber, LostDepthImagesMoveNoPoseAndNoColour) {
+  fs::remove(path("depth/00000.png"));
+  fs::remove(path("depth/00001.png"));
+  expectRoom("2,5");
+  EXPECT_TRUE(open("2,5")->warnings().empty());
+  EXPECT_TRUE(refuses<io::OptionError>([&] { open("0"); }, {"frame 0 is not in", "4 frames: 2, 3, 4, 5"}));
+}
+
+TEST_F(RedwoodByNumber, LostColourImagesMoveNone) {
+  fs::remove(path("color/00002.png"));
+  io::LoadedFrame frame;
+  open("1,2,3")->read(0, frame);
+  EXPECT_FALSE(frame.rig.views[1].color);
+  EXPECT_TRUE(frame.rig.views[2].color);
+  EXPECT_TRUE(showsRoom(frame, 2));
+}
+
+TEST_F(RedwoodByNumber, ImagesThatCountFromOneGetThePosesThatCountFromZeroAndItIsSaid) {
+  for (int i = 5; i >= 0; --i)
+    for (const std::string folder : {"depth/0000", "color/0000"})
+      fs::rename(path(folder + std::to_string(i) + ".png"), path(folder + std::to_string(i + 1) + ".png"));
+  expectRoom("0,5");
+  ASSERT_EQ(open("0")->warnings().size(), 1u);
+  EXPECT_NE(open("0")->warnings()[0].find("count from 1"), std::string::npos);
+}
+
+TEST_F(RedwoodByNumber, NamesThatAreTimesAreTakenInTheirOrderAndItIsSaid) {
+  for (int i = 0; i < 6; ++i)
+    for (const std::string folder : {"depth/", "color/"})
+      fs::rename(path(folder + "0000" + std::to_string(i) + ".png"),
+                 path(folder + std::to_string(1547171088000 + 33 * i) + ".png"));
+  expectRoom("0,5");
+  ASSERT_EQ(open("0")->warnings().size(), 1u);
+  EXPECT_NE(open("0")->warnings()[0].find("in their order"), std::string::npos);
+  fs::remove(path("color/1547171088000.png"));  // now the order of the colours is another
+  io::LoadedFrame frame;
+  const auto recording = open("1");
+  recording->read(0, frame);
+  EXPECT_FALSE(frame.rig.views[0].color);
+  EXPECT_TRUE(showsRoom(frame, 0));
+  ASSERT_EQ(recording->warnings().size(), 2u);
+  EXPECT_NE(recording->warnings()[1].find("colour images are not used, 5 beside 6"), std::string::npos);
+}
+
+TEST_F(RedwoodByNumber, ColourMayLieInAFolderNamedRgb) {
+  fs::rename(path("color"), path("rgb"));
+  expectRoom("0,5");
+}
+
+TEST_F(RedwoodByNumber, APoseThatIsLostHindersNoOther) {
+  std::string log;
+  for (int i = 0; i < 6; ++i)
+    log += std::to_string(i) + " 0 0\n" +
+           (i == 2 ? "nan nan nan nan\nnan nan nan nan\nnan nan nan nan\n0 0 0 1\n" : cornerView(i).poseText());
+  write("trajectory.log", log);
+  expectRoom("1,3");
+  EXPECT_TRUE(refuses([&] { open("2"); }, {path("trajectory.log"), "pose of frame 2", "not finite"}));
+}
+
 TEST_F(Redwood, AFrameThatTheTrajectoryLeavesOutHasNoPoseAndIsNamed) {
   write("trajectory.log", "0 0 1\n" + levelView().poseText() + "2 2 3\n" + cornerView(1).poseText());
   EXPECT_TRUE(refuses([&] { open("1"); }, {path("trajectory.log"), "no pose of frame 1", "/depth/", "must have"}));
@@ -89,7 +174,7 @@ TEST_F(Redwood, AFrameThatTheTrajectoryLeavesOutHasNoPoseAndIsNamed) {
 
 TEST_F(Redwood, APoseWithoutImagesIsNoFrame) {
   write("trajectory.log", "7 7 8\n" + levelView().poseText());
-  EXPECT_TRUE(refuses([&] { open("7"); }, {folder_.string(), "no frame"}));
+  EXPECT_TRUE(refuses([&] { open("7"); }, {path("trajectory.log"), "no pose of frame 0"}));
 }
 
 TEST_F(Redwood, WhatIsWrongWithATrajectoryIsNamed) {
@@ -137,7 +222,7 @@ TEST_F(Redwood, WhatIsWrongWithIntrinsicsIsNamed) {
     EXPECT_TRUE(refuses([&] { open(); }, {json, problem})) << text;
   }
   fs::remove(json);
-  EXPECT_TRUE(refuses([&] { open(); }, {folder_.string(), "no camera intrinsics"}));
+  EXPECT_TRUE(refuses([&] { open(); }, {folder_.string(), "no file says the intrinsics", "--intrinsics"}));
 }
 
 TEST_F(Redwood, JsonFilesOfOtherThingsArePassedOver) {

@@ -61,6 +61,49 @@ std::vector<float> numbersOf(const Intrinsics& K) {
           d.k6};
 }
 
+TEST_F(RigJson, KeysThatAreNotKnownAreNamedWithTheOneThatWasMeant) {
+  Json json = rig(leftCamera());
+  EXPECT_TRUE(io::readRigJson(write("rig.json", json.dump())).warnings.empty());
+  Json right = leftCamera();
+  right["name"] = "right";
+  for (Json* camera : {&json["cameras"][0], &right}) {
+    (*camera)["distorsion"] = {1};
+    (*camera)["T_camera_world"] = 7;
+  }
+  json["cameras"].push_back(right);
+  json["cameras"][0]["color"]["T_color_depth"] = 1;
+  json["version"] = 3;
+  const std::vector<std::string> warnings = io::readRigJson(write("rig.json", json.dump())).warnings;
+  const auto has = [&](const std::vector<std::string>& words) {
+    for (const std::string& line : warnings) {
+      bool all = true;
+      for (const std::string& word : words) all = all && line.find(word) != std::string::npos;
+      if (all) return true;
+    }
+    return false;
+  };
+  EXPECT_EQ(warnings.size(), 4u);
+  EXPECT_TRUE(has({"'version'"}));
+  EXPECT_TRUE(has({"camera 'left' and 1 other", "'distorsion'", "there is distortion"}));
+  EXPECT_TRUE(has({"'T_camera_world'", "there is T_world_camera", "inverse"}));
+  EXPECT_TRUE(has({"camera 'left' color", "'T_color_depth'", "there is T_depth_color"}));
+}
+
+TEST_F(RigJson, TheScaleOfConfidenceIsReadAndWritten) {
+  Json json = rig(leftCamera());
+  EXPECT_FALSE(read(json)[0].confidence_scale);
+  json["cameras"][0]["confidence_scale"] = 0.5;
+  EXPECT_EQ(read(json)[0].confidence_scale, 0.5f);
+  io::RigDescription written;
+  written.cameras = read(json);
+  io::writeRigJson(path("again.json"), written);
+  EXPECT_EQ(io::readRigJson(path("again.json")).cameras[0].confidence_scale, 0.5f);
+  for (const double wrong : {0.0, -1.0, 2.0}) {
+    json["cameras"][0]["confidence_scale"] = wrong;
+    EXPECT_TRUE(refuses([&] { read(json); }, {"confidence_scale"})) << wrong;
+  }
+}
+
 TEST_F(RigJson, EveryFieldReachesItsMember) {
   const auto cameras = read(rig(leftCamera()));
   ASSERT_EQ(cameras.size(), 1u);
@@ -123,7 +166,7 @@ TEST_F(RigJson, WhatIsWrittenReadsBackTheSame) {
   camera.multipath = {200e6f, 0.45f};
   cameras.push_back(right);  // from here on camera is no more
   io::writeRigJson(path("back.json"), {cameras, 29.97});
-  const auto [back, frames_per_second] = io::readRigJson(path("back.json"));
+  const auto [back, frames_per_second, warnings] = io::readRigJson(path("back.json"));
   EXPECT_EQ(frames_per_second, 29.97);
   ASSERT_EQ(back.size(), 2u);
   for (std::size_t i = 0; i < 2; ++i) {

@@ -14,10 +14,8 @@ class SequenceRecording : public IoTest {
     IoTest::SetUp();
     sequence_.kind = "test";
     sequence_.path = "somewhere";
-    sequence_.intrinsics.fx = 24;
-    sequence_.intrinsics.fy = 20;
-    sequence_.intrinsics.cx = 29;
-    sequence_.intrinsics.cy = 25.5;
+    sequence_.usual_intrinsics = {64, 48, 24, 20, 29, 25.5f, {}};
+    sequence_.usual_certain = true;
     for (int i = 0; i < 8; ++i) {
       const std::string name = "frame" + std::to_string(5 * i);
       io::SequenceFrame& frame = sequence_.frames[static_cast<std::size_t>(5 * i)];
@@ -85,7 +83,11 @@ TEST_F(SequenceRecording, EachFrameHasItsOwnPosesAndTime) {
 
 TEST_F(SequenceRecording, TheSizeIsThatOfTheFirstImageThatIsThere) {
   fs::remove(path("frame0.png"));
-  const auto recording = open("0,10");
+  const std::string file = write("K.txt", "24 0 29\n0 20 25.5\n0 0 1\n");  // which has no size
+  io::RecordingOptions options;
+  options.views = "0,10";
+  options.intrinsics = file;
+  const auto recording = io::openSequence(sequence_, options);
   EXPECT_EQ(recording->cameras()[0].intrinsics.width, 64);
   EXPECT_EQ(recording->cameras()[0].intrinsics.height, 48);
   for (const auto& [number, frame] : sequence_.frames) fs::remove(frame.files.depth);
@@ -99,6 +101,34 @@ TEST_F(SequenceRecording, AFrameThatIsNotThereIsNamedWithThoseThatAre) {
   EXPECT_TRUE(refuses<io::OptionError>([&] { open(""); }, {"--views", "e.g. --views 0,10,20,30"}));
   sequence_.frames.clear();
   EXPECT_TRUE(refuses([&] { open("0"); }, {"somewhere: has no frame"}));
+}
+
+TEST_F(SequenceRecording, IntrinsicsOfTheDatasetAreForImagesOfItsSizeOnly) {
+  EXPECT_TRUE(open("0")->warnings().empty());
+  sequence_.usual_certain = false;
+  sequence_.usual_camera = "a Kinect";
+  ASSERT_EQ(open("0")->warnings().size(), 1u);
+  EXPECT_NE(open("0")->warnings()[0].find("those of a Kinect are taken"), std::string::npos);
+  sequence_.usual_intrinsics.width = 640;
+  EXPECT_TRUE(refuses([&] { open("0"); }, {"somewhere", "images are 64x48", "--intrinsics FILE"}));
+}
+
+TEST_F(SequenceRecording, IntrinsicsOfAnotherSizeAreRefused) {
+  io::RecordingOptions options;
+  options.views = "0";
+  options.intrinsics =
+      write("camera.json", R"({"width": 640, "height": 480, "fx": 24, "fy": 20, "cx": 29, "cy": 25.5})");
+  EXPECT_TRUE(refuses([&] { io::openSequence(sequence_, options); }, {options.intrinsics, "640x480", "64x48"}));
+}
+
+TEST_F(SequenceRecording, FramesWithoutAPoseAreCountedAndTheFirstIsNamed) {
+  sequence_.unposed[3] = "pose 3 is lost";
+  sequence_.unposed[7] = "pose 7 is lost";
+  const auto recording = open("0,5");
+  ASSERT_EQ(recording->warnings().size(), 1u);
+  EXPECT_EQ(recording->warnings()[0],
+            "2 of 10 depth images have no pose and cannot be used; the first, frame 3: pose 3 is lost");
+  EXPECT_TRUE(refuses([&] { open("0,7"); }, {"pose 7 is lost"}));
 }
 
 }  // namespace

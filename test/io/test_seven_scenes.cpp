@@ -65,13 +65,34 @@ TEST_F(SevenScenes, ViewsAreTheNumbersInTheFileNames) {
   EXPECT_TRUE(refuses<io::OptionError>([&] { open(""); }, {"--views", folder_.string(), "e.g. --views 0,10,25"}));
 }
 
-TEST_F(SevenScenes, WithoutIntrinsicsItIsTheKinectOfTheDataset) {
+TEST_F(SevenScenes, WithoutIntrinsicsItIsTheKinectOfTheDatasetForImagesOfItsSize) {
   fs::remove(path("camera-intrinsics.txt"));
+  EXPECT_TRUE(refuses([&] { open("0"); }, {folder_.string(), "images are 64x48", "--intrinsics"}));
+  RoomView view = levelView();
+  view.width = 640;
+  view.height = 480;
+  fs::remove_all(folder_);
+  writeFrame("frame-000000", view);
   const auto recording = open("0");
   const Intrinsics& K = recording->cameras()[0].intrinsics;
   EXPECT_EQ((std::vector<float>{K.fx, K.fy, K.cx, K.cy}), (std::vector<float>{585, 585, 320, 240}));
-  EXPECT_EQ(K.width, 64);
-  EXPECT_EQ(K.height, 48);
+  EXPECT_EQ(K.width, 640);
+  ASSERT_EQ(recording->warnings().size(), 1u);
+  EXPECT_NE(recording->warnings()[0].find("7-Scenes' Kinect"), std::string::npos);
+}
+
+TEST_F(SevenScenes, AFrameWhosePoseIsLostHindersNoOther) {
+  write("frame-000010.pose.txt",
+        "-inf -inf -inf -inf\n-inf -inf -inf -inf\n-inf -inf -inf -inf\n-inf -inf -inf -inf\n");
+  io::LoadedFrame frame;
+  const auto recording = open("0,25");
+  recording->read(0, frame);
+  EXPECT_TRUE(showsRoom(frame, 0));
+  EXPECT_TRUE(showsRoom(frame, 1));
+  ASSERT_EQ(recording->warnings().size(), 1u);
+  EXPECT_NE(recording->warnings()[0].find(path("frame-000010.pose.txt") + ": holds a number that is not finite"),
+            std::string::npos);
+  EXPECT_TRUE(refuses([&] { open("0,10"); }, {path("frame-000010.pose.txt"), "not finite"}));
 }
 
 TEST_F(SevenScenes, ColorMayBeAJpegOrNotThere) {
@@ -112,7 +133,7 @@ TEST_F(SevenScenes, AFrameWithDepthButWithoutAPoseIsNamed) {
 
 TEST_F(SevenScenes, WhatIsWrongWithACalibrationIsNamedWithItsFile) {
   write("frame-000010.pose.txt", "1 0 0 0\n0 1 0 0\n0 0 1 0\n");
-  EXPECT_TRUE(refuses([&] { open("0"); }, {path("frame-000010.pose.txt"), "has 12 numbers"}));
+  EXPECT_TRUE(refuses([&] { open("10"); }, {path("frame-000010.pose.txt"), "has 12 numbers"}));
   writeFrame("frame-000010", cornerView());
   write("camera-intrinsics.txt", "24 0 29 0 20 25.5\n");
   EXPECT_TRUE(refuses([&] { open("0"); }, {path("camera-intrinsics.txt"), "has 6 numbers, must be 9"}));

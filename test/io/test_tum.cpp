@@ -3,6 +3,7 @@
 
 #include <Eigen/Geometry>
 
+#include <functional>
 #include <iomanip>
 #include <sstream>
 
@@ -75,6 +76,59 @@ TEST_F(Tum, AUnitIsAFifthOfAMillimetre) {
   recording->read(0, frame);
   EXPECT_EQ(frame.rig.views[0].depth16.row(240)[320], 10000);
   EXPECT_FLOAT_EQ(frame.rig.views[0].depth_scale * 10000, 2.0f);
+}
+
+/** \brief The stamps of a day in 2019, 33 ms apart, in another unit. */
+void expectMicroseconds(const std::function<std::unique_ptr<io::Recording>(const std::string&)>& write_and_open,
+                        const std::string& zeros, const std::string& unit) {
+  const auto recording = write_and_open(zeros);
+  ASSERT_EQ(recording->frameCount(), 3u);
+  io::LoadedFrame frame;
+  for (std::size_t k = 0; k < 3; ++k) {
+    recording->read(k, frame);
+    EXPECT_EQ(frame.rig.stamp, 1547171088126000u + 33000u * k) << unit;
+  }
+  EXPECT_NEAR(*recording->framesPerSecond(), 1 / 0.033, 1e-6) << unit;
+  ASSERT_FALSE(recording->warnings().empty()) << unit;
+  EXPECT_NE(recording->warnings()[0].find("taken for " + unit), std::string::npos) << recording->warnings()[0];
+}
+
+TEST_F(Tum, StampsInMillisecondsMicrosecondsAndNanosecondsAreTold) {
+  const auto write_and_open = [&](const std::string& zeros) {
+    std::string depth, poses;
+    for (const char* stamp : {"1547171088126", "1547171088159", "1547171088192"}) {
+      depth += stamp + zeros + " depth/1.000000.png\n";
+      poses += stamp + zeros + " " + poseLine(levelView().T_world_camera) + "\n";
+    }
+    write("depth.txt", depth);
+    write("groundtruth.txt", poses);
+    fs::remove(path("rgb.txt"));
+    io::RecordingOptions options;
+    options.views = "0";
+    options.slide = 1;
+    return io::openRecording({folder_.string()}, options);
+  };
+  expectMicroseconds(write_and_open, "", "milliseconds");
+  expectMicroseconds(write_and_open, "000", "microseconds");
+  expectMicroseconds(write_and_open, "000000", "nanoseconds");
+}
+
+TEST_F(Tum, APoseThatIsLostHindersNoOther) {
+  write("groundtruth.txt", "0.995 0.5 0.3 1.2 -0.5 0.5 -0.5 0.5\n1.1 nan nan nan 0 0 0 1\n");
+  io::LoadedFrame frame;
+  open("0")->read(0, frame);
+  EXPECT_TRUE(showsRoom(frame, 0, 1));
+  EXPECT_TRUE(refuses([&] { open("0,1"); }, {path("groundtruth.txt"), "nan", "tx ty tz"}));
+}
+
+TEST_F(Tum, IntrinsicsBesideTheImagesGoBeforeThoseOfTheDataset) {
+  write("camera_info.yaml",
+        "image_width: 640\nimage_height: 480\ncamera_matrix:\n  rows: 3\n  cols: 3\n"
+        "  data: [500, 0, 320, 0, 501, 240, 0, 0, 1]\n");
+  const auto recording = open("0");
+  EXPECT_EQ(recording->cameras()[0].intrinsics.fx, 500);
+  EXPECT_EQ(recording->cameras()[0].intrinsics.fy, 501);
+  EXPECT_TRUE(recording->warnings().empty());
 }
 
 TEST_F(Tum, TheQuaternionEndsWithItsRealPart) {

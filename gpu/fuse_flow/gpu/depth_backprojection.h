@@ -2,6 +2,7 @@
 
 #include <fuse_flow/depth_backprojection.h>
 #include <fuse_flow/gpu/device_filter.h>
+#include <fuse_flow/gpu/find_hidden_colors.h>
 #include <fuse_flow/gpu/write_points.h>
 
 namespace fuse_flow {
@@ -145,6 +146,7 @@ class DepthBackprojection<PointT, device::Thrust> : public DepthBackprojection<P
     }
     makeDepth(view, Layout::has_color && !from_cloud);
     uploadWanted(size);
+    if (Layout::has_color && !from_cloud) gpu::findHiddenColors(run, views_, maps_.refined());
     removed_.resize(size);
     missing_count_.resize(1);
     run.fill(missing_count_.data(), 1, 0);

@@ -33,6 +33,8 @@ struct DeviceView {
   ImageView<float> depth32;
   ImageView<float> confidence;
   ImageView<Rgb8> color;
+  /** \brief Of a colour camera of its own; without cells elsewhere. */
+  ColorDepth color_depth;
   float depth_scale{0};
 
   /** \brief Number of pixel (0, 0), and from row to row: multiples of kChunk. */

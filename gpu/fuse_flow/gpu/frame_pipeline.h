@@ -3,6 +3,7 @@
 #include <fuse_flow/fuse_flow.h>
 #include <fuse_flow/gpu/aggregation.h>
 #include <fuse_flow/gpu/depth_maps.h>
+#include <fuse_flow/gpu/find_hidden_colors.h>
 #include <fuse_flow/gpu/fuse_point_wise.h>
 #include <fuse_flow/gpu/generate_points_kernel.h>
 #include <fuse_flow/gpu/launch_graph.h>
@@ -48,6 +49,7 @@ class FramePipeline {
   /** \brief Writes the fused points of the last fuse() to device memory. */
   template <typename Layout>
   void write(const Layout& layout, bool with_normals, typename Layout::Words* output) {
+    if (Layout::has_color) findHiddenColors(run, views_, maps_.refined());
     const Appearance appearance{views_.grid(), maps_.refined()};
     run.forEach(point_count_, WritePoints<Layout>{layout, appearance, with_normals, fused_.fused.data(),
                                                   fused_.weights.data(), fused_.staying.data(), output});

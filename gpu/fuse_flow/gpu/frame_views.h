@@ -75,6 +75,7 @@ class FrameViews {
     pixels_ = static_cast<std::uint32_t>(size.pixels);
     tiles_ = size.tiles;
     uploadImages(run, frame, with_color, threads);
+    layOutColorDepth(frame, with_color);
     device_views_.resize(n);
     device_offsets_.resize(2 * (n + 1));
     run.copySmall(device_views_.data(), std::as_const(views_).data(), n);
@@ -95,15 +96,35 @@ class FrameViews {
   DeviceView* deviceViews() { return device_views_.data(); }
   /** \brief Padded pixels of all views: a multiple of kChunk. */
   std::uint32_t pixels() const { return pixels_; }
+  /** \brief Of the ColorDepth of all views; none where depth and colour cameras are the same. */
+  DeviceBuffer<std::uint32_t>& colorDepthCells() { return color_depth_; }
   /** \brief Of the last frame's images, over the bus. */
   std::size_t uploadedBytes() const { return uploaded_; }
   const host::RigGeometry& rig() const { return rig_; }
   std::size_t bytes() const {
     return device_views_.bytes() + rays_.bytes() + corrections_.bytes() + neighbours_.bytes() + images_.bytes() +
-           device_offsets_.bytes();
+           device_offsets_.bytes() + color_depth_.bytes();
   }
 
  private:
+  /** \brief Cells for the views whose colour camera stands beside, one view after the other. */
+  void layOutColorDepth(const RigFrame& frame, bool with_color) {
+    std::size_t total = 0;
+    const auto forEachOwn = [&](const auto& visit) {
+      for (std::size_t i = 0; i < rig_.size(); ++i)
+        if (with_color && rig_[i].own_color_camera && frame.views[i].color && !frame.views[i].missing())
+          visit(views_.data()[i].color_depth, ColorDepth::of(rig_[i].color_intrinsics, rig_[i].intrinsics));
+    };
+    forEachOwn([&](ColorDepth&, const ColorDepth& cells) { total += cells.size(); });
+    color_depth_.resize(total);
+    std::size_t place = 0;
+    forEachOwn([&](ColorDepth& of_view, const ColorDepth& cells) {
+      of_view = cells;
+      of_view.nearest = color_depth_.data() + place;
+      place += cells.size();
+    });
+  }
+
   /** \brief Whether the cameras that are there have changed. */
   bool updatePresence(const RigFrame& frame) {
     bool changed = present_.size() != frame.views.size();
@@ -269,6 +290,7 @@ class FrameViews {
   DeviceBuffer<Ray> rays_;
   DeviceBuffer<DepthCorrectionTerms> corrections_;
   DeviceBuffer<char> images_;
+  DeviceBuffer<std::uint32_t> color_depth_;
   std::uint32_t pixels_{0};
   std::uint32_t tiles_{0};
   std::size_t uploaded_{0};

@@ -15,7 +15,7 @@ struct Appearance {
     const DeviceView& view = grid.views[a.view];
     if (!view.color) return {};
     if (!view.model.own_color_camera) return pixelColor(view.color, a.u, a.v);
-    return viewColor(view.model, view.color, a.u, a.v, view.ray(a.u, a.v), z[view.indexOf(a.u, a.v)]);
+    return viewColor(view.model, view.color, view.color_depth, a.u, a.v, view.ray(a.u, a.v), z[view.indexOf(a.u, a.v)]);
   }
 
   FUSE_FLOW_HD Vec3 normal(const PixelAddress& a) const {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <fuse_flow/depth_backprojection.h>
+#include <fuse_flow/impl/host/color_depth_map.hpp>
 #include <fuse_flow/impl/host/parallel.hpp>
 #include <fuse_flow/impl/host/preprocessing.hpp>
 #include <fuse_flow/impl/host/rig_geometry.hpp>
@@ -10,6 +11,18 @@
 #include <pcl/impl/pcl_base.hpp>  // PCL compiles its base classes for its own point types only
 
 namespace fuse_flow {
+namespace detail {
+
+/** \brief Depth row by row, as the maths of surfaces asks for it. */
+struct DepthOfPixels {
+  const float* z;
+  const host::ViewGeometry& view;
+
+  float depth(int u, int v) const { return z[static_cast<std::ptrdiff_t>(v) * view.intrinsics.width + u]; }
+  Ray ray(int u, int v) const { return view.ray(u, v); }
+};
+
+}  // namespace detail
 
 template <typename PointT>
 void DepthBackprojection<PointT, device::Host>::setCamera(const Camera& camera) {
@@ -89,6 +102,9 @@ void DepthBackprojection<PointT, device::Host>::applyFilter(PointCloud& output) 
 
   host::ViewGeometry geometry;
   geometry.assign(camera_);
+  host::ColorDepthMap color_depth;
+  if (point::has_color<PointT> && !from_cloud && view_.color && geometry.own_color_camera)
+    color_depth.assign(geometry, detail::DepthOfPixels{depth.data(), geometry});
   PointCloud result(static_cast<std::uint32_t>(K.width), static_cast<std::uint32_t>(K.height));
   std::vector<std::uint8_t> missing(size, 0);
   host::parallelFor(host::resolveThreads(threads_), static_cast<std::size_t>(K.height), [&](std::size_t row, int) {
@@ -110,7 +126,9 @@ void DepthBackprojection<PointT, device::Host>::applyFilter(PointCloud& output) 
       if (from_cloud) continue;
       point::setConfidence(point, view_.confidence ? givenConfidence(view_.confidence.row(v)[u]) : 1.0f);
       if constexpr (point::has_color<PointT>)
-        if (view_.color) point::setColor(point, viewColor(geometry, view_.color, u, v, geometry.ray(u, v), z[u]).rgb);
+        if (view_.color)
+          point::setColor(point,
+                          viewColor(geometry, view_.color, color_depth.cells(), u, v, geometry.ray(u, v), z[u]).rgb);
     }
   });
   removed_indices_->clear();

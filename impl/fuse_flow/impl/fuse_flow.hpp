@@ -99,6 +99,7 @@ void FuseFlow<PointT, device::Host>::fuseFrame(const RigFrame& frame, PointCloud
   using host::FramePipeline;
   const FramePipeline::Clock::time_point start = FramePipeline::Clock::now();
   FramePipeline& pipeline = *pipeline_;
+  pipeline.with_color = point::has_color<PointT>;
   pipeline.generate(frame);
 
   host::PointWriter<PointT>& writer = *writer_;

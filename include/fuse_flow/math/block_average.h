@@ -130,7 +130,7 @@ FUSE_FLOW_HD float greyLevel(const Vec3& rgb) { return 0.299f * rgb.x + 0.587f *
 FUSE_FLOW_HD float pixelLuma(const ViewModel& view, const ImageView<Rgb8>& image, int u, int v, const Ray& ray,
                              float z) {
   if (!(z > 0)) return -1.0f;
-  const ViewColor color = viewColor(view, image, u, v, ray, z);
+  const ViewColor color = viewColor(view, image, {}, u, v, ray, z);
   return color.known ? greyLevel(color.rgb) : -1.0f;
 }
 

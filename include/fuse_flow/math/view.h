@@ -1,6 +1,7 @@
 #pragma once
 
 #include <fuse_flow/depth_view.h>
+#include <fuse_flow/math/color_depth.h>
 #include <fuse_flow/math/pinhole.h>
 #include <fuse_flow/multipath.h>
 
@@ -108,20 +109,34 @@ FUSE_FLOW_HD ViewColor pixelColor(const ImageView<Rgb8>& image, int u, int v) {
   return {{static_cast<float>(c.r), static_cast<float>(c.g), static_cast<float>(c.b)}, true};
 }
 
-/** \brief Colour of the depth pixel (u, v) with depth z on its ray: that of the same pixel, pixelColor(), where depth and colour are registered. With a colour camera of its own, the point is projected into
- *  that; where it misses the image by less than a pixel, the border's colour is taken. */
-FUSE_FLOW_HD ViewColor viewColor(const ViewModel& view, const ImageView<Rgb8>& image, int u, int v, const Ray& ray,
-                                 float z) {
+/** \brief Where the image of a colour camera of its own shows a point. */
+struct ColorPixel {
+  Pixel pixel;        ///< may lie beside the image
+  float z{0};         ///< depth along the colour camera's axis, metres
+  bool known{false};  ///< whether the point is before the camera, and its lens sees so far aside
+};
+
+/** \brief Of the point at depth z on a ray of the depth camera. */
+FUSE_FLOW_HD ColorPixel colorPixel(const ViewModel& view, const Ray& ray, float z) {
+  const Vec3 p_C = view.T_color_depth * pointOnRay(ray, z);
+  if (!(p_C.z > 0)) return {};
+  const bool ideal = isIdeal(view.color_intrinsics.distortion);
+  if (!ideal && ViewModel::foldsBack(p_C, view.color_max_squared_radius)) return {};
+  return {project(view.color_intrinsics, p_C), p_C.z, true};
+}
+
+/** \brief Colour of the depth pixel (u, v) with depth z on its ray: that of the same pixel, pixelColor(), where depth and colour are
+ *  registered. With a colour camera of its own, the point is projected into that; where it misses the image by less than a pixel, the
+ *  border's colour is taken. Not known where something stands before the colour camera. \param nearest of that camera */
+FUSE_FLOW_HD ViewColor viewColor(const ViewModel& view, const ImageView<Rgb8>& image, const ColorDepth& nearest, int u,
+                                 int v, const Ray& ray, float z) {
   if (!image) return {};
   if (view.own_color_camera) {
-    const Vec3 p_C = view.T_color_depth * pointOnRay(ray, z);
-    if (!(p_C.z > 0)) return {};
-    const bool ideal = isIdeal(view.color_intrinsics.distortion);
-    if (!ideal && ViewModel::foldsBack(p_C, view.color_max_squared_radius)) return {};
-    const Pixel pixel = project(view.color_intrinsics, p_C);
-    const float x = pixel.u + 0.5f, y = pixel.v + 0.5f;
+    const ColorPixel at = colorPixel(view, ray, z);
+    if (!at.known) return {};
+    const float x = at.pixel.u + 0.5f, y = at.pixel.v + 0.5f;
     const auto width = static_cast<float>(image.width), height = static_cast<float>(image.height);
-    if (!(x > -1 && y > -1 && x < width + 1 && y < height + 1)) return {};
+    if (!(x > -1 && y > -1 && x < width + 1 && y < height + 1) || nearest.hides(at.pixel, at.z)) return {};
     u = static_cast<int>(clampTo(x, 0.0f, width - 1));
     v = static_cast<int>(clampTo(y, 0.0f, height - 1));
   }

@@ -2,6 +2,7 @@
 
 #include <fuse_flow/fuse_flow.h>
 #include <fuse_flow/impl/host/cell_fusion.hpp>
+#include <fuse_flow/impl/host/color_depth_map.hpp>
 #include <fuse_flow/impl/host/consistency_evaluator.hpp>
 #include <fuse_flow/impl/host/depth_surface.hpp>
 #include <fuse_flow/impl/host/point_row.hpp>
@@ -46,6 +47,8 @@ class FramePipeline {
  public:
   FuseFlowParameters parameters;
   int threads{0};
+  /** \brief Whether color() will be called. */
+  bool with_color{true};
   FrameStatistics statistics;
 
   /** \brief Preprocessing, eq. 3, 8, 9. The frame must stay alive until its output has been read. */
@@ -74,7 +77,8 @@ class FramePipeline {
     const ViewGeometry& view = rig_[at.view];
     const ImageView<Rgb8>& image = frame_->views[at.view].color;
     if (!view.own_color_camera) return pixelColor(image, at.u, at.v);  // depth may be far away in memory
-    return viewColor(view, image, at.u, at.v, view.ray(at.u, at.v), refined(at.view).row(at.v)[at.u]);
+    return viewColor(view, image, color_depths_[at.view].cells(), at.u, at.v, view.ray(at.u, at.v),
+                     refined(at.view).row(at.v)[at.u]);
   }
 
   /** \brief Unit normal of the depth surface at a pixel, world frame, facing its camera; zero where neighbours are
@@ -139,6 +143,18 @@ class FramePipeline {
     offsets_[n] = static_cast<std::uint32_t>(total);
     counts_.assign(stretches_.size(), {});
     if (parameters.smoothing.passes > 0) reserveScratch();
+  }
+
+  /** \brief What stands before the colour cameras that are not the depth cameras. */
+  void findHiddenColors() {
+    color_depths_.resize(depths_.size());
+    parallelFor(threads_, depths_.size(), [&](std::size_t i, int) {
+      const bool asked = with_color && rig_[i].own_color_camera && frame_->views[i].color && !depths_[i].empty();
+      if (asked)
+        color_depths_[i].assign(rig_[i], DepthSurface{refined(i), rig_[i]});
+      else
+        color_depths_[i].clear();
+    });
   }
 
   static int rowsOfStretch(int width) { return std::max(1, 32768 / width); }
@@ -357,6 +373,7 @@ class FramePipeline {
   std::vector<DepthMap> scratch_;          ///< of the views of a group
   std::vector<std::uint32_t> scratch_of_;  ///< of each view the number of its map among them
   std::vector<std::uint32_t> offsets_;
+  std::vector<ColorDepthMap> color_depths_;  ///< of the views whose colour camera stands beside
   std::vector<Stretch> stretches_;
   FramePoints points_;
   std::vector<Counts> counts_;
@@ -385,6 +402,7 @@ FUSE_FLOW_INLINE void FramePipeline::generate(const RigFrame& frame) {
     generatePoints(group);
     statistics.generate_ms += since(preprocessed);
   });
+  findHiddenColors();
   for (const Counts& counts : counts_) {
     statistics.measured_points += counts.measured;
     statistics.gated_points += counts.gated;

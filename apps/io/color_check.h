@@ -1,0 +1,47 @@
+#pragma once
+
+#include "io/recording.h"
+
+#include <string>
+#include <vector>
+
+namespace fuse_flow::io {
+
+/** \brief Finds the cameras whose points stay black, though there is colour: frames without it, and colour images into which no point
+ *  falls. */
+class ColorCheck {
+ public:
+  void look(const RigFrame& frame);
+
+  /** \brief A line for each of them. None where no camera has any colour. */
+  std::vector<std::string> complaints() const;
+
+ private:
+  struct Seen {
+    std::string name;
+    std::size_t frames{0};     ///< with depth
+    std::size_t colored{0};    ///< of those, with colour
+    bool own_camera{false};    ///< of colour
+    bool any_in_image{false};  ///< a point that falls into the colour image
+    double baseline{0};        ///< from depth to colour camera, metres
+  };
+  std::vector<Seen> cameras_;
+};
+
+/** \brief Finds the cameras whose confidence images, taken by the largest value of their type, never say more than half: more often
+ *  than not they count in a unit of their own. */
+class ConfidenceCheck {
+ public:
+  void look(const LoadedFrame& frame);
+  std::vector<std::string> complaints() const;
+
+ private:
+  struct Seen {
+    std::string name;
+    float step{0};     ///< what was assumed
+    float largest{0};  ///< confidence
+  };
+  std::vector<Seen> cameras_;
+};
+
+}  // namespace fuse_flow::io

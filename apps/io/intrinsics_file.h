@@ -1,0 +1,27 @@
+#pragma once
+
+#include <fuse_flow/math/pinhole.h>
+
+#include <optional>
+#include <string>
+
+namespace fuse_flow::io {
+
+/** \brief Reads the intrinsics of one camera from a file, whose kind is told by its name and content:
+ *  - ROS camera_info or OpenCV YAML: camera_matrix or K, distortion_coefficients or D, image_width and image_height
+ *  - JSON as Open3D writes it: width, height, intrinsic_matrix column by column; or with fx, fy, cx, cy as rig.json has them
+ *  - text of a 3×3 or 4×4 matrix, row by row, or of the four numbers fx fy cx cy
+ *  - COLMAP's cameras.txt, whose pixel centres lie at halves: they are moved to ours, at integers
+ *
+ *  Width and height are 0 where the file does not say them.
+ *  \param width of the images, pixels: chooses among the cameras of a cameras.txt; 0: not known  \param height of the images
+ *  Throws InputError, naming the path and what is wrong, for any other file and for lenses that Intrinsics cannot express. */
+Intrinsics readIntrinsicsFile(const std::string& path, int width = 0, int height = 0);
+
+/** \brief Intrinsics that lie beside images: those of the folder's .json, .yaml, .yml and usual .txt files (camera-intrinsics.txt,
+ *  intrinsics.txt, K.txt, cameras.txt, …). Of several, those of the images' size count, and among these the ones named depth.
+ *  None: no file has any. Throws InputError for a file that has wrong ones, and where several files contradict each other.
+ *  \param width of the images, pixels  \param height of the images */
+std::optional<Intrinsics> findIntrinsics(const std::string& folder, int width, int height);
+
+}  // namespace fuse_flow::io

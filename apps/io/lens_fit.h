@@ -1,0 +1,29 @@
+#pragma once
+
+#include <fuse_flow/math/pinhole.h>
+
+#include <cstddef>
+#include <vector>
+
+namespace fuse_flow::io {
+
+/** \brief The ray of a pixel, x/z and y/z, as points on it tell. */
+struct PixelRay {
+  double u{0}, v{0};  ///< pixels
+  double x{0}, y{0};
+};
+
+/** \brief A lens, and how well it maps rays to their pixels. */
+struct LensFit {
+  Intrinsics intrinsics;
+  double rms{0};    ///< pixels
+  double worst{0};  ///< pixels
+};
+
+/** \brief The simplest lens that maps rays to their pixels with least squares: a pinhole; with k1, k2, p1, p2, k3; or with all eight
+ *  coefficients of Distortion. A richer one is taken only where it fits much better. A flat scene determines them too, since points in
+ *  their camera's frame tell rays, whatever they lie on.
+ *  \param rays of a few thousand pixels, all over the image  \param width of the image, pixels  \param height rows */
+LensFit fitLens(const std::vector<PixelRay>& rays, int width, int height);
+
+}  // namespace fuse_flow::io
