@@ -109,7 +109,7 @@ demo() {
     -o "$out/fused_beside_concatenated.png" --from 2.2 -1.3 1.9 --at -0.2 0.1 0.8 --zoom 0.62 --point-size 5
   echo
   step "$out/errors.png" "$bin/fuse_flow_evaluate" "${logs[@]}" -- \
-    with_display "$bin/fuse_flow_evaluate" "$recording" "${clouds[@]}" --truth --error-picture "$out/errors.png"
+    with_display "$bin/fuse_flow_evaluate" "$recording" "${clouds[@]}" --error-picture "$out/errors.png"
   echo
   echo "Fused clouds:   $PWD/$out/fuse_flow/000000.ply and the frames after it"
   echo "Pictures:       $PWD/$out/fused_beside_concatenated.png (left: concatenated, right: fused)"
@@ -182,7 +182,8 @@ bench() {
 tables() {
   install_missing
   build fuse_flow_tables
-  with_display build/bin/fuse_flow_tables -o doc/results.md --reading doc/results_reading.md "$@"
+  with_display build/bin/fuse_flow_tables -o doc/results.md --reading doc/results_reading.md \
+    --measures doc/quality_measures.md "$@"
 }
 
 format() {

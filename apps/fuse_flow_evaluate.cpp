@@ -1,5 +1,5 @@
-// Prints how well clouds, whoever made them, agree with the views they came from, and how near they are to the truth where
-// the recording is a simulated one.
+// Prints how near clouds, whoever made them, are to the truth where the recording is a simulated one, and what can be said of
+// them without it: by themselves, and against the views they came from.
 
 #include "command_line/option_checks.h"
 #include "command_line/quality_options.h"
@@ -34,7 +34,8 @@ struct Options {
   std::vector<std::string> clouds;
   std::size_t frame{0};
   std::string json;
-  bool truth{false};
+  bool truth{false};     ///< must be there
+  bool no_truth{false};  ///< is left out
   std::string error_picture;
   unsigned int threads{0};
   QualityParameters quality;
@@ -67,8 +68,9 @@ std::vector<CloudFile> filesOf(const std::string& path, std::size_t frame) {
   return files;
 }
 
-/** \brief The clouds of one command-line argument, against the views and, if asked for, the truth. */
+/** \brief The clouds of one command-line argument, by themselves, against the views and, where it is known, the truth. */
 struct Evaluation {
+  SurfaceQuality surface;
   io::QualityOfSequence quality;
   std::vector<simulation::TruthQuality> truth;
   std::vector<double> flicker;
@@ -88,12 +90,24 @@ class Evaluator {
   explicit Evaluator(const Options& options)
       : options_(options),
         recording_(command_line::openRecording("fuse_flow_evaluate", options.recording, options.recording_options)) {
-    if (options.truth) truth_.emplace(options.recording[0]);
+    if (options.no_truth || !(options.truth || simulation::Truth::isIn(options.recording[0]))) return;
+    truth_.emplace(options.recording[0]);
+    if (truth_->cameras().size() == recording_->cameras().size()) return;
+    if (options.truth) throw io::OptionError("--truth: needs all cameras of the recording, --views leaves some out");
+    why_no_truth_ = "The truth is left out: it needs all cameras of the recording, and --views leaves some out.\n";
+    truth_.reset();
   }
+
+  bool knowsTruth() const { return truth_.has_value(); }
+  /** \brief A line, or nothing. */
+  const std::string& whyNoTruth() const { return why_no_truth_; }
 
   Evaluation evaluate(const std::vector<CloudFile>& files) {
     Evaluation result;
     std::optional<simulation::PlainCloud> previous;
+    pcl::PointCloud<pcl::PointXYZ> cloud_before;
+    std::optional<std::size_t> frame_before;
+    const SurfaceQualityParameters parameters = command_line::surfaceParameters(options_.quality);
     for (const CloudFile& file : files) {
       pcl::PCLPointCloud2 blob;
       io::readCloud(file.path, blob, file.empty);
@@ -105,7 +119,14 @@ class Evaluator {
       }
       const Quality quality = multiCameraConsistency(cloud, loaded_.rig, options_.quality, options_.threads);
       result.quality.add(quality);
+      SurfaceQuality surface = surfaceQuality(cloud, loaded_.rig, parameters, options_.threads);
+      if (frame_before && *frame_before + 1 == file.frame && before_frame_ == frame_before)
+        surface.flicker = temporalFlicker(cloud_before, before_.rig, cloud, loaded_.rig, parameters, options_.threads);
+      result.surface += surface;
+      frame_before = file.frame;
+      cloud_before = std::move(cloud);
       nlohmann::json json = io::qualityJson(quality);
+      json.update(io::surfaceJson(surface));
       json["frame"] = file.frame;
       if (truth_) {
         simulation::PlainCloud plain = simulation::plainCloud(blob);
@@ -129,6 +150,8 @@ class Evaluator {
       throw io::OptionError((file.frame == options_.frame ? "--frame: " : "") + file.path + given + frames);
     }
     if (file.frame == read_frame_) return;
+    std::swap(loaded_, before_);
+    before_frame_ = read_frame_;
     recording_->read(file.frame, loaded_);
     read_frame_ = file.frame;
     visible_.clear();
@@ -139,8 +162,6 @@ class Evaluator {
     if (visible_.empty()) {
       std::vector<bool> present;
       for (const DepthView& view : loaded_.rig.views) present.push_back(!view.missing());
-      if (present.size() != truth_->cameras().size())
-        throw io::OptionError("--truth: needs all cameras of the recording, --views leaves some out");
       simulation::Visibility visibility;
       visibility.min_range = truth_->minRange();
       visibility.max_range = truth_->maxRange();
@@ -159,14 +180,17 @@ class Evaluator {
   const Options& options_;
   std::unique_ptr<io::Recording> recording_;
   std::optional<simulation::Truth> truth_;
-  io::LoadedFrame loaded_;
+  std::string why_no_truth_;
+  io::LoadedFrame loaded_, before_;
   std::size_t read_frame_{std::numeric_limits<std::size_t>::max()};
+  std::optional<std::size_t> before_frame_;  ///< the one that was read before it
   /** \brief Of the frame that was read last. */
   std::vector<simulation::SurfacePoint> visible_;
 };
 
 nlohmann::json jsonOf(const Evaluation& e, bool sequence) {
   nlohmann::json json = io::qualityJson(e.quality.result());
+  json.update(io::surfaceJson(e.surface));
   if (!e.truth.empty()) {
     json["truth"] = simulation::truthJson(simulation::meanOf(e.truth));
     if (!e.flicker.empty()) json["truth"]["flicker_mm"] = e.meanFlicker();
@@ -194,7 +218,8 @@ int run(const Options& options) {
   if (!(options.quality.min_range < options.quality.max_range))
     throw io::OptionError("--min-range must be below --max-range");
   if (!options.error_picture.empty()) {
-    if (!options.truth) throw io::OptionError("--error-picture needs --truth");
+    if (options.no_truth || !(options.truth || simulation::Truth::isIn(options.recording[0])))
+      throw io::OptionError("--error-picture needs the truth, which a recording of fuse_flow_simulate has");
     drawing::requireDisplay("fuse_flow_evaluate");
   }
   std::vector<std::string> inputs = options.recording;
@@ -211,23 +236,32 @@ int run(const Options& options) {
   for (const std::string& path : options.clouds) width = std::max(width, path.size());
   nlohmann::json json;
   std::vector<drawing::ColoredPoints> pictures;
-  std::string truth_table;
+  std::string truth_table, surface_table, quality_table;
   for (const std::string& path : options.clouds) {
     Evaluation e = evaluator.evaluate(filesOf(path, options.frame));
-    if (json.empty()) std::cout << io::qualityHeader(width) << '\n';
-    std::cout << io::qualityRow(path, width, e.quality.result()) << std::endl;
-    if (options.truth)
+    if (evaluator.knowsTruth())
       truth_table += simulation::truthRow(path, width, simulation::meanOf(e.truth), e.meanFlicker()) + '\n';
+    surface_table += io::surfaceRow(path, width, e.surface) + '\n';
+    quality_table += io::qualityRow(path, width, e.quality.result()) + '\n';
     json[path] = jsonOf(e, fs::is_directory(path));
     if (!options.error_picture.empty()) pictures.push_back(std::move(e.errors));
   }
-  if (options.truth)
-    std::cout
-        << "\nAgainst the true surface\n"
-        << simulation::truthHeader(width) << '\n'
-        << truth_table
-        << "E_MC and coverage tell how near a cloud is to what the cameras measured, noise and all, and points as "
-           "measured are nearest;\nthese figures tell how near it is to the surface.\n";
+  std::cout << evaluator.whyNoTruth();
+  if (evaluator.knowsTruth())
+    std::cout << "Against the true surface\n" << simulation::truthHeader(width) << '\n' << truth_table << '\n';
+  std::cout
+      << "By the cloud and the views alone\n"
+      << io::surfaceHeader(width) << '\n'
+      << surface_table << "\nAgainst what the cameras measured, noise and all\n"
+      << io::qualityHeader(width) << '\n'
+      << quality_table
+      << (evaluator.knowsTruth()
+              ? "Believe the figures against the true surface; points left as they were measured have the least E_MC.\n"
+              : "No truth is known here: noise, double surfaces and violations tell clouds of one recording apart, a "
+                "smooth "
+                "surface in a wrong place has none of them, and points left as they were measured have the least "
+                "E_MC.\n")
+      << std::flush;
   if (!options.json.empty()) io::writeFile(options.json, io::jsonText(json));
   if (!options.error_picture.empty()) {
     drawing::Viewpoint viewpoint;
@@ -252,9 +286,14 @@ int main(int argc, char** argv) {
   app.add_option("--frame", options.frame, "frame of the recording to compare single clouds with")
       ->check(command_line::wholeNumber(0, std::numeric_limits<int>::max()))
       ->capture_default_str();
-  app.add_flag("--truth", options.truth, "compare with the exact surface of a recording of fuse_flow_simulate too");
-  app.add_option("--error-picture", options.error_picture,
-                 "with --truth: PNG of the first clouds, blue on the true surface to red 20 mm or more from it")
+  CLI::Option* truth = app.add_flag(
+      "--truth", options.truth,
+      "the exact surface must be there; where it is, as in recordings of fuse_flow_simulate, it is compared "
+      "with unasked");
+  app.add_flag("--no-truth", options.no_truth, "do not compare with the exact surface")->excludes(truth);
+  app.add_option(
+         "--error-picture", options.error_picture,
+         "where the truth is known: PNG of the first clouds, blue on the true surface to red 20 mm or more from it")
       ->check(command_line::path());
   app.add_option("--views", options.recording_options.views,
                  "frames that act as the cameras of one instant; of a rig recording, the cameras to use");

@@ -161,8 +161,9 @@ int run(const Options& options) {
   std::vector<std::string> cameras;
   for (const Camera& camera : recording->cameras()) cameras.push_back(camera.name);
   io::Report report(options.method, std::move(cameras));
-  io::LoadedFrame loaded;
-  io::Method::Cloud cloud;
+  io::LoadedFrame loaded, before;
+  io::Method::Cloud cloud, cloud_before;
+  std::optional<std::size_t> measured_before;
   io::LiveExtrinsics extrinsics(options.method_options.device);
   io::catchInterrupts();
   Progress progress(frames.size());
@@ -172,6 +173,8 @@ int run(const Options& options) {
   for (const std::size_t frame : frames) {
     if (io::interrupt_requested) break;
     const std::string path = outputPath(options, frame, frames.size());
+    std::swap(loaded, before);
+    std::swap(cloud, cloud_before);
     try {
       recording->read(frame, loaded);
       for (const io::DamagedView& view : loaded.ended) ended[view.view] = view.message;
@@ -195,10 +198,18 @@ int run(const Options& options) {
     QualityParameters quality = options.quality;
     quality.min_range = pre.min_range;
     quality.max_range = pre.max_range;
-    report.addFrame(frame, method->statistics(),
-                    options.evaluate ? std::make_optional(multiCameraConsistency(cloud, loaded.rig, quality,
-                                                                                 options.method_options.threads))
-                                     : std::nullopt);
+    if (options.evaluate) {
+      const unsigned int threads = options.method_options.threads;
+      const SurfaceQualityParameters parameters = command_line::surfaceParameters(quality);
+      SurfaceQuality surface = surfaceQuality(cloud, loaded.rig, parameters, threads);
+      if (measured_before && *measured_before + 1 == frame)
+        surface.flicker = temporalFlicker(cloud_before, before.rig, cloud, loaded.rig, parameters, threads);
+      measured_before = frame;
+      report.addFrame(frame, method->statistics(), multiCameraConsistency(cloud, loaded.rig, quality, threads),
+                      surface);
+    } else {
+      report.addFrame(frame, method->statistics(), std::nullopt);
+    }
     progress.show(++done);
   }
   progress.endLine();
@@ -238,7 +249,8 @@ int main(int argc, char** argv) {
       ->check(CLI::IsMember({"ply", "pcd"}))
       ->capture_default_str();
   app.add_flag("--normals", options.normals, "write the surface's normal with each point, facing its cameras");
-  app.add_flag("!--no-quality", options.evaluate, "do not measure E_MC, violations and coverage");
+  app.add_flag("!--no-quality", options.evaluate,
+               "do not measure noise, double surfaces, violations, coverage, flicker and E_MC");
   command_line::addQualityOptions(app, options.quality);
   command_line::MethodArguments method(app);
   return command_line::runTool(app, argc, argv, [&] {

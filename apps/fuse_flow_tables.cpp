@@ -9,6 +9,7 @@
 #include "io/file_io.h"
 #include "tables/comparison.h"
 #include "tables/markdown.h"
+#include "tables/measure_ranking.h"
 #include "tables/open3d_methods.h"
 #include "tables/place_means.h"
 
@@ -32,6 +33,7 @@ using tables::Thinning;
 struct Options {
   std::string output;
   std::string reading;
+  std::string measures;
   bool quick{false};
   int threads{0};
 };
@@ -69,11 +71,25 @@ class Page {
              "difference to the true colour, of 255; E_MC of eq. 12; median milliseconds of a frame.\n\n";
     comparisons("Seen while tuning", "accuracy_tuning", pick(kTuning));
     const std::vector<Result> kept_out = comparisons("Kept out of tuning", "accuracy_kept_out", pick(kKeptOut));
+    text_
+        << "[quality_measures.md](quality_measures.md) has what can be measured of the same clouds without the truth, "
+           "and how far that ranks them as the truth does.\n\n";
     targets(kept_out);
     paperTable();
     ablation();
     frameRates();
     io::writeFile(options_.output, text_.str());
+    if (!options_.measures.empty()) io::writeFile(options_.measures, ranking_.text(options_.threads));
+  }
+
+  /** \brief Only what can be said without the truth, and how it ranks. */
+  void writeMeasures() {
+    for (const auto* setups : {&kTuning, &kKeptOut})
+      for (const Setup& setup : pick(*setups)) {
+        say(setup.name());
+        ranking_.add(setup, tables::peers(), tables::compare(setup, tables::peers(), options_.threads));
+      }
+    io::writeFile(options_.measures, ranking_.text(options_.threads));
   }
 
  private:
@@ -130,6 +146,7 @@ class Page {
       text_ << "### " << setup.name() << (setup.frames > 1 ? ", " + std::to_string(setup.frames) + " frames" : "")
             << "\n\n";
       comparisonTable(peers, results);
+      ranking_.add(setup, peers, results);
       if (!picture.empty()) {
         drawing::Viewpoint viewpoint;
         viewpoint.zoom = 1.3;
@@ -302,6 +319,7 @@ class Page {
 
   const Options& options_;
   std::ostringstream text_;
+  tables::MeasureRanking ranking_;
 };
 
 }  // namespace
@@ -312,12 +330,19 @@ int main(int argc, char** argv) {
       "Compares FUSE-Flow with its peers on simulated rigs and writes the tables and plots. Needs a display, or "
       "xvfb-run.",
       "fuse_flow_tables");
-  app.add_option("-o,--output", options.output, "Markdown file; plots go to the folder images beside it")->required();
+  app.add_option("-o,--output", options.output, "Markdown file; plots go to the folder images beside it");
   app.add_option("--reading", options.reading, "Markdown file whose text opens the page");
+  app.add_option("--measures", options.measures,
+                 "Markdown file for what can be said without the truth; without -o this alone is written");
   app.add_flag("--quick", options.quick, "a small part of everything, to see that it works");
   app.add_option("--threads", options.threads, "0: one per core")->check(command_line::threadCount());
   return command_line::runTool(app, argc, argv, [&] {
     options.threads = host::resolveThreads(options.threads);
+    if (options.output.empty() && options.measures.empty()) throw io::OptionError("--output is required; see --help");
+    if (options.output.empty()) {
+      Page(options).writeMeasures();
+      return command_line::kSuccess;
+    }
     drawing::requireDisplay("fuse_flow_tables");
     Page(options).write();
     return command_line::kSuccess;

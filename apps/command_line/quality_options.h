@@ -1,6 +1,7 @@
 #pragma once
 
 #include <fuse_flow/multi_camera_consistency.h>
+#include <fuse_flow/quality/surface_quality.h>
 
 #include <CLI/CLI.hpp>
 
@@ -8,5 +9,8 @@ namespace fuse_flow::command_line {
 
 /** \brief What eq. 12 leaves open, on the command line; the ranges are left to the tool. */
 void addQualityOptions(CLI::App& app, QualityParameters& parameters);
+
+/** \brief The measures of the surface with the same visibility, radius, step and range. */
+SurfaceQualityParameters surfaceParameters(const QualityParameters& parameters);
 
 }  // namespace fuse_flow::command_line

@@ -7,6 +7,7 @@
 #include <fuse_flow/fuse_flow.h>
 #include <fuse_flow/multi_camera_consistency.h>
 #include <fuse_flow/point_types.h>
+#include <fuse_flow/quality/surface_quality.h>
 
 #include <pcl/point_types.h>
 
@@ -17,5 +18,15 @@ extern template Quality multiCameraConsistency(const pcl::PointCloud<PointFused>
                                                const QualityParameters&, unsigned int);
 extern template Quality multiCameraConsistency(const pcl::PointCloud<pcl::PointXYZ>&, const RigFrame&,
                                                const QualityParameters&, unsigned int);
+extern template SurfaceQuality surfaceQuality(const pcl::PointCloud<PointFused>&, const RigFrame&,
+                                              const SurfaceQualityParameters&, unsigned int);
+extern template SurfaceQuality surfaceQuality(const pcl::PointCloud<pcl::PointXYZ>&, const RigFrame&,
+                                              const SurfaceQualityParameters&, unsigned int);
+extern template TemporalFlicker temporalFlicker(const pcl::PointCloud<PointFused>&, const RigFrame&,
+                                                const pcl::PointCloud<PointFused>&, const RigFrame&,
+                                                const SurfaceQualityParameters&, unsigned int);
+extern template TemporalFlicker temporalFlicker(const pcl::PointCloud<pcl::PointXYZ>&, const RigFrame&,
+                                                const pcl::PointCloud<pcl::PointXYZ>&, const RigFrame&,
+                                                const SurfaceQualityParameters&, unsigned int);
 
 }  // namespace fuse_flow

@@ -30,6 +30,16 @@ template Quality multiCameraConsistency(const pcl::PointCloud<PointFused>&, cons
                                         unsigned int);
 template Quality multiCameraConsistency(const pcl::PointCloud<pcl::PointXYZ>&, const RigFrame&,
                                         const QualityParameters&, unsigned int);
+template SurfaceQuality surfaceQuality(const pcl::PointCloud<PointFused>&, const RigFrame&,
+                                       const SurfaceQualityParameters&, unsigned int);
+template SurfaceQuality surfaceQuality(const pcl::PointCloud<pcl::PointXYZ>&, const RigFrame&,
+                                       const SurfaceQualityParameters&, unsigned int);
+template TemporalFlicker temporalFlicker(const pcl::PointCloud<PointFused>&, const RigFrame&,
+                                         const pcl::PointCloud<PointFused>&, const RigFrame&,
+                                         const SurfaceQualityParameters&, unsigned int);
+template TemporalFlicker temporalFlicker(const pcl::PointCloud<pcl::PointXYZ>&, const RigFrame&,
+                                         const pcl::PointCloud<pcl::PointXYZ>&, const RigFrame&,
+                                         const SurfaceQualityParameters&, unsigned int);
 // See organized_cloud.cpp.
 template class DepthBackprojection<pcl::PointXYZRGB>;
 

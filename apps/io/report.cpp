@@ -39,12 +39,26 @@ constexpr Stage kStages[] = {
     {"merge", &FrameStatistics::merge_ms},           {"fuse", &FrameStatistics::fuse_ms},
     {"output", &FrameStatistics::output_ms},         {"total", &FrameStatistics::total_ms}};
 
+constexpr const char* kSurfaceFigures[] = {"surface_noise_mm", "double_surfaces",
+                                           "free_space_violations_off_silhouettes", "coverage_within_noise",
+                                           "flicker_mm"};
 constexpr const char* kQualityFigures[] = {"e_mc_mm", "e_mc_multi_view_mm", "free_space_violations", "coverage"};
 
 std::string format(const char* pattern, double value) {
   char text[64];
   std::snprintf(text, sizeof(text), pattern, value);
   return text;
+}
+
+std::string padded(std::string name, std::size_t width) {
+  name.resize(std::max(width, name.size()), ' ');
+  return name;
+}
+
+/** \brief A figure as far right as its column goes. */
+std::string column(const nlohmann::json& figures, const char* key, double scale, std::size_t width) {
+  const std::string text = figures[key].is_number() ? format("%.2f", scale * figures[key].get<double>()) : "-";
+  return std::string(width - std::min(width, text.size()), ' ') + text;
 }
 
 }  // namespace
@@ -62,22 +76,37 @@ nlohmann::json qualityJson(const Quality& q) {
           {"coverage", q.pixels ? nlohmann::json(q.coverage()) : nlohmann::json(nullptr)}};
 }
 
+nlohmann::json surfaceJson(const SurfaceQuality& q) {
+  return {{"surface_noise_mm", number(1e3 * q.noise())},
+          {"double_surfaces", number(q.doubleSurfaces())},
+          {"free_space_violations_off_silhouettes", number(q.violationShare())},
+          {"coverage_within_noise", number(q.coverage())},
+          {"flicker_mm", number(1e3 * q.flicker.mean())}};
+}
+
+std::string surfaceHeader(std::size_t name_width) {
+  return padded("cloud", name_width) +
+         "    points  noise [mm]  double surfaces [%]  violations off silhouettes [%]  coverage within noise [%]  "
+         "flicker [mm]";
+}
+
+std::string surfaceRow(const std::string& name, std::size_t name_width, const SurfaceQuality& q) {
+  const nlohmann::json figures = surfaceJson(q);
+  return padded(name, name_width) + format("%10.0f", static_cast<double>(q.points)) +
+         column(figures, "surface_noise_mm", 1, 12) + column(figures, "double_surfaces", 100, 21) +
+         column(figures, "free_space_violations_off_silhouettes", 100, 32) +
+         column(figures, "coverage_within_noise", 100, 27) + column(figures, "flicker_mm", 1, 14);
+}
+
 std::string qualityHeader(std::size_t name_width) {
-  std::string name = "cloud";
-  name.resize(std::max(name_width, name.size()), ' ');
-  return name + "    points   E_MC [mm]  E_MC, 2+ views [mm]  violations [%]  coverage [%]";
+  return padded("cloud", name_width) + "    points   E_MC [mm]  E_MC, 2+ views [mm]  violations [%]  coverage [%]";
 }
 
 std::string qualityRow(const std::string& name, std::size_t name_width, const Quality& q) {
   const nlohmann::json figures = qualityJson(q);
-  const auto column = [&](const char* key, double scale, std::size_t width) {
-    const std::string text = figures[key].is_number() ? format("%.2f", scale * figures[key].get<double>()) : "-";
-    return std::string(width - std::min(width, text.size()), ' ') + text;
-  };
-  std::string padded = name;
-  padded.resize(std::max(name_width, name.size()), ' ');
-  return padded + format("%10.0f", static_cast<double>(q.points)) + column("e_mc_mm", 1, 12) +
-         column("e_mc_multi_view_mm", 1, 21) + column("free_space_violations", 100, 16) + column("coverage", 100, 14);
+  return padded(name, name_width) + format("%10.0f", static_cast<double>(q.points)) +
+         column(figures, "e_mc_mm", 1, 12) + column(figures, "e_mc_multi_view_mm", 1, 21) +
+         column(figures, "free_space_violations", 100, 16) + column(figures, "coverage", 100, 14);
 }
 
 void QualityOfSequence::add(const Quality& q) {
@@ -98,8 +127,9 @@ Quality QualityOfSequence::result() const {
   return q;
 }
 
-void Report::addFrame(std::size_t frame, const FrameStatistics& statistics, const std::optional<Quality>& quality) {
-  frames_.push_back({frame, statistics, quality, peakMemoryMebibytes()});
+void Report::addFrame(std::size_t frame, const FrameStatistics& statistics, const std::optional<Quality>& quality,
+                      const std::optional<SurfaceQuality>& surface) {
+  frames_.push_back({frame, statistics, quality, surface, peakMemoryMebibytes()});
 }
 
 nlohmann::json Report::json() const {
@@ -107,13 +137,20 @@ nlohmann::json Report::json() const {
   std::vector<double> times[std::size(kStages)];
   double points_in = 0, points_out = 0;
   QualityOfSequence quality;
+  SurfaceQuality surface;
   for (const Frame& f : frames_) {
     nlohmann::json entry;
     if (f.quality) {
       entry = qualityJson(*f.quality);
       quality.add(*f.quality);
     }
+    if (f.surface) {
+      entry.update(surfaceJson(*f.surface));
+      surface += *f.surface;
+    }
     for (const char* figure : kQualityFigures)
+      if (!entry.contains(figure)) entry[figure] = nullptr;
+    for (const char* figure : kSurfaceFigures)
       if (!entry.contains(figure)) entry[figure] = nullptr;
     entry["frame"] = f.number;
     entry["points_in"] = f.statistics.measured_points;
@@ -137,6 +174,7 @@ nlohmann::json Report::json() const {
                           {"points_out", points_out},
                           {"frames_per_second", number(1e3 / percentile(times[std::size(kStages) - 1], 0.5))},
                           {"peak_memory_mib", peakMemoryMebibytes()}};
+  total.update(surfaceJson(surface));
   const nlohmann::json figures = qualityJson(quality.result());
   for (const char* figure : kQualityFigures) total[figure] = figures[figure];
   for (std::size_t s = 0; s < std::size(kStages); ++s)
@@ -157,6 +195,12 @@ std::string Report::summary() const {
   const auto figure = [&](const char* what, const char* key, double scale, const char* unit) {
     return total[key].is_number() ? what + format(" %.2f ", scale * value(total[key])) + unit + ", " : std::string();
   };
+  const std::string surface = figure("noise of the surface", "surface_noise_mm", 1, "mm") +
+                              figure("double surfaces", "double_surfaces", 100, "%") +
+                              figure("violations off silhouettes", "free_space_violations_off_silhouettes", 100, "%") +
+                              figure("coverage within the sensor's noise", "coverage_within_noise", 100, "%") +
+                              figure("flicker", "flicker_mm", 1, "mm");
+  if (!surface.empty()) text += "  " + surface.substr(0, surface.size() - 2) + "\n";
   text += "  " + figure("E_MC", "e_mc_mm", 1, "mm") +
           figure("over points with two or more views", "e_mc_multi_view_mm", 1, "mm") +
           figure("free-space violations", "free_space_violations", 100, "%") +

@@ -29,7 +29,8 @@ class Report {
   explicit Report(std::string method, std::vector<std::string> cameras = {})
       : method_(std::move(method)), cameras_(std::move(cameras)) {}
   /** \brief Without a quality, its figures are null. */
-  void addFrame(std::size_t frame, const FrameStatistics& statistics, const std::optional<Quality>& quality);
+  void addFrame(std::size_t frame, const FrameStatistics& statistics, const std::optional<Quality>& quality,
+                const std::optional<SurfaceQuality>& surface = std::nullopt);
 
   /** \brief Per frame and in total; medians and 95th percentiles of the times; the
    *  quality over the points and measurements of all frames, null if there are none. */
@@ -42,6 +43,7 @@ class Report {
     std::size_t number;
     FrameStatistics statistics;
     std::optional<Quality> quality;
+    std::optional<SurfaceQuality> surface;
     double peak_memory_mib;  ///< of the process, up to the end of this frame
   };
   std::string method_;
@@ -54,7 +56,11 @@ std::string jsonText(const nlohmann::json& json);
 
 /** \brief The quality figures as the tools print them; null where there was nothing to measure. */
 nlohmann::json qualityJson(const Quality& quality);
-/** \brief The header and a row of the table of quality figures, "-" where there was nothing to measure. */
+/** \brief What can be said of the surface without the truth, in the same way. */
+nlohmann::json surfaceJson(const SurfaceQuality& quality);
+/** \brief The header and a row of the table of either, "-" where there was nothing to measure. */
+std::string surfaceHeader(std::size_t name_width);
+std::string surfaceRow(const std::string& name, std::size_t name_width, const SurfaceQuality& quality);
 std::string qualityHeader(std::size_t name_width);
 std::string qualityRow(const std::string& name, std::size_t name_width, const Quality& quality);
 

@@ -1,6 +1,7 @@
 #include "simulation/detours.h"
 
 #include "simulation/pi.h"
+#include "simulation/portable_math.h"
 #include "simulation/random.h"
 
 #include <fuse_flow/impl/host/parallel.hpp>
@@ -66,15 +67,15 @@ Detours::Receiver Detours::receive(const RayScene& scene, const PixelRays& rays,
     };
     const float angle = 2 * kPiF * stratum(k % kStrata), squared_radius = stratum(k / kStrata);
     const float radius = std::sqrt(squared_radius);
-    const Vector3f direction = radius * std::cos(angle) * tangent + radius * std::sin(angle) * other +
+    const Vector3f direction = radius * portable::cos(angle) * tangent + radius * portable::sin(angle) * other +
                                std::sqrt(std::max(1 - squared_radius, 0.0f)) * normal;
     const RayHit bounce = scene.intersect(hit.position + 1e-3f * normal, direction);
     // The sensor lights what it sees, and little beyond.
     if (!bounce || !rays.reach(bounce.position) || scene.occluded(rays.origin(), bounce.position, 2e-3f)) continue;
     const float light = returnedLight(scene, bounce, rays.origin()) / static_cast<float>(kStrata * kStrata);
     const float phase = radians_per_metre_ * ((bounce.position - rays.origin()).norm() + bounce.t);
-    receiver.real += light * std::cos(phase);
-    receiver.imaginary += light * std::sin(phase);
+    receiver.real += light * portable::cos(phase);
+    receiver.imaginary += light * portable::sin(phase);
   }
   return receiver;
 }
@@ -93,7 +94,8 @@ Detours::Light Detours::at(int u, int v) const {
       imaginary += other.imaginary;
       count += 1;
     }
-  const float c = std::cos(radians_per_metre_ * own.distance), s = std::sin(radians_per_metre_ * own.distance);
+  const float c = portable::cos(radians_per_metre_ * own.distance),
+              s = portable::sin(radians_per_metre_ * own.distance);
   return {(c * real + s * imaginary) / count, (c * imaginary - s * real) / count};
 }
 

@@ -1,6 +1,7 @@
 #include "simulation/furniture.h"
 
 #include "simulation/pi.h"
+#include "simulation/portable_math.h"
 #include "simulation/random.h"
 #include "simulation/shapes.h"
 
@@ -154,7 +155,7 @@ void addSofa(Objects& objects, const Place& place) {
     part({side * 0.81f, 0.02f, 0.36f}, {0.18f, 0.76f, 0.5f}, 0.07f);
     part({side * 0.36f, 0.1f, 0.38f}, {0.71f, 0.6f, 0.14f}, 0.05f);
   }
-  const Eigen::AngleAxisf lean(0.35f, Vector3f::UnitX());
+  const Eigen::Quaternionf lean = portable::turn(0.35f, Vector3f::UnitX());
   for (const float side : {-1.0f, 1.0f}) {
     Eigen::Isometry3f T = placed({side * 0.5f, -0.08f, 0.6f}, 0.2f * side);
     T.rotate(lean);
@@ -206,7 +207,7 @@ void addPlant(Objects& objects, const Place& place, float standing_on, float hei
     append(stems, tube(path, 0.0025f + 0.002f * height));
     const float length = height * between(random, 0.22f, 0.34f);
     Eigen::Isometry3f T = placed(path.back(), turn + between(random, -0.4f, 0.4f));
-    T.rotate(Eigen::AngleAxisf(-between(random, 0.1f, 0.9f), Vector3f::UnitY()));
+    T.rotate(portable::turn(-between(random, 0.1f, 0.9f), Vector3f::UnitY()));
     append(
         leaves,
         moved(leaf(length, length * between(random, 0.3f, 0.45f), between(random, 0.0015f, 0.003f), 0.3f * length), T));

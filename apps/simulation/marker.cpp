@@ -1,5 +1,6 @@
 #include "simulation/marker.h"
 
+#include "simulation/portable_math.h"
 #include "simulation/shapes.h"
 
 #include <cmath>
@@ -10,9 +11,10 @@ Object makeMarker(double side, const Eigen::AlignedBox3f& subject, double time) 
   using Eigen::Vector3f;
   constexpr double turns_per_second = 0.3, kTwoPi = 6.283185307179586;
   const double around = kTwoPi * turns_per_second * time;
-  const double nod = 0.5 + 0.3 * std::sin(2.3 * around);  // radians that it is tilted up
-  const Vector3f faces(static_cast<float>(std::cos(nod) * std::cos(around)),
-                       static_cast<float>(std::cos(nod) * std::sin(around)), static_cast<float>(std::sin(nod)));
+  const double nod = 0.5 + 0.3 * portable::sin(2.3 * around);  // radians that it is tilted up
+  const Vector3f faces(static_cast<float>(portable::cos(nod) * portable::cos(around)),
+                       static_cast<float>(portable::cos(nod) * portable::sin(around)),
+                       static_cast<float>(portable::sin(nod)));
   const Vector3f centre = subject.center();
   const float height = std::min(subject.max().z() + 0.5f * static_cast<float>(side), centre.z() + 0.45f);
   Eigen::Isometry3f T = Eigen::Isometry3f::Identity();

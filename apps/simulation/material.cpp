@@ -1,5 +1,7 @@
 #include "simulation/mesh.h"
 
+#include "simulation/portable_math.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -41,7 +43,7 @@ float fractalNoise(const Vector3f& p) {
 float wood(const Vector3f& p) {
   const float board = std::floor(p.y() / 10);
   const Vector3f stretched(0.15f * p.x() + 7.3f * board, p.y(), p.z());
-  const float from_pith = std::hypot(p.y() - 10 * board - 14, p.z() + 3.7f) + 1.6f * valueNoise(0.4f * stretched);
+  const float from_pith = portable::hypot(p.y() - 10 * board - 14, p.z() + 3.7f) + 1.6f * valueNoise(0.4f * stretched);
   const float ring = from_pith - std::floor(from_pith);
   const float grain = valueNoise(Vector3f(0.3f * p.x(), 6 * p.y(), 6 * p.z()));
   return std::clamp(0.75f * ring * ring + 0.3f * grain + 0.3f * (cellValue(static_cast<int>(board), 1, 2) - 0.5f), 0.0f,

@@ -1,5 +1,7 @@
 #include "simulation/person_body.h"
 
+#include "simulation/portable_math.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -167,7 +169,7 @@ std::array<float, kBoneCount> weightsAt(const Vector3d& p) {
   const double best = *std::min_element(nearest.begin(), nearest.end());
   std::array<float, kBoneCount> weights;
   double sum = 0;
-  for (double& d : nearest) sum += d = std::exp(-(d - best) / passage);
+  for (double& d : nearest) sum += d = portable::exp(-(d - best) / passage);
   for (std::size_t k = 0; k < kBoneCount; ++k) weights[k] = static_cast<float>(nearest[k] / sum);
   return weights;
 }
@@ -181,7 +183,7 @@ std::vector<Vector3f> vertexNormals(const std::vector<Vector3f>& vertices,
     for (std::size_t k = 0; k < 3; ++k) {
       const Vector3f a = (vertices[t[(k + 1) % 3]] - vertices[t[k]]).normalized();
       const Vector3f b = (vertices[t[(k + 2) % 3]] - vertices[t[k]]).normalized();
-      normals[t[k]] += std::acos(std::clamp(a.dot(b), -1.0f, 1.0f)) * normal;
+      normals[t[k]] += portable::acos(std::clamp(a.dot(b), -1.0f, 1.0f)) * normal;
     }
   }
   for (Vector3f& n : normals) n.normalize();

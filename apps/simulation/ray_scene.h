@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <limits>
 #include <memory>
+#include <string>
 #include <vector>
 
 namespace fuse_flow::simulation {
@@ -26,10 +27,24 @@ struct RayHit : SurfacePoint {
   explicit operator bool() const { return t < std::numeric_limits<float>::infinity(); }
 };
 
-/** \brief Ray casting and nearest points in a scene, by Embree. Queries may run on many threads at once. */
+/** \brief The point of a scene's surfaces that is nearest to a place. */
+struct NearestHit : RayHit {
+  /** \brief Distance to the surface, metres, as t is; negative where the place lies behind the surface, inside a closed mesh. */
+  float signed_distance{std::numeric_limits<float>::infinity()};
+};
+
+/** \brief Ray casting and nearest points in a scene. Queries may run on many threads at once.
+ *
+ *  Embree tells which triangles come into question; whether and where a ray meets one of them, and which is the nearest, is
+ *  decided by arithmetic of our own (ray_triangle.h). Of triangles that are met at the same place the first counts, by object and
+ *  by number in its mesh. So the answers are the same, to the bit, on every processor, with every version of Embree and in every
+ *  order in which it visits triangles; and no ray passes between triangles that share an edge. Rays are to start within ten times the
+ *  largest coordinate of the scene: farther off, Embree's own rounding may leave out what they would meet. */
 class RayScene {
  public:
-  RayScene();
+  /** \brief \param embree Embree's configuration, such as "isa=avx,threads=1"; changes no answer. Throws std::runtime_error if
+   *  Embree cannot be started with it. */
+  explicit RayScene(const std::string& embree = "");
   ~RayScene();
   RayScene(RayScene&&) noexcept;
   RayScene& operator=(RayScene&&) noexcept;
@@ -45,8 +60,11 @@ class RayScene {
   /** \brief Whether a surface stands between two points; within margin (metres) of either end does not count. */
   bool occluded(const Eigen::Vector3f& from, const Eigen::Vector3f& to, float margin = 1e-3f) const;
 
-  /** \brief The nearest point of any surface; t is its distance, infinite if none lies within radius. */
-  RayHit nearest(const Eigen::Vector3f& point, float radius = std::numeric_limits<float>::infinity()) const;
+  /** \brief The nearest point of any surface; t is its distance, infinite if none lies within radius. The normal is the mean over
+   *  all triangles that touch the point, each weighted with its angle there; so is the normal that decides on which side of the
+   *  surface the place lies (Bærentzen and Aanæs, Signed Distance Computation Using the Angle Weighted Pseudonormal, TVCG 2005),
+   *  of flat triangles there. */
+  NearestHit nearest(const Eigen::Vector3f& point, float radius = std::numeric_limits<float>::infinity()) const;
 
   const Object& object(std::uint32_t number) const;
   bool moving(std::uint32_t number) const;

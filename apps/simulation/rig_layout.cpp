@@ -2,6 +2,7 @@
 
 #include "io/error.h"
 #include "simulation/pi.h"
+#include "simulation/portable_math.h"
 
 #include <algorithm>
 #include <cmath>
@@ -55,7 +56,7 @@ Vector3d onRing(const Layout& layout, int k, const AlignedBox3d& subject) {
   const double across = subject.sizes().head<2>().norm();
   const double radius = (layout.narrow ? 0.6 : 1.0) * (0.5 * across + 1.1);
   const double lift = k % 2 == 0 ? 0.15 : 0.45;  // of the radius, above the middle of the subject
-  return subject.center() + radius * Vector3d(std::cos(angle), std::sin(angle), lift);
+  return subject.center() + radius * Vector3d(portable::cos(angle), portable::sin(angle), lift);
 }
 
 Vector3d onWalls(const Layout& layout, int k, const AlignedBox3d& room) {

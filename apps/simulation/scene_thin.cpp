@@ -1,5 +1,6 @@
 #include "simulation/implicit_surface.h"
 #include "simulation/pi.h"
+#include "simulation/portable_math.h"
 #include "simulation/random.h"
 #include "simulation/scenes.h"
 #include "simulation/shapes.h"
@@ -42,8 +43,9 @@ TriangleMesh hand() {
     const double bones[] = {length / 2.12, 0.62 * length / 2.12, 0.5 * length / 2.12};
     for (int k = 0; k < 3; ++k) {
       const double angle = bend * (k + 0.5);
-      f.joints[k + 1] = f.joints[k] + bones[k] * Vector3d(std::sin(lean) * std::cos(angle), -std::sin(angle),
-                                                          std::cos(lean) * std::cos(angle));
+      f.joints[k + 1] =
+          f.joints[k] + bones[k] * Vector3d(portable::sin(lean) * portable::cos(angle), -portable::sin(angle),
+                                            portable::cos(lean) * portable::cos(angle));
     }
     return f;
   };
@@ -91,7 +93,7 @@ TriangleMesh coil() {
   for (int k = 0; k <= steps; ++k) {
     const float t = static_cast<float>(k) / steps, angle = 7 * kPiF * t;
     const float radius = 0.11f - 0.075f * t;
-    path.emplace_back(radius * std::cos(angle), radius * std::sin(angle), 0.0036f + 0.02f * t);
+    path.emplace_back(radius * portable::cos(angle), radius * portable::sin(angle), 0.0036f + 0.02f * t);
   }
   return tube(path, 0.0035f);
 }

@@ -3,6 +3,7 @@
 #include "io/error.h"
 #include "simulation/detours.h"
 #include "simulation/pi.h"
+#include "simulation/portable_math.h"
 #include "simulation/random.h"
 #include "simulation/true_view.h"
 
@@ -89,7 +90,7 @@ class StructuredLight : public Sensor {
     depth.resize(K_.width, K_.height);
     forEachPixel(K_, shot, threads, [&](int u, int v, Random& random) {
       const float z = beside(truth, u, v, random);
-      const float theta = std::acos(std::clamp(truth.cosine.at(u, v), 0.0f, 1.0f));
+      const float theta = portable::acos(std::clamp(truth.cosine.at(u, v), 0.0f, 1.0f));
       const bool dropped = random.uniform() < dropRate(truth, u, v, theta);
       const float both = 0.70711f * (static_cast<float>(random.gaussian()) + shared.at(u, v));
       depth.at(u, v) = z > 0 && !dropped ? quantised(z + both * axialDeviation(z, theta)) : 0.0f;
@@ -216,7 +217,7 @@ class TimeOfFlight : public Sensor {
   static float decide(const Echo& echo, Random& random) {
     const double doubt = random.uniform(), error = random.gaussian();
     if (!(echo.light > 0)) return 0;
-    const float lag = kModulationPeriod / (2 * kPiF) * std::atan2(echo.behind, echo.light + echo.in_phase);
+    const float lag = kModulationPeriod / (2 * kPiF) * portable::atan2(echo.behind, echo.light + echo.in_phase);
     const float z = echo.light_depth / echo.light + lag / echo.length_per_depth;
     const float reference = 5 * 0.7f / (z * z);  // reflectance 0.7 straight on
     const float weakness = reference / echo.light;
@@ -250,7 +251,7 @@ class ActiveStereo : public Sensor {
     forEachPixel(K_, shot, threads, [&](int u, int v, Random& random) {
       const float growth = std::clamp(1.5f + ragged.at(u, v), 0.0f, 3.0f);
       const auto [z, cosine] = nearestAround(truth, u, v, growth);
-      const float theta = std::acos(std::clamp(cosine, 0.0f, 1.0f));
+      const float theta = portable::acos(std::clamp(cosine, 0.0f, 1.0f));
       const double doubt = random.uniform(), own = random.gaussian();
       const bool fattened = z < 0.97f * truth.depth.at(u, v);
       const bool unseen = truth.seen_twice.at(u, v) == 0 && doubt < 0.9;

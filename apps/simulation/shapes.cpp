@@ -1,6 +1,7 @@
 #include "simulation/shapes.h"
 
 #include "simulation/pi.h"
+#include "simulation/portable_math.h"
 
 #include <algorithm>
 #include <cmath>
@@ -16,7 +17,7 @@ constexpr float kChord = 1e-4f;  // metres between a chord and its arc
 
 /** \brief Pieces of a full circle: radius · (1 − cos(π / n)) ≤ kChord. */
 int piecesOfCircle(float radius) {
-  const float half_angle = std::acos(std::max(0.0f, 1 - kChord / std::max(radius, kChord)));
+  const float half_angle = portable::acos(std::max(0.0f, 1 - kChord / std::max(radius, kChord)));
   return std::clamp(static_cast<int>(std::ceil(kPiF / half_angle)), 12, 160);
 }
 
@@ -79,7 +80,7 @@ std::vector<Vector3f> ringAround(const Vector3f& centre, const Vector3f& u, cons
   std::vector<Vector3f> ring;
   for (int k = 0; k < n; ++k) {
     const float angle = 2 * kPiF * static_cast<float>(k) / static_cast<float>(n);
-    ring.push_back(centre + radius * (std::cos(angle) * u + std::sin(angle) * v));
+    ring.push_back(centre + radius * (portable::cos(angle) * u + portable::sin(angle) * v));
   }
   return ring;
 }
@@ -111,7 +112,7 @@ TriangleMesh roundedBox(const Vector3f& size, float radius) {
   for (int k = -steps; k <= steps; ++k)
     for (int side = k <= 0 ? -1 : 1; side <= (k >= 0 ? 1 : -1); side += 2) {
       slopes.push_back(std::abs(k) == steps ? (k < 0 ? -1.0 : 1.0)
-                                            : std::tan(0.25 * static_cast<double>(kPiF) * k / steps));
+                                            : portable::tan(0.25 * static_cast<double>(kPiF) * k / steps));
       sides.push_back(side);
     }
   const Vector3d core = (0.5f * size - Vector3f::Constant(radius)).cast<double>();
@@ -151,7 +152,7 @@ std::vector<Vector2f> arc(const Vector2f& centre, float radius, float from, floa
   std::vector<Vector2f> points;
   for (int k = 0; k <= n; ++k) {
     const float angle = from + (to - from) * static_cast<float>(k) / static_cast<float>(n);
-    Vector2f p = centre + radius * Vector2f(std::cos(angle), std::sin(angle));
+    Vector2f p = centre + radius * Vector2f(portable::cos(angle), portable::sin(angle));
     if (p.x() < 1e-6f) p.x() = 0;
     points.push_back(p);
   }
@@ -170,7 +171,7 @@ TriangleMesh lathe(const Profile& profile) {
       const auto row = static_cast<std::uint32_t>(mesh.vertices.size());
       for (int j = 0; j < n; ++j) {
         const float angle = 2 * kPiF * static_cast<float>(j) / static_cast<float>(n);
-        const float c = std::cos(angle), s = std::sin(angle);
+        const float c = portable::cos(angle), s = portable::sin(angle);
         addVertex(mesh, {piece[k].x() * c, piece[k].x() * s, piece[k].y()},
                   {along[k].y() * c, along[k].y() * s, -along[k].x()});
       }
@@ -218,7 +219,7 @@ TriangleMesh torus(float ring_radius, float tube_radius) {
   TriangleMesh mesh;
   for (int k = 0; k < n; ++k) {
     const float angle = 2 * kPiF * static_cast<float>(k) / static_cast<float>(n);
-    const Vector3f out(std::cos(angle), std::sin(angle), 0);
+    const Vector3f out(portable::cos(angle), portable::sin(angle), 0);
     for (const Vector3f& p : ringAround(ring_radius * out, out, -Vector3f::UnitZ(), tube_radius, m))
       addVertex(mesh, p, (p - ring_radius * out).normalized());
   }
@@ -281,7 +282,7 @@ void append(TriangleMesh& mesh, const TriangleMesh& more) {
 Eigen::Isometry3f placed(const Vector3f& at, float angle) {
   Eigen::Isometry3f T = Eigen::Isometry3f::Identity();
   T.translate(at);
-  T.rotate(Eigen::AngleAxisf(angle, Vector3f::UnitZ()));
+  T.rotate(portable::turn(angle, Vector3f::UnitZ()));
   return T;
 }
 

@@ -3,6 +3,7 @@
 #include "io/error.h"
 #include "simulation/depth_distortion.h"
 #include "simulation/marker.h"
+#include "simulation/portable_math.h"
 #include "simulation/random.h"
 #include "simulation/rig_layout.h"
 
@@ -53,7 +54,7 @@ Eigen::Vector3d randomDirection(Random& random) {
 Eigen::Isometry3d disturbed(const Eigen::Isometry3d& T, double metres, double radians, Random& random) {
   Eigen::Isometry3d result = T;
   result.pretranslate(metres * randomDirection(random));
-  result.rotate(Eigen::AngleAxisd(radians, randomDirection(random)));
+  result.rotate(portable::turn(radians, randomDirection(random)));
   return result;
 }
 
@@ -80,7 +81,7 @@ std::string cameraName(std::size_t k) {
 
 }  // namespace
 
-Simulator::Simulator(const SimulationOptions& options) : options_(options) {
+Simulator::Simulator(const SimulationOptions& options) : options_(options), rays_(options.embree) {
   check(options_);
   scene_ = makeScene(options_.scene, static_cast<std::uint32_t>(options_.seed));
   sensor_ = makeSensor(options_.sensor, options_.scale);

@@ -48,6 +48,8 @@ struct SimulationOptions {
   bool color{true};
   /** \brief Side of the marker that someone shows to the cameras, metres; [0, 2]. 0: nobody does. */
   double marker{0};
+  /** \brief Embree's configuration, see RayScene; changes no image. */
+  std::string embree;
 };
 
 /** \brief A rig of depth cameras in a scene. The same options give the same images, frame by frame, in any order. */

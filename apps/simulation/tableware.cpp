@@ -2,6 +2,7 @@
 
 #include "simulation/implicit_surface.h"
 #include "simulation/pi.h"
+#include "simulation/portable_math.h"
 #include "simulation/shapes.h"
 
 #include <cmath>
@@ -17,7 +18,7 @@ using Eigen::Vector3f;
 
 TriangleMesh bowl(float radius, float wall) {
   const float foot = 0.5f;  // angle between the axis and the foot's rim
-  const Vector2f centre(0, radius * std::cos(foot));
+  const Vector2f centre(0, radius * portable::cos(foot));
   const auto outside = arc(centre, radius, foot - 0.5f * kPiF, 0);
   const auto inside = arc(centre, radius - wall, 0, foot + 0.05f - 0.5f * kPiF);
   return lathe({{{0, outside.front().y()}, outside.front()},
@@ -40,7 +41,8 @@ TriangleMesh cup(float radius, float height, float wall) {
   std::vector<Vector3f> handle;  // ends within the wall
   for (int k = 0; k <= 40; ++k) {
     const float angle = kPiF * (static_cast<float>(k) / 40 - 0.5f);
-    handle.emplace_back(radius - 0.5f * wall + reach * std::cos(angle), 0.0f, 0.52f * height + reach * std::sin(angle));
+    handle.emplace_back(radius - 0.5f * wall + reach * portable::cos(angle), 0.0f,
+                        0.52f * height + reach * portable::sin(angle));
   }
   append(mesh, tube(handle, 0.0045f));
   return mesh;
@@ -50,10 +52,10 @@ TriangleMesh bottle(float radius, float height) {
   const float edge = 0.3f * radius, neck = 0.32f * radius;
   const auto bottom = arc({radius - edge, edge}, edge, -0.5f * kPiF, 0);
   // From the body to the neck: two arcs that turn against each other and meet in the middle.
-  const float turn = 1.1f, bend = 0.5f * (radius - neck) / (1 - std::cos(turn));
+  const float turn = 1.1f, bend = 0.5f * (radius - neck) / (1 - portable::cos(turn));
   const float low = 0.52f * height;
   const auto shoulder = arc({radius - bend, low}, bend, 0, turn);
-  const float high = low + 2 * bend * std::sin(turn);
+  const float high = low + 2 * bend * portable::sin(turn);
   auto throat = arc({neck + bend, high}, bend, kPiF + turn, kPiF);
   throat.front() = shoulder.back();
   return lathe({{{0, 0}, bottom.front()},
@@ -73,7 +75,7 @@ TriangleMesh gear(float radius, float height, int teeth) {
         {0.1f, 0.82f}, {0.28f, 1.0f}, {0.52f, 1.0f}, {0.7f, 0.82f}};  // of the pitch, of the radius
     for (const auto& c : corners) {
       const float angle = start + c[0] * pitch;
-      outline.push_back(radius * c[1] * Vector2f(std::cos(angle), std::sin(angle)));
+      outline.push_back(radius * c[1] * Vector2f(portable::cos(angle), portable::sin(angle)));
     }
   }
   return extrude(outline, height);

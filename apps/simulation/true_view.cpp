@@ -1,5 +1,6 @@
 #include "simulation/true_view.h"
 
+#include "simulation/portable_math.h"
 #include "simulation/random.h"
 
 #include <fuse_flow/impl/host/parallel.hpp>
@@ -55,7 +56,7 @@ io::FloatImage correlatedNoise(int width, int height, float sigma, std::uint64_t
   const int radius = std::max(1, static_cast<int>(std::ceil(3 * sigma)));
   std::vector<float> kernel;
   for (int k = -radius; k <= radius; ++k)
-    kernel.push_back(std::exp(-0.5f * static_cast<float>(k * k) / (sigma * sigma)));
+    kernel.push_back(portable::exp(-0.5f * static_cast<float>(k * k) / (sigma * sigma)));
   const auto eachRow = [&](const auto& body) {
     parallelFor(threads, static_cast<std::size_t>(height), [&](std::size_t row, int) { body(static_cast<int>(row)); });
   };

@@ -216,6 +216,11 @@ Truth::Truth(const std::string& recording) : folder_(recording) {
   scene_.setFixed(fixed_);
 }
 
+bool Truth::isIn(const std::string& recording) {
+  std::error_code error;
+  return fs::is_regular_file(fs::path(recording) / "truth" / "simulation.json", error);
+}
+
 const RayScene& Truth::frame(std::size_t frame) {
   if (frame != loaded_ && !moving_.empty()) {
     readMeshes(movingPath(folder_, frame), fixed_.size(), moving_);

@@ -17,6 +17,9 @@ class Truth {
   /** \brief Throws io::InputError if the folder has no truth or a damaged one. */
   explicit Truth(const std::string& recording_folder);
 
+  /** \brief Whether a folder has one. */
+  static bool isIn(const std::string& recording_folder);
+
   /** \brief The surfaces of one frame; valid until the next call. */
   const RayScene& frame(std::size_t frame);
   const std::vector<Camera>& cameras() const { return cameras_; }

@@ -1,5 +1,6 @@
 #include "simulation/truth_quality.h"
 
+#include "simulation/portable_math.h"
 #include "simulation/random.h"
 #include "simulation/sensor.h"
 
@@ -62,7 +63,7 @@ bool sees(const RayScene& scene, const host::ViewGeometry& view, const Vector3f&
   const Vector3f& p = point.position;
   if (!view.locate({p.x(), p.y(), p.z()}, u, v, z) || z < limits.min_range || z > limits.max_range) return false;
   const Vector3f towards = (centre - p).normalized();
-  return point.normal.dot(towards) > std::cos(limits.max_incidence) && !scene.occluded(centre, p, 2e-3f);
+  return point.normal.dot(towards) > portable::cos(limits.max_incidence) && !scene.occluded(centre, p, 2e-3f);
 }
 
 class NearestPoint {
@@ -190,7 +191,7 @@ TruthQuality compareWithTruth(const PlainCloud& cloud, const RayScene& scene, co
     if (!hit) return;
     if (!angles.empty()) {
       const float cosine = std::clamp(cloud.normals[k].dot(hit.normal), -1.0f, 1.0f);
-      angles[k] = std::acos(cosine) * 57.29578f;
+      angles[k] = portable::acos(cosine) * 57.29578f;
     }
     if (!colors.empty()) {
       const Vector3f truth = litColor(scene.object(hit.object).material, hit.normal, hit.rest);

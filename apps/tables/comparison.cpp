@@ -150,8 +150,10 @@ std::vector<simulation::SurfacePoint> visibleIn(Simulator& simulator, const RigF
 /** \brief The frames' figures of one contender. */
 struct Tally {
   std::vector<simulation::TruthQuality> truth;
-  std::vector<double> flicker, error, milliseconds;
+  std::vector<double> flicker, error, violations, coverage, milliseconds;
+  SurfaceQuality surface;
   std::optional<PlainCloud> previous;
+  Cloud previous_cloud;
 };
 
 double meanOf(const std::vector<double>& values) {
@@ -167,8 +169,9 @@ std::vector<Result> compare(const Setup& setup, const std::vector<Contender>& co
   Simulator simulator = makeSimulator(setup, threads);
   std::vector<Entrant> entrants = enter(contenders, threads);
   std::vector<Tally> tallies(entrants.size());
-  io::LoadedFrame loaded;
+  io::LoadedFrame loaded, before;
   for (std::size_t frame = 0; frame < setup.frames; ++frame) {
+    std::swap(loaded, before);
     simulator.measure(frame, loaded);
     const auto visible = visibleIn(simulator, loaded.rig, frame, threads);
     const simulation::RayScene& truth = simulator.truth(frame);
@@ -181,17 +184,24 @@ std::vector<Result> compare(const Setup& setup, const std::vector<Contender>& co
       std::vector<float> distances;
       PlainCloud points = plain(cloud);
       tally.truth.push_back(compareWithTruth(points, truth, visible, threads, &distances));
-      tally.error.push_back(1e3 *
-                            multiCameraConsistency(cloud, loaded.rig, {}, static_cast<unsigned int>(threads)).error);
+      const auto count = static_cast<unsigned int>(threads);
+      const Quality consistency = multiCameraConsistency(cloud, loaded.rig, {}, count);
+      tally.error.push_back(1e3 * consistency.error);
+      tally.violations.push_back(consistency.violationShare());
+      tally.coverage.push_back(consistency.coverage());
+      SurfaceQuality surface = surfaceQuality(cloud, loaded.rig, {}, count);
+      if (frame > 0) surface.flicker = temporalFlicker(tally.previous_cloud, before.rig, cloud, loaded.rig, {}, count);
+      tally.surface += surface;
       if (on_first && frame == 0) on_first(k, points, distances);
       if (tally.previous) tally.flicker.push_back(flicker(*tally.previous, points, truth, threads));
       tally.previous = std::move(points);
+      tally.previous_cloud = std::move(cloud);
     }
   }
   std::vector<Result> results;
   for (const Tally& tally : tallies)
-    results.push_back(
-        {simulation::meanOf(tally.truth), meanOf(tally.flicker), meanOf(tally.error), median(tally.milliseconds)});
+    results.push_back({simulation::meanOf(tally.truth), meanOf(tally.flicker), meanOf(tally.error),
+                       meanOf(tally.violations), meanOf(tally.coverage), tally.surface, median(tally.milliseconds)});
   return results;
 }
 

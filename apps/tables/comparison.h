@@ -54,7 +54,11 @@ struct Result {
   simulation::TruthQuality truth;
   double flicker{simulation::TruthQuality::kUnknown};  ///< mm
   double multi_camera_error{0};                        ///< eq. 12 over all points, mm
-  double milliseconds{0};                              ///< median over the frames, and three times the first
+  double violations{0};                                ///< share of the points, at the exact pixel
+  double coverage{0};                                  ///< share of the measurements, within one radius
+  /** \brief What can be said without the truth; of all frames. */
+  SurfaceQuality surface;
+  double milliseconds{0};  ///< median over the frames, and three times the first
 };
 
 /** \brief All contenders on the same frames, in one run. \param on_first if given: called with each contender's number, its

@@ -14,8 +14,9 @@
 namespace fuse_flow::viewing {
 namespace {
 
-constexpr int kThumbnailHeight = 240;  // pixels: of the largest strip; drawn smaller where the window is small
-constexpr int kCoverageStep = 4;       // every fourth pixel each way tells coverage well enough to look at
+constexpr int kThumbnailHeight = 240;          // pixels: of the largest strip; drawn smaller where the window is small
+constexpr int kCoverageStep = 4;               // every fourth pixel each way tells coverage well enough to look at
+constexpr std::size_t kSurfaceSamples = 4000;  // points that tell noise and double surfaces so
 
 CameraMotion motionBetween(std::size_t number, const Camera& old, const Camera& now) {
   CameraMotion motion;
@@ -121,6 +122,12 @@ void FrameFuser::measure(const FusionRequest& request, Pane& pane) {
   parameters.max_range = options.parameters.preprocessing.max_range;
   parameters.coverage_step = kCoverageStep;
   pane.fused.quality = multiCameraConsistency(*pane.fused.cloud, loaded_.rig, parameters, options.threads);
+  SurfaceQualityParameters surface;
+  surface.min_range = parameters.min_range;
+  surface.max_range = parameters.max_range;
+  surface.coverage_step = kCoverageStep;
+  surface.samples = kSurfaceSamples;
+  pane.fused.surface = surfaceQuality(*pane.fused.cloud, loaded_.rig, surface, options.threads);
   if (const simulation::RayScene* scene = truth())
     pane.fused.truth_distance = meanTruthDistance(*pane.fused.cloud, *scene, threadsOf(*pane.setting));
   pane.published.reset();

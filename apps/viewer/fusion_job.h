@@ -47,8 +47,9 @@ struct FusedCloud {
   std::shared_ptr<const Cloud> cloud;
   FrameStatistics statistics;
   std::optional<Quality> quality;
-  std::optional<double> truth_distance;  ///< mean, metres; absent: not known
-  std::string why_empty;                 ///< see whyEmpty(); empty: there are points
+  std::optional<SurfaceQuality> surface;  ///< without flicker
+  std::optional<double> truth_distance;   ///< mean, metres; absent: not known
+  std::string why_empty;                  ///< see whyEmpty(); empty: there are points
   PointAttributes attributes;
   std::vector<vtkSmartPointer<vtkPolyData>> slices;  ///< see slicesOf()
 };

@@ -26,6 +26,13 @@ std::string millimetres(double metres) {
   return text.str();
 }
 
+std::string percent(double share) {
+  std::ostringstream text = fixedPoint(1);
+  if (std::isnan(share)) return "-";
+  text << 100 * share << " %";
+  return text.str();
+}
+
 std::string rate(double frames_per_second) {
   std::ostringstream text;
   text << std::setprecision(3) << frames_per_second << " frames/s";
@@ -56,10 +63,14 @@ std::string cloudText(const FusedCloud& cloud) {
   text << cloud.setting->title << ": " << cloud.cloud->size() << " points";
   if (!cloud.why_empty.empty()) text << ", " << cloud.why_empty;
   if (cloud.truth_distance && !cloud.cloud->empty()) text << ", " << millimetres(*cloud.truth_distance) << " off truth";
+  if (cloud.surface && !cloud.cloud->empty())
+    text << ", noise " << millimetres(cloud.surface->noise()) << ", double surfaces "
+         << percent(cloud.surface->doubleSurfaces()) << ",\n  violations off silhouettes "
+         << percent(cloud.surface->violationShare()) << ", covers " << percent(cloud.surface->coverage())
+         << " within noise";
   if (cloud.quality && !cloud.cloud->empty())
-    text << (cloud.truth_distance ? "; off noisy depth:" : ",") << " E_MC " << millimetres(cloud.quality->error)
-         << " (2+ views " << millimetres(cloud.quality->multi_view_error) << "), covers "
-         << 100 * cloud.quality->coverage() << " %";
+    text << "; off noisy depth: E_MC " << millimetres(cloud.quality->error) << " (2+ views "
+         << millimetres(cloud.quality->multi_view_error) << ")";
   const FrameStatistics& s = cloud.statistics;
   text << "\n  total " << s.total_ms << " ms";
   if (cloud.setting->method != "fuse_flow")

@@ -13,8 +13,7 @@ struct QualityParameters {
   /** \brief A camera sees a point if the point projects inside, the depth there is valid and |z − D| is under this;
    *  metres; > 0. */
   float visibility{0.05f};
-  /** \brief An input pixel is covered if a fused point lies within this of it; metres; > 0. Points and pixels more than 2^20 times that from the
-   *  origin do not count. */
+  /** \brief An input pixel is covered if a fused point lies within this of it; metres; > 0. */
   float coverage_radius{0.015f};
   /** \brief Every how many pixels, each way, coverage looks at; ≥ 1. */
   int coverage_step{1};

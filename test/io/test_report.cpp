@@ -37,6 +37,19 @@ Quality quality() {
   return q;
 }
 
+SurfaceQuality surface() {
+  SurfaceQuality q;
+  q.points = 200;
+  q.sampled_points = 100;
+  q.surface_points = q.judged_points = 80;
+  q.double_points = 4;
+  q.violating_points = 3;
+  q.pixels = 1000;
+  q.covered_pixels = 970;
+  q.noise_sum = 80 * 0.0021;
+  return q;
+}
+
 /** \brief The report of frames that took so long. */
 Json timed(const std::vector<double>& milliseconds) {
   io::Report report("fuse_flow");
@@ -167,6 +180,48 @@ TEST(Report, TheSummarySaysWhatTheTotalsSay) {
         "E_MC 12.50 mm", "over points with two or more views 10.50 mm", "free-space violations 2.50 %",
         "coverage 98.00 %", "peak memory"})
     EXPECT_NE(text.find(words), std::string::npos) << words << " is not in " << text;
+}
+
+TEST(Report, WhatIsSaidOfTheSurfaceLeads) {
+  io::Report report("fuse_flow");
+  SurfaceQuality later = surface();
+  later.flicker = {10, 10 * 0.0015};
+  report.addFrame(0, statistics(40), quality(), surface());
+  report.addFrame(1, statistics(40), quality(), later);
+  report.addFrame(2, statistics(40), std::nullopt);
+  const Json json = report.json();
+  EXPECT_DOUBLE_EQ(json["frames"][0]["surface_noise_mm"], 2.1);
+  EXPECT_DOUBLE_EQ(json["frames"][0]["double_surfaces"], 0.05);
+  EXPECT_DOUBLE_EQ(json["frames"][0]["free_space_violations_off_silhouettes"], 0.015);
+  EXPECT_DOUBLE_EQ(json["frames"][0]["coverage_within_noise"], 0.97);
+  EXPECT_TRUE(json["frames"][0]["flicker_mm"].is_null());
+  EXPECT_DOUBLE_EQ(json["frames"][1]["flicker_mm"], 1.5);
+  EXPECT_TRUE(json["frames"][2]["surface_noise_mm"].is_null());
+  EXPECT_DOUBLE_EQ(json["total"]["surface_noise_mm"], 2.1);
+  EXPECT_DOUBLE_EQ(json["total"]["flicker_mm"], 1.5);
+  const std::string text = report.summary();
+  const auto at = text.find(
+      "\n  noise of the surface 2.10 mm, double surfaces 5.00 %, violations off silhouettes 1.50 %, coverage within "
+      "the "
+      "sensor's noise 97.00 %, flicker 1.50 mm\n");
+  ASSERT_NE(at, std::string::npos) << text;
+  EXPECT_LT(at, text.find("E_MC"));
+}
+
+TEST(Report, TheTableOfTheSurfaceHasItsColumnsUnderTheirHeadings) {
+  const std::string header = io::surfaceHeader(12), row = io::surfaceRow("a.ply", 12, surface());
+  EXPECT_EQ(header.size(), row.size());
+  for (const auto& [heading, value] :
+       std::vector<std::pair<std::string, std::string>>{{"points", "200"},
+                                                        {"noise [mm]", "2.10"},
+                                                        {"double surfaces [%]", "5.00"},
+                                                        {"violations off silhouettes [%]", "1.50"},
+                                                        {"coverage within noise [%]", "97.00"},
+                                                        {"flicker [mm]", "-"}}) {
+    const std::size_t end = header.find(heading) + heading.size();
+    ASSERT_LE(end, row.size()) << heading;
+    EXPECT_EQ(row.substr(end - value.size(), value.size()), value) << heading;
+  }
 }
 
 TEST(Report, TheSummaryNamesTheCamerasThatMissedFrames) {

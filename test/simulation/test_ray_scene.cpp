@@ -90,4 +90,99 @@ TEST(RayScene, TellsWhereAPointWasAtRest) {
   EXPECT_TRUE(sceneOf({square}).intersect({3.25f, 0.5f, 4}, {0, 0, -1}).rest.isApprox(Vector3f(0.25f, 0.5f, 0), 1e-5f));
 }
 
+Object cubeFrom(const TriangleMesh& mesh) { return {"cube", mesh, {}}; }
+
+/** \brief With the inside out: the walls of a room. */
+TriangleMesh turnedInside(TriangleMesh mesh) {
+  for (auto& t : mesh.triangles) std::swap(t[1], t[2]);
+  for (Vector3f& n : mesh.normals) n = -n;
+  return mesh;
+}
+
+TEST(RayScene, TellsTheSideOfASurfaceAtItsEdgesAndCornersToo) {
+  const TriangleMesh cube = box({1, 1, 1});
+  const RayScene solid = sceneOf({cubeFrom(cube)}), room = sceneOf({cubeFrom(turnedInside(cube))});
+  const auto expectSide = [](const RayScene& scene, const Vector3f& at, float signed_distance, const Vector3f& normal) {
+    const NearestHit hit = scene.nearest(at);
+    EXPECT_NEAR(hit.signed_distance, signed_distance, 1e-6f) << at.transpose();
+    EXPECT_EQ(hit.t, std::fabs(hit.signed_distance));
+    EXPECT_LT((hit.normal - normal.normalized()).norm(), 1e-6f) << at.transpose();
+  };
+  for (const float x : {-1.0f, 1.0f})
+    for (const float y : {-1.0f, 1.0f})
+      for (const float z : {-1.0f, 1.0f}) {
+        // Of a corner's three faces some have one triangle there and some two, and each counts as much as the next.
+        const Vector3f corner(x, y, z), edge(x, y, 0), face(x, 0, 0);
+        expectSide(solid, 0.6f * corner, 0.1f * std::sqrt(3.0f), corner);
+        expectSide(solid, 0.6f * edge, 0.1f * std::sqrt(2.0f), edge);
+        expectSide(solid, 0.6f * face + Vector3f(0, 0.1f, 0.2f), 0.1f, face);
+        expectSide(solid, 0.4f * face + Vector3f(0, 0.1f, 0.2f), -0.1f, face);
+        expectSide(room, 0.6f * corner, -0.1f * std::sqrt(3.0f), -corner);
+        expectSide(room, 0.6f * edge, -0.1f * std::sqrt(2.0f), -edge);
+        expectSide(room, 0.4f * face + Vector3f(0, 0.1f, 0.2f), 0.1f, -face);
+        // Away from the diagonal of a corner, where only one of its triangles may be asked.
+        EXPECT_GT(solid.nearest(0.5f * corner + 0.01f * Vector3f(x, 3 * y, 9 * z)).signed_distance, 0);
+        EXPECT_LT(room.nearest(0.5f * corner + 0.01f * Vector3f(x, 3 * y, 9 * z)).signed_distance, 0);
+      }
+}
+
+/** \brief The shade of the room's lamp: a shell of 4 mm whose walls lean, so that at its lower rim they make less than a right
+ *  angle, and what is straight below the rim lies behind the outer wall's plane. */
+TEST(RayScene, TellsTheSideOfAThinRim) {
+  const TriangleMesh shade = lathe({{{0.2f, 1.45f}, {0.14f, 1.7f}},
+                                    {{0.14f, 1.7f}, {0.136f, 1.7f}},
+                                    {{0.136f, 1.7f}, {0.196f, 1.45f}},
+                                    {{0.196f, 1.45f}, {0.2f, 1.45f}}});
+  const RayScene scene = sceneOf({{"shade", shade, {}}});
+  int rim = 0;
+  for (const Vector3f& v : shade.vertices) {
+    const Vector3f out = Vector3f(v.x(), v.y(), 0).normalized();
+    if (v.z() == 1.45f && v.head<2>().norm() > 0.198f) {
+      ++rim;
+      EXPECT_NEAR(scene.nearest(v + 0.25f * (0.05f * out - 0.99875f * Vector3f::UnitZ())).signed_distance, 0.25f,
+                  1e-5f);
+      EXPECT_NEAR(scene.nearest(v + 0.25f * (0.9f * out - 0.43589f * Vector3f::UnitZ())).signed_distance, 0.25f, 1e-5f);
+    }
+  }
+  EXPECT_GT(rim, 40);
+  for (float angle = 0; angle < 6.2f; angle += 0.1f) {
+    const Vector3f out(std::cos(angle), std::sin(angle), 0), up(0, 0, 1.575f);
+    EXPECT_NEAR(scene.nearest(0.168f * out + up).signed_distance, -0.002f, 2e-4f) << "within the shell";
+    EXPECT_GT(scene.nearest(0.160f * out + up).signed_distance, 0) << "inside the shade, in front of the shell";
+    EXPECT_GT(scene.nearest(0.176f * out + up).signed_distance, 0);
+  }
+}
+
+TEST(RayScene, LetsNoRayThroughAnEdgeOrAVertexOfAClosedMesh) {
+  for (const TriangleMesh& mesh : {sphere(0.5f), box({0.3f, 0.5f, 0.7f}), roundedBox({0.4f, 0.4f, 0.6f}, 0.07f)}) {
+    const RayScene scene = sceneOf({cubeFrom(mesh)});
+    for (const Vector3f& from : {Vector3f(0, 0, 0), Vector3f(0.03f, -0.05f, 0.11f), Vector3f(0.125f, 0.125f, -0.25f)}) {
+      for (const auto& t : mesh.triangles)
+        for (int k = 0; k < 3; ++k) {
+          const Vector3f &a = mesh.vertices[t[static_cast<std::size_t>(k)]], &b = mesh.vertices[t[(k + 1) % 3]];
+          for (const float part : {0.0f, 0.5f, 0.3f}) {
+            const Vector3f on = a + part * (b - a);
+            const RayHit hit = scene.intersect(from, on - from);
+            ASSERT_TRUE(hit) << from.transpose() << " to " << on.transpose();
+            ASSERT_NEAR(hit.t, 1, 2e-3f);
+            ASSERT_TRUE(scene.intersect(on + (on - from), from - on));
+            ASSERT_TRUE(scene.occluded(from, on + (on - from)));
+          }
+        }
+    }
+  }
+}
+
+TEST(RayScene, MeetsNothingOfATriangleSeenEdgeOnOrOfOneWithoutArea) {
+  const RayScene square = sceneOf({squareFacingUp(1, 0)});
+  EXPECT_FALSE(square.intersect({-3, 0.2f, 0}, {1, 0, 0}));
+  Object needle = squareFacingUp(1, 0);
+  needle.mesh.vertices[2] = needle.mesh.vertices[3] = needle.mesh.vertices[1];
+  const RayScene none = sceneOf({needle});
+  EXPECT_FALSE(none.intersect({0, -1, 3}, {0, 0, -1}));
+  EXPECT_NEAR(none.nearest({0, -1, 3}).t, 3, 1e-6f);
+  EXPECT_FALSE(sceneOf({}).intersect({0, 0, 0}, {0, 0, 1}));
+  EXPECT_FALSE(sceneOf({}).nearest({0, 0, 0}));
+}
+
 }  // namespace

@@ -86,10 +86,8 @@ TEST_P(EveryScene, LeavesRoomForTheCameras) {
     for (int count = 1; count <= 16; ++count) {
       for (const Eigen::Isometry3d& pose : placeCameras(layout + std::to_string(count), scene())) {
         const Vector3f at = pose.translation().cast<float>();
-        const RayHit hit = rays.nearest(at);
-        EXPECT_GT(hit.t, 0.04f) << layout << count << " stands in " << rays.object(hit.object).name;
-        EXPECT_GT(hit.normal.dot(at - hit.position), 0)
-            << layout << count << " stands in " << rays.object(hit.object).name;
+        const NearestHit hit = rays.nearest(at);
+        EXPECT_GT(hit.signed_distance, 0.04f) << layout << count << " stands in " << rays.object(hit.object).name;
         const Vector3f forward = pose.linear().col(2).cast<float>();
         const RayHit ahead = rays.intersect(at, forward);
         EXPECT_GT(ahead.t, 0.3f) << layout << count << " sees only " << rays.object(ahead.object).name;

@@ -254,8 +254,10 @@ TEST_F(Results, EvaluatePrintsARowForEachCloud) {
   ASSERT_TRUE(succeeded(fuse({recording(), "-o", out()})));
   const ToolResult result = evaluate({recording(), out("out/000000.ply"), out("out/000001.ply")});
   ASSERT_TRUE(succeeded(result));
-  EXPECT_EQ(std::count(result.out.begin(), result.out.end(), '\n'), 3);
-  for (const char* word : {"E_MC", "violations", "coverage", "000000.ply", "000001.ply"})
+  EXPECT_EQ(std::count(result.out.begin(), result.out.end(), '\n'), 10);
+  EXPECT_LT(result.out.find("noise [mm]"), result.out.find("E_MC [mm]"));
+  for (const char* word : {"double surfaces", "flicker", "No truth is known here", "E_MC", "violations", "coverage",
+                           "000000.ply", "000001.ply"})
     EXPECT_NE(result.out.find(word), std::string::npos) << word;
 }
 

@@ -19,7 +19,7 @@ class Simulated : public ToolTest {
   }
 
   nlohmann::json truthOf(const std::string& clouds) const {
-    EXPECT_TRUE(succeeded(evaluate({recording(), clouds, "--truth", "--json", out("figures.json")})));
+    EXPECT_TRUE(succeeded(evaluate({recording(), clouds, "--json", out("figures.json")})));
     std::ifstream file(out("figures.json"));
     return nlohmann::json::parse(file)[clouds]["truth"];
   }
@@ -90,7 +90,8 @@ TEST_F(Simulated, WhatIsWrongIsSaidInOneLine) {
   wall_recording_.write(recording_);
   ASSERT_TRUE(succeeded(fuse({recording(), "-o", out("cloud.ply")})));
   EXPECT_TRUE(isOneLineError(evaluate({recording(), out("cloud.ply"), "--truth"}), 1, {"truth"}));
-  EXPECT_TRUE(isOneLineError(evaluate({recording(), out("cloud.ply"), "--error-picture", "x.png"}), 2, {"--truth"}));
+  EXPECT_TRUE(isOneLineError(evaluate({recording(), out("cloud.ply"), "--error-picture", "x.png"}), 2,
+                             {"--error-picture", "truth"}));
   fs::create_directory(out_);
   EXPECT_TRUE(isOneLineError(evaluate({recording(), out()}), 1, {"no clouds", "000000.ply"}));
 }

@@ -137,17 +137,25 @@ TEST(StatusText, SaysWhatIsShown) {
   cloud->quality->multi_view_error = std::numeric_limits<double>::quiet_NaN();
   cloud->quality->pixels = 4;
   cloud->quality->covered_pixels = 3;
+  cloud->surface.emplace();
+  cloud->surface->points = cloud->surface->surface_points = 50;
+  cloud->surface->noise_sum = 50 * 0.0031;
+  cloud->surface->violating_points = 1;
+  cloud->surface->pixels = 4;
+  cloud->surface->covered_pixels = 3;
   frame.clouds[0] = cloud;
   const std::string text = statusText(playback, {2.5, 40}, frame, false);
-  for (const char* words : {"frame 8 of 12 (000007), playing at 0.500x (15 frames/s), looping",
-                            "2.5 clouds/s, 40.0 pictures/s, reading 12.3 ms", "1 MF on  2 DC OFF  3 SA on",
-                            "FUSE-Flow: 85 points, E_MC 4.1 mm (2+ views -), covers 75.0 %",
-                            "total 40.0 ms = prepare 1.0, generate 2.0, merge 3.0, fuse 30.0, output 4.0"})
+  for (const char* words :
+       {"frame 8 of 12 (000007), playing at 0.500x (15 frames/s), looping",
+        "2.5 clouds/s, 40.0 pictures/s, reading 12.3 ms", "1 MF on  2 DC OFF  3 SA on",
+        "FUSE-Flow: 85 points, noise 3.1 mm, double surfaces -,",
+        "violations off silhouettes 2.0 %, covers 75.0 % within noise; off noisy depth: E_MC 4.1 mm (2+ views -)",
+        "total 40.0 ms = prepare 1.0, generate 2.0, merge 3.0, fuse 30.0, output 4.0"})
     EXPECT_NE(text.find(words), std::string::npos) << "'" << words << "' is not in\n" << text;
   EXPECT_NE(text.find("0 poses given"), std::string::npos) << text;
   EXPECT_EQ(text.find("off truth"), std::string::npos) << "nobody said what is true";
   cloud->truth_distance = 0.0025;
-  EXPECT_NE(cloudText(*cloud).find("85 points, 2.5 mm off truth; off noisy depth: E_MC"), std::string::npos)
+  EXPECT_NE(cloudText(*cloud).find("85 points, 2.5 mm off truth, noise 3.1 mm"), std::string::npos)
       << cloudText(*cloud);
   EXPECT_EQ(text.find("being fused"), std::string::npos);
   playback.pause();

@@ -1,62 +1,15 @@
 #pragma once
 
-#include <fuse_flow/impl/host/coarse_grid.hpp>
 #include <fuse_flow/impl/host/frame_views.hpp>
 #include <fuse_flow/impl/parameters.hpp>
+#include <fuse_flow/impl/quality/local_frame.hpp>
+#include <fuse_flow/impl/quality/point_index.hpp>
 #include <fuse_flow/multi_camera_consistency.h>
 
 #include <limits>
 
 namespace fuse_flow {
 namespace detail {
-
-/** \brief Points bucketed by cells of the side of the search radius: whether one lies within that radius of a place. */
-class RadiusIndex {
- public:
-  template <typename PointT>
-  RadiusIndex(const pcl::PointCloud<PointT>& cloud, float radius) : radius_(radius) {
-    std::vector<std::uint32_t> cell_of;
-    for (const PointT& point : cloud) {
-      const Vec3 p{point.x, point.y, point.z};
-      if (!isFinite(p) || !fitsCellKey((1.0f / radius_) * p)) continue;
-      cell_of.push_back(table_.findOrAdd(cellKey(cellIndex((1.0f / radius_) * p))));
-      points_.push_back(p);
-    }
-    begin_.assign(table_.size() + 1, 0);
-    for (const std::uint32_t cell : cell_of) ++begin_[cell + 1];
-    for (std::size_t c = 0; c < table_.size(); ++c) begin_[c + 1] += begin_[c];
-    std::vector<Vec3> sorted(points_.size());
-    std::vector<std::uint32_t> next(begin_.begin(), begin_.end() - 1);
-    for (std::size_t k = 0; k < points_.size(); ++k) sorted[next[cell_of[k]]++] = points_[k];
-    points_.swap(sorted);
-  }
-
-  bool anyWithin(const Vec3& p) const {
-    const Vec3 cells = (1.0f / radius_) * p;
-    if (!fitsCellKey(cells)) return false;
-    const CellIndex c = cellIndex(cells);
-    if (anyInCell(c, p)) return true;  // by far the most frequent answer
-    for (int z = -1; z <= 1; ++z)
-      for (int y = -1; y <= 1; ++y)
-        for (int x = -1; x <= 1; ++x)
-          if ((x != 0 || y != 0 || z != 0) && anyInCell({c.x + x, c.y + y, c.z + z}, p)) return true;
-    return false;
-  }
-
- private:
-  bool anyInCell(const CellIndex& cell, const Vec3& p) const {
-    const std::uint32_t number = table_.find(cellKey(cell));
-    if (number == host::CellTable::kEmpty) return false;
-    for (std::uint32_t k = begin_[number]; k < begin_[number + 1]; ++k)
-      if (squaredNorm(points_[k] - p) <= radius_ * radius_) return true;
-    return false;
-  }
-
-  float radius_;
-  host::CellTable table_;
-  std::vector<Vec3> points_;
-  std::vector<std::uint32_t> begin_;
-};
 
 /** \brief What all views say about one fused point. */
 struct PointAgreement {
@@ -102,16 +55,16 @@ Quality multiCameraConsistency(const pcl::PointCloud<PointT>& cloud, const RigFr
   PreprocessingParameters raw;
   raw.min_range = parameters.min_range;
   raw.max_range = parameters.max_range;
+  const Eigen::Vector3d origin = detail::middleOf(frame);
   host::FrameViews views;
-  views.assign(frame, raw, resolved);
+  views.assign(detail::movedTo(origin, frame), raw, resolved);
+  const std::vector<Vec3> points = detail::pointsFrom(origin, cloud);
 
   Quality quality;
   quality.points = cloud.size();
   double sum = 0, multi_view_sum = 0;
-  for (const PointT& point : cloud) {
-    if (!isFinite({point.x, point.y, point.z})) continue;
-    const detail::PointAgreement agreement =
-        detail::pointAgreement({point.x, point.y, point.z}, views, parameters.visibility);
+  for (const Vec3& point : points) {
+    const detail::PointAgreement agreement = detail::pointAgreement(point, views, parameters.visibility);
     quality.violating_points += agreement.violates ? 1 : 0;
     if (agreement.views > 0) {
       ++quality.seen_points;
@@ -128,7 +81,7 @@ Quality multiCameraConsistency(const pcl::PointCloud<PointT>& cloud, const RigFr
   quality.error = mean(sum, quality.seen_points);
   quality.multi_view_error = mean(multi_view_sum, quality.multi_view_points);
 
-  const detail::RadiusIndex index(cloud, parameters.coverage_radius);
+  const detail::PointIndex index(points, parameters.coverage_radius);
   std::vector<Quality> per_view(views.depths.size());
   const int step = parameters.coverage_step;
   host::parallelFor(resolved, views.depths.size(), [&](std::size_t j, int) {
@@ -139,7 +92,7 @@ Quality multiCameraConsistency(const pcl::PointCloud<PointT>& cloud, const RigFr
         if (!(z > 0)) continue;
         ++counts.pixels;
         const Vec3 p = views.rig[j].T_world_camera * pointOnRay(views.rig[j].ray(u, v), z);
-        counts.covered_pixels += index.anyWithin(p) ? 1 : 0;
+        counts.covered_pixels += index.anyWithin(p, parameters.coverage_radius) ? 1 : 0;
       }
     per_view[j] = counts;
   });
