@@ -8,6 +8,7 @@
 #include "drawing/display.h"
 #include "io/board.h"
 #include "io/file_io.h"
+#include "io/input_files.h"
 #include "io/method.h"
 #include "io/pose_frames.h"
 #include "io/poses.h"
@@ -23,7 +24,9 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <filesystem>
 #include <limits>
+#include <map>
 #include <optional>
 
 namespace {
@@ -220,6 +223,22 @@ std::vector<Eigen::Isometry3d> fromScratch(CoarseAlignment& alignment, const std
   return poses;
 }
 
+/** \brief None may take the place of an input, nor of another. */
+void checkOutputs(const Options& options, const io::Recording& recording) {
+  io::InputFiles inputs(recording.inputs());
+  std::map<std::filesystem::path, std::string> taken;
+  for (const auto& [option, path] :
+       {std::pair("-o", options.output), std::pair("--json", options.json), std::pair("--picture", options.picture)}) {
+    if (path.empty()) continue;
+    inputs.refuseToReplace(option, path);
+    std::error_code error;
+    const auto [place, is_new] =
+        taken.emplace(std::filesystem::weakly_canonical(std::filesystem::absolute(path, error), error), option);
+    if (!is_new)
+      throw io::OptionError(option + (' ' + path) + ": " + place->second + " goes to this file, must be another");
+  }
+}
+
 int run(Options options) {
   options.parameters.gauge = options.hold == "first" ? Gauge::FirstCamera : Gauge::Mean;
   const std::unique_ptr<io::PoseEstimation> estimation =
@@ -229,6 +248,7 @@ int run(Options options) {
   if (options.board > 0) board.emplace(options.board, options.board_family);
   options.recording.read_color = options.parameters.use_color || board;
   const std::unique_ptr<io::Recording> recording = io::openRecording(options.inputs, options.recording);
+  checkOutputs(options, *recording);
   const std::vector<std::size_t> frames = options.frames.empty()
                                               ? io::framesForPoses(*recording, options.parameters)
                                               : io::parseRange(options.frames, recording->frameCount());

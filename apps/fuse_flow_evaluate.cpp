@@ -9,6 +9,7 @@
 #include "drawing/display.h"
 #include "io/cloud_io.h"
 #include "io/file_io.h"
+#include "io/input_files.h"
 #include "io/readers.h"
 #include "io/recording.h"
 #include "io/report.h"
@@ -88,6 +89,8 @@ class Evaluator {
       : options_(options), recording_(io::openRecording(options.recording, options.recording_options)) {
     if (options.truth) truth_.emplace(options.recording[0]);
   }
+
+  const io::Recording& recording() const { return *recording_; }
 
   Evaluation evaluate(const std::vector<CloudFile>& files) {
     Evaluation result;
@@ -195,16 +198,16 @@ int run(const Options& options) {
     if (!options.truth) throw io::OptionError("--error-picture needs --truth");
     drawing::requireDisplay("fuse_flow_evaluate");
   }
-  std::vector<std::string> inputs = options.recording;
-  inputs.insert(inputs.end(), options.clouds.begin(), options.clouds.end());
-  inputs.push_back(options.recording_options.poses);
-  if (!options.json.empty()) io::refuseToReplace("--json", options.json, inputs);
-  if (!options.error_picture.empty()) io::refuseToReplace("--error-picture", options.error_picture, inputs);
+  Evaluator evaluator(options);
+  io::InputFiles inputs(evaluator.recording().inputs());
+  for (const std::string& path : options.clouds)
+    for (const CloudFile& file : filesOf(path, options.frame)) inputs.add(file.path);
+  if (!options.json.empty()) inputs.refuseToReplace("--json", options.json);
+  if (!options.error_picture.empty()) inputs.refuseToReplace("--error-picture", options.error_picture);
   std::error_code error;
   if (!options.json.empty() && fs::weakly_canonical(fs::absolute(options.json, error), error) ==
                                    fs::weakly_canonical(fs::absolute(options.error_picture, error), error))
     throw io::OptionError("--json " + options.json + ": the picture goes to this file, must be another");
-  Evaluator evaluator(options);
   std::size_t width = 5;
   for (const std::string& path : options.clouds) width = std::max(width, path.size());
   nlohmann::json json;

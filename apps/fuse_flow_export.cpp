@@ -3,6 +3,7 @@
 #include "command_line/option_checks.h"
 #include "command_line/tool.h"
 #include "io/cloud_io.h"
+#include "io/input_files.h"
 #include "io/organized_cloud.h"
 #include "io/recording.h"
 
@@ -24,6 +25,7 @@ struct Options {
 
 int run(const Options& options) {
   const std::unique_ptr<io::Recording> recording = io::openRecording(options.inputs, options.recording);
+  io::InputFiles inputs(recording->inputs());
   io::LoadedFrame loaded;
   io::OrganizedCloud cloud;
   std::size_t files = 0;
@@ -38,6 +40,7 @@ int run(const Options& options) {
     for (std::size_t k = 0; k < loaded.rig.views.size(); ++k) {
       if (loaded.rig.views[k].missing()) continue;
       const fs::path folder = fs::path(options.output) / recording->viewName(k);
+      inputs.refuseToReplace("-o", (folder / name).string());
       std::error_code error;
       fs::create_directories(folder, error);
       if (error) throw io::OutputError(folder.string() + ": cannot be made: " + error.message());

@@ -1,5 +1,6 @@
 // Fuses a recording of several depth cameras, frame by frame.
 
+#include "command_line/config_file.h"
 #include "command_line/method_arguments.h"
 #include "command_line/option_checks.h"
 #include "command_line/quality_options.h"
@@ -9,6 +10,7 @@
 #include "io/cloud_io.h"
 #include "io/depth_in_range.h"
 #include "io/file_io.h"
+#include "io/input_files.h"
 #include "io/live_extrinsics.h"
 #include "io/range.h"
 #include "io/report.h"
@@ -63,20 +65,19 @@ std::string outputPath(const Options& options, std::size_t frame, std::size_t co
 }
 
 /** \brief Neither may take the place of an input, nor the report that of a cloud. */
-void checkOutputs(const Options& options, const std::vector<std::size_t>& frames) {
-  std::vector<std::string> inputs = options.inputs;
-  inputs.push_back(options.recording.poses);
-  inputs.push_back(options.config);
+void checkOutputs(const Options& options, const io::Recording& recording, const std::vector<std::size_t>& frames) {
+  io::InputFiles inputs(recording.inputs());
+  inputs.add(options.config);
   std::error_code error;
   const auto whole = [&](const std::string& path) { return fs::weakly_canonical(fs::absolute(path, error), error); };
   const fs::path report = whole(options.report);
   for (const std::size_t frame : frames) {
     const std::string cloud = outputPath(options, frame, frames.size());
-    io::refuseToReplace("-o", cloud, inputs);
+    inputs.refuseToReplace("-o", cloud);
     if (!options.report.empty() && whole(cloud) == report)
       throw io::OptionError("--report " + options.report + ": a cloud goes to this file, must be another");
   }
-  if (!options.report.empty()) io::refuseToReplace("--report", options.report, inputs);
+  if (!options.report.empty()) inputs.refuseToReplace("--report", options.report);
 }
 
 void makeFolderOf(const std::string& path) {
@@ -132,7 +133,7 @@ int run(const Options& options) {
     frames = io::parseRange(options.frames, recording->frameCount());
   }
 
-  checkOutputs(options, frames);
+  checkOutputs(options, *recording, frames);
 
   std::vector<std::string> cameras;
   for (const Camera& camera : recording->cameras()) cameras.push_back(camera.name);
@@ -224,8 +225,7 @@ int main(int argc, char** argv) {
     options.method = method.method();
     options.method_options = method.options();
     options.method_options.normals = options.normals;
-    if (const CLI::Option* config = app.get_config_ptr(); config != nullptr && config->count() > 0)
-      options.config = config->as<std::string>();
+    options.config = command_line::configFileOf(app);
     command_line::requireThreads(options.method_options.threads);
     return run(options);
   });

@@ -7,6 +7,7 @@
 #include "drawing/clouds.h"
 #include "drawing/display.h"
 #include "io/file_io.h"
+#include "io/input_files.h"
 #include "tables/comparison.h"
 #include "tables/markdown.h"
 #include "tables/open3d_methods.h"
@@ -318,6 +319,7 @@ int main(int argc, char** argv) {
   app.add_option("--threads", options.threads, "0: one per core")->check(command_line::threadCount());
   return command_line::runTool(app, argc, argv, [&] {
     options.threads = host::resolveThreads(options.threads);
+    io::InputFiles({options.reading}).refuseToReplace("-o", options.output);
     drawing::requireDisplay("fuse_flow_tables");
     Page(options).write();
     return command_line::kSuccess;

@@ -20,6 +20,11 @@ class PosedRecording : public Recording {
   std::size_t frameCount() const override { return recording_->frameCount(); }
   std::optional<double> framesPerSecond() const override { return recording_->framesPerSecond(); }
   const std::vector<Camera>& cameras() const override { return cameras_; }
+  std::vector<std::string> inputs() const override {
+    std::vector<std::string> files = recording_->inputs();
+    files.push_back(rig_json_);
+    return files;
+  }
   void read(std::size_t frame, LoadedFrame& out) override {
     recording_->read(frame, out);
     place(out.rig.cameras);

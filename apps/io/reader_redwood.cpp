@@ -1,5 +1,6 @@
 #include "io/calibration.h"
 #include "io/file_io.h"
+#include "io/json_file.h"
 #include "io/readers.h"
 #include "io/sequence_recording.h"
 
@@ -81,9 +82,8 @@ int imageSide(const std::string& path, const nlohmann::json& json, const char* k
 
 /** \brief Open3D's file: width, height and the 3×3 matrix column by column. */
 bool readIntrinsicsJson(const std::string& path, Intrinsics& K) {
-  nlohmann::json json;
+  const auto json = readJson<nlohmann::json>(path, "a camera as Open3D writes it");
   try {
-    json = nlohmann::json::parse(readFile(path));
     if (!json.is_object() || !json.contains("intrinsic_matrix")) return false;
     const auto matrix = json["intrinsic_matrix"].get<std::vector<float>>();
     if (matrix.size() != 9 || matrix[2] != 0 || matrix[5] != 0 || matrix[8] != 1)
@@ -102,10 +102,11 @@ bool readIntrinsicsJson(const std::string& path, Intrinsics& K) {
   }
 }
 
-Intrinsics findIntrinsics(const std::string& folder) {
+/** \brief \param used is set to the file that has them */
+Intrinsics findIntrinsics(const std::string& folder, std::string& used) {
   Intrinsics K;
   for (const std::string& path : findFiles(folder, {".json"}))
-    if (readIntrinsicsJson(path, K)) return K;
+    if (readIntrinsicsJson(used = path, K)) return K;
   throw InputError(folder +
                    ": has no camera intrinsics, expected a .json file with width, height and intrinsic_matrix");
 }
@@ -120,10 +121,13 @@ std::unique_ptr<Recording> openRedwood(const std::string& folder, const Recordin
   Sequence sequence;
   sequence.kind = "redwood";
   sequence.path = folder;
-  sequence.intrinsics = findIntrinsics(folder);
+  sequence.intrinsics = findIntrinsics(folder, sequence.inputs.emplace_back());
   const std::string trajectory = findTrajectory(folder);
   const std::map<std::size_t, Eigen::Isometry3d> poses = readTrajectory(trajectory);
 
+  for (const std::string& log : findFiles(folder, {".log"})) sequence.inputs.push_back(log);
+  for (const char* images : {"depth", "color", "image"})
+    sequence.inputs.push_back((fs::path(folder) / images).string());
   const std::vector<std::string> depths = findFiles(fs::path(folder) / "depth", {".png"});
   const bool is_color = fs::is_directory(fs::path(folder) / "color");
   const std::vector<std::string> colors =

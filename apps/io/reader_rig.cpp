@@ -27,8 +27,10 @@ std::size_t countFrames(const fs::path& folder) {
 
 class RigRecording : public Recording {
  public:
-  RigRecording(fs::path folder, const RigDescription& rig, const RecordingOptions& options)
+  RigRecording(fs::path folder, const RigDescription& rig, const RecordingOptions& options,
+               std::vector<std::string> inputs)
       : folder_(std::move(folder)),
+        inputs_(std::move(inputs)),
         frames_per_second_(rig.frames_per_second),
         read_color_(options.read_color),
         skip_damaged_(options.skip_damaged) {
@@ -44,6 +46,7 @@ class RigRecording : public Recording {
   std::size_t frameCount() const override { return frame_count_; }
   std::optional<double> framesPerSecond() const override { return frames_per_second_; }
   const std::vector<Camera>& cameras() const override { return cameras_; }
+  std::vector<std::string> inputs() const override { return inputs_; }
 
   void read(std::size_t frame, LoadedFrame& out) override {
     out.rig.cameras = cameras_;
@@ -75,6 +78,7 @@ class RigRecording : public Recording {
   }
 
   fs::path folder_;
+  std::vector<std::string> inputs_;
   std::optional<double> frames_per_second_;
   bool read_color_;
   bool skip_damaged_;
@@ -84,6 +88,16 @@ class RigRecording : public Recording {
   std::size_t frame_count_{0};
 };
 
+/** \brief The images of all cameras, and what simulated ones saw. */
+std::vector<std::string> inputsOf(const std::string& json_path, const RigDescription& rig) {
+  const fs::path folder = fs::path(json_path).parent_path();
+  std::vector<std::string> inputs{json_path, (folder / "truth").string()};
+  for (const RigCamera& entry : rig.cameras)
+    for (const char* images : {"depth", "color", "confidence"})
+      inputs.push_back((folder / entry.camera.name / images).string());
+  return inputs;
+}
+
 }  // namespace
 
 bool isRigFolder(const std::string& folder) { return isThere((fs::path(folder) / "rig.json").string()); }
@@ -91,6 +105,7 @@ bool isRigFolder(const std::string& folder) { return isThere((fs::path(folder) /
 std::unique_ptr<Recording> openRig(const std::string& json_path, const RecordingOptions& options) {
   if (options.slide != 0) throw OptionError("--slide: " + json_path + " is a recording of several cameras, must be 0");
   RigDescription rig = readRigJson(json_path);
+  std::vector<std::string> inputs = inputsOf(json_path, rig);
   if (!options.views.empty()) {
     std::vector<RigCamera> chosen;
     for (const std::size_t i : parseRange(options.views, rig.cameras.size(), "--views"))
@@ -98,7 +113,7 @@ std::unique_ptr<Recording> openRig(const std::string& json_path, const Recording
     rig.cameras = std::move(chosen);
   }
   fs::path folder = fs::path(json_path).parent_path();
-  auto recording = std::make_unique<RigRecording>(std::move(folder), rig, options);
+  auto recording = std::make_unique<RigRecording>(std::move(folder), rig, options, std::move(inputs));
   if (recording->frameCount() == 0)
     throw InputError(
         json_path + ": there are no depth images, expected files like " +

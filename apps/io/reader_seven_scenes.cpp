@@ -57,6 +57,9 @@ std::unique_ptr<Recording> openSevenScenes(const std::string& folder, const Reco
   sequence.kind = "seven_scenes";
   sequence.path = folder;
   sequence.intrinsics = readIntrinsics((fs::path(folder) / "camera-intrinsics.txt").string());
+  sequence.inputs.push_back((fs::path(folder) / "camera-intrinsics.txt").string());
+  for (const std::string& name : filesIn(folder))
+    if (name.rfind("frame-", 0) == 0) sequence.inputs.push_back((fs::path(folder) / name).string());
   for (const auto& [number, stem] : findPoses(folder)) {
     const std::string prefix = (fs::path(folder) / stem).string();
     SequenceFrame& frame = sequence.frames[number];

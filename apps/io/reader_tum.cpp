@@ -19,7 +19,7 @@ constexpr double max_time_difference = 0.02;  // seconds; the benchmark's own to
 /** \brief The lines of "TIMESTAMP REST", by timestamp in seconds. */
 std::map<double, std::string> readTimeline(const std::string& path) {
   std::map<double, std::string> entries;
-  std::istringstream lines(readFile(path));
+  std::istringstream lines(readFile(path, kMostTextBytes));
   std::size_t line_number = 0;
   for (std::string line; std::getline(lines, line);) {
     ++line_number;
@@ -98,6 +98,12 @@ std::unique_ptr<Recording> openTum(const std::string& folder, const RecordingOpt
   Sequence sequence;
   sequence.kind = "tum";
   sequence.path = folder;
+  for (const char* name : {"depth.txt", "rgb.txt", "groundtruth.txt", "depth", "rgb"})
+    sequence.inputs.push_back((root / name).string());
+  for (const char* list : {"depth.txt", "rgb.txt"})
+    if (isThere((root / list).string()))
+      for (const auto& [stamp, image] : readTimeline((root / list).string()))
+        sequence.inputs.push_back((root / image).string());
   sequence.depth_scale = 1.0f / 5000;
   sequence.intrinsics = intrinsicsOf(fs::absolute(root).string());
   for (const auto& [stamp, depth] : readTimeline((root / "depth.txt").string())) {

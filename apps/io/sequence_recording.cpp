@@ -25,6 +25,7 @@ class SequenceRecording : public Recording {
   std::size_t frameCount() const override { return frame_count_; }
   std::optional<double> framesPerSecond() const override { return frames_per_second_; }
   const std::vector<Camera>& cameras() const override { return cameras_; }
+  std::vector<std::string> inputs() const override { return sequence_.inputs; }
 
   void read(std::size_t frame, LoadedFrame& out) override {
     out.images.resize(views_.size());
@@ -139,6 +140,9 @@ std::unique_ptr<Recording> openSequence(Sequence sequence, const RecordingOption
   if (options.slide < 0) throw OptionError("--slide is " + std::to_string(options.slide) + ", must be 0 or more");
   if (options.depth_scale) sequence.depth_scale = *options.depth_scale;
   if (sequence.intrinsics.width == 0) takeSizeFromFirstImage(sequence);
+  for (const auto& [number, frame] : sequence.frames)
+    for (const std::string& file : {frame.files.depth, frame.files.color, frame.files.confidence})
+      sequence.inputs.push_back(file);
   if (!options.read_color)
     for (auto& [number, frame] : sequence.frames) frame.files.color.clear();
   std::vector<std::size_t> views = chooseViews(sequence, options.views);

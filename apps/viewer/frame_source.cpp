@@ -23,6 +23,7 @@ class RecordedSource : public FrameSource {
   std::string name() const override { return name_; }
   std::optional<std::size_t> frameCount() const override { return recording_->frameCount(); }
   std::optional<double> framesPerSecond() const override { return recording_->framesPerSecond(); }
+  std::vector<std::string> inputs() const override { return recording_->inputs(); }
   void read(std::size_t frame, io::LoadedFrame& out) override { recording_->read(frame, out); }
   bool knowsTruth() const override { return truth_.has_value(); }
   const simulation::RayScene& truth(std::size_t frame) override { return truth_->frame(frame); }
