@@ -13,6 +13,7 @@
 #include "io/readers.h"
 #include "io/recording.h"
 #include "io/report.h"
+#include "io/still_there.h"
 #include "simulation/truth.h"
 #include "simulation/truth_report.h"
 
@@ -131,6 +132,7 @@ class Evaluator {
     }
     if (file.frame == read_frame_) return;
     recording_->read(file.frame, loaded_);
+    still_there_.check(loaded_);
     read_frame_ = file.frame;
     visible_.clear();
   }
@@ -159,6 +161,7 @@ class Evaluator {
 
   const Options& options_;
   std::unique_ptr<io::Recording> recording_;
+  const io::StillThere still_there_{*recording_};
   std::optional<simulation::Truth> truth_;
   io::LoadedFrame loaded_;
   std::size_t read_frame_{std::numeric_limits<std::size_t>::max()};

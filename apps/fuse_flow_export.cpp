@@ -6,6 +6,7 @@
 #include "io/input_files.h"
 #include "io/organized_cloud.h"
 #include "io/recording.h"
+#include "io/still_there.h"
 
 #include <cmath>
 #include <cstdio>
@@ -26,11 +27,13 @@ struct Options {
 int run(const Options& options) {
   const std::unique_ptr<io::Recording> recording = io::openRecording(options.inputs, options.recording);
   io::InputFiles inputs(recording->inputs());
+  const io::StillThere still_there(*recording);
   io::LoadedFrame loaded;
   io::OrganizedCloud cloud;
   std::size_t files = 0;
   for (std::size_t frame = 0; frame < recording->frameCount() && !io::interrupt_requested; ++frame) {
     recording->read(frame, loaded);
+    still_there.check(loaded);
     const bool timed = recording->framesPerSecond() || loaded.rig.stamp;
     const auto stamp = timed && !options.frames_per_second
                            ? static_cast<long long>(loaded.rig.stamp)

@@ -14,6 +14,7 @@
 #include "io/live_extrinsics.h"
 #include "io/range.h"
 #include "io/report.h"
+#include "io/still_there.h"
 
 #include <unistd.h>
 
@@ -24,6 +25,7 @@
 #include <map>
 #include <new>
 #include <optional>
+#include <set>
 
 namespace {
 
@@ -78,6 +80,25 @@ void checkOutputs(const Options& options, const io::Recording& recording, const 
       throw io::OptionError("--report " + options.report + ": a cloud goes to this file, must be another");
   }
   if (!options.report.empty()) inputs.refuseToReplace("--report", options.report);
+}
+
+/** \brief Clouds in the output folder that an earlier run has left and this one has not replaced: whoever reads the folder takes them for
+ *  frames of this recording. One line, empty if there are none. */
+std::string olderClouds(const Options& options, const std::set<std::string>& written) {
+  if (written.empty() || !fs::is_directory(options.output)) return "";
+  std::size_t count = 0;
+  std::string first;
+  for (const std::string& name : io::filesIn(options.output)) {
+    const std::string stem = fs::path(name).stem().string(), extension = fs::path(name).extension().string();
+    const bool numbered = stem.size() >= 6 && stem.find_first_not_of("0123456789") == std::string::npos;
+    if (!numbered || (extension != ".ply" && extension != ".pcd") ||
+        written.count((fs::path(options.output) / name).string()) > 0)
+      continue;
+    if (count++ == 0) first = name;
+  }
+  if (count == 0) return "";
+  return options.output + " holds " + std::to_string(count) + " cloud" + (count == 1 ? "" : "s") +
+         " that this run has not written, such as " + first + "; must be removed unless they belong to the others";
 }
 
 void makeFolderOf(const std::string& path) {
@@ -144,6 +165,8 @@ int run(const Options& options) {
   io::catchInterrupts();
   Progress progress(frames.size());
   std::size_t done = 0;
+  std::set<std::string> written;
+  const io::StillThere still_there(*recording);
   std::map<std::size_t, std::string> ended;  // by camera
   io::DepthInRange depth(options.method_options.parameters.preprocessing);
   for (const std::size_t frame : frames) {
@@ -151,6 +174,7 @@ int run(const Options& options) {
     const std::string path = outputPath(options, frame, frames.size());
     try {
       recording->read(frame, loaded);
+      still_there.check(loaded);
       for (const io::DamagedView& view : loaded.ended) ended[view.view] = view.message;
       depth.look(loaded.rig);
       if (options.refine_extrinsics) extrinsics.place(loaded.rig);
@@ -168,6 +192,7 @@ int run(const Options& options) {
       io::writeCloud(path, method->withNormals());
     else
       io::writeCloud(path, cloud);
+    written.insert(path);
     const PreprocessingParameters& pre = options.method_options.parameters.preprocessing;
     QualityParameters quality = options.quality;
     quality.min_range = pre.min_range;
@@ -186,6 +211,7 @@ int run(const Options& options) {
   std::cout << report.summary();
   for (const auto& [camera, message] : ended) std::cout << "  " << message << "\n";
   for (const std::string& complaint : depth.complaints()) std::cout << "  " << complaint << "\n";
+  if (const std::string older = olderClouds(options, written); !older.empty()) std::cout << "  " << older << "\n";
   if (io::interrupt_requested) {
     std::cerr << "fuse_flow_fuse: interrupted after " << done << " of " << frames.size()
               << " frames; those are complete" << std::endl;

@@ -63,7 +63,7 @@ class PcdHeader {
     const auto line = lines_.find(keyword);
     if (line == lines_.end()) return values;
     for (const std::string& word : line->second) {
-      values.push_back(static_cast<double>(wholeNumber(word)));
+      values.push_back(static_cast<double>(headerNumber(word)));
       if (values.back() < 0) fail(keyword + " has '" + cutShort(word) + "', must have whole numbers");
     }
     return values;

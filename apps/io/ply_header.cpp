@@ -16,7 +16,7 @@ std::string wordOf(const Line& line, std::size_t k) { return k < line.size() ? l
 
 /** \brief A number by which PCL's reader takes memory. */
 double countOf(const std::string& path, const Line& line) {
-  const long count = wholeNumber(wordOf(line, 2));
+  const long count = headerNumber(wordOf(line, 2));
   if (count < 0)
     throw InputError(path + ": " + cutShort(wordOf(line, 1)) + " is '" + cutShort(wordOf(line, 2)) +
                      "', must be a whole number");
@@ -59,7 +59,7 @@ class PlyGrid {
     if (line[0] == "element" && wordOf(line, 1) == "vertex") vertices_ = countOf(path, line);
   }
   void check(const std::string& path) const {
-    const long columns = wholeNumber(columns_), rows = wholeNumber(rows_);
+    const long columns = headerNumber(columns_), rows = headerNumber(rows_);
     const bool product = static_cast<double>(columns) * static_cast<double>(rows) == vertices_;
     if (columns >= 0 && rows >= 0 && (product || (columns == 0 && rows == 0))) return;
     throw InputError(path + ": obj_info has '" + cutShort(columns_) + "' columns and '" + cutShort(rows_) +

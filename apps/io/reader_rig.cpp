@@ -93,7 +93,7 @@ std::vector<std::string> inputsOf(const std::string& json_path, const RigDescrip
   const fs::path folder = fs::path(json_path).parent_path();
   std::vector<std::string> inputs{json_path, (folder / "truth").string()};
   for (const RigCamera& entry : rig.cameras)
-    for (const char* images : {"depth", "color", "confidence"})
+    for (const char* images : {"depth", "color", "rgb", "image", "confidence"})
       inputs.push_back((folder / entry.camera.name / images).string());
   return inputs;
 }

@@ -14,7 +14,7 @@ namespace {
 
 /** \brief The numbers of all frame-NNNNNN.ENDING, with what their names share. */
 std::map<std::size_t, std::string> findFrames(const std::string& folder, const std::string& ending) {
-  const std::regex frame_name(R"((frame-(\d{6}))\.)" + ending);
+  const std::regex frame_name(R"((frame-(\d{6}|[1-9]\d{6,8}))\.)" + ending);
   std::map<std::size_t, std::string> stems;
   for (const std::string& name : filesIn(folder)) {
     std::smatch match;

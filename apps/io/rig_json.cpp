@@ -150,7 +150,8 @@ Json poseNumbers(const Eigen::Isometry3d& T) {
 
 /** \brief A camera's name is the name of its folder. */
 bool isFolderName(const std::string& name) {
-  return !name.empty() && name != "." && name != ".." && name.find_first_of("/\\\n") == std::string::npos;
+  return !name.empty() && name != "." && name != ".." && name.find_first_of("/\\\n") == std::string::npos &&
+         name.find('\0') == std::string::npos;
 }
 
 }  // namespace

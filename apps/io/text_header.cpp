@@ -29,7 +29,7 @@ TextHeader readTextHeader(const std::string& path, const std::string& last_line_
                    last_line_begins_with);
 }
 
-long wholeNumber(const std::string& text) {
+long headerNumber(const std::string& text) {
   constexpr std::size_t most_digits = 10;
   if (text.empty() || text.size() > most_digits || text.find_first_not_of("0123456789") != std::string::npos) return -1;
   const long value = std::stol(text);

@@ -17,6 +17,6 @@ struct TextHeader {
 TextHeader readTextHeader(const std::string& path, const std::string& last_line_begins_with);
 
 /** \brief The value of a whole number, digits alone, up to the largest of 32 bits; −1 for any other text. */
-long wholeNumber(const std::string& text);
+long headerNumber(const std::string& text);
 
 }  // namespace fuse_flow::io

@@ -144,10 +144,14 @@ std::string meshFile(const std::vector<Object>& objects, std::size_t first) {
 /** \brief One field of a PCL blob, by name. */
 class Field {
  public:
-  Field(const pcl::PCLPointCloud2& cloud, const std::string& name, const std::string& path) : cloud_(cloud) {
+  /** \param datatype of pcl::PCLPointField, which at() is asked for */
+  Field(const pcl::PCLPointCloud2& cloud, const std::string& name, std::uint8_t datatype, const std::string& path)
+      : cloud_(cloud) {
     for (const pcl::PCLPointField& field : cloud.fields)
-      if (field.name == name) offset_ = field.offset, found_ = true;
-    if (!found_) throw io::InputError(path + ": has no " + name + ", must be a mesh as fuse_flow_simulate writes it");
+      if (field.name == name && field.datatype == datatype) offset_ = field.offset, found_ = true;
+    if (!found_)
+      throw io::InputError(path + ": has no " + name +
+                           " of the right type, must be a mesh as fuse_flow_simulate writes it");
   }
   template <typename T>
   T at(std::size_t point) const {
@@ -173,10 +177,10 @@ void readMeshes(const std::string& path, std::size_t first, std::vector<Object>&
     if (pcl::io::loadPLYFile(path, file) < 0)
       throw io::InputError(path + ": cannot be read, must be a mesh as fuse_flow_simulate writes it");
   }
-  const Field number(file.cloud, "object", path);
+  const Field number(file.cloud, "object", pcl::PCLPointField::UINT16, path);
   std::vector<Field> fields;
   for (const char* name : {"x", "y", "z", "normal_x", "normal_y", "normal_z", "rest_x", "rest_y", "rest_z"})
-    fields.emplace_back(file.cloud, name, path);
+    fields.emplace_back(file.cloud, name, pcl::PCLPointField::FLOAT32, path);
   const auto vector = [&](std::size_t point, std::size_t field) {
     return Vector3f(fields[field].at<float>(point), fields[field + 1].at<float>(point),
                     fields[field + 2].at<float>(point));

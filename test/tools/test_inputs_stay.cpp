@@ -1,3 +1,4 @@
+#include "png_file.h"
 #include "tool_fixture.h"
 
 #include <map>
@@ -15,11 +16,11 @@ class InputsStay : public ToolTest {
     writeText(folder_ / "rig/truth/simulation.json", "{}");
     writeText(folder_ / "rig/truth/moving/000000.ply", "a mesh");
     writeText(folder_ / "rig/truth/notes", "of someone");
-    writeText(folder_ / "rig/camera_1/confidence/000000.png", "unused");
+    writeText(folder_ / "rig/camera_1/confidence/000000.png", samplesPng(32, 24, 8, 0, std::string(32 * 24, '\xff')));
 
     const std::string depth = readText(depthFile(folder_ / "rig", 0, 0)), pose = "1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n";
-    for (const char* name : {"redwood/depth/0.png", "redwood/depth/1.png", "redwood/color/0.png"})
-      writeText(folder_ / name, depth);
+    for (const char* name : {"redwood/depth/0.png", "redwood/depth/1.png"}) writeText(folder_ / name, depth);
+    writeText(folder_ / "redwood/color/0.png", colorPng(32, 24, 1, 2, 3));
     writeText(folder_ / "redwood/trajectory.log", "0 0 1\n" + pose + "1 1 2\n" + pose);
     writeText(folder_ / "redwood/odometry.log", "0 0 1\n" + pose);
     writeText(folder_ / "redwood/camera.json",
