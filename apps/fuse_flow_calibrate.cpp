@@ -2,18 +2,22 @@
 
 #include "command_line/method_arguments.h"
 #include "command_line/option_checks.h"
+#include "command_line/printable.h"
 #include "command_line/recording_arguments.h"
 #include "command_line/tool.h"
 #include "drawing/clouds.h"
 #include "drawing/display.h"
 #include "io/board.h"
 #include "io/file_io.h"
+#include "io/input_files.h"
 #include "io/method.h"
 #include "io/pose_frames.h"
 #include "io/poses.h"
 #include "io/range.h"
 #include "io/recording.h"
+#include "io/report.h"
 #include "io/rig_json.h"
+#include "io/still_there.h"
 
 #include <fuse_flow/coarse_alignment.h>
 #include <fuse_flow/depth_correction_estimation.h>
@@ -23,7 +27,9 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <filesystem>
 #include <limits>
+#include <map>
 #include <optional>
 
 namespace {
@@ -61,11 +67,14 @@ std::string describe(const Eigen::Matrix<double, 6, 1>& twist) {
 
 constexpr double kDegrees = 57.29577951308232;
 
+/** \brief As it is printed. */
+std::string nameOf(const Camera& camera) { return command_line::printable(io::cutShort(camera.name)); }
+
 void print(const std::vector<Camera>& cameras, const ExtrinsicResult& result, std::size_t frames) {
   std::printf("%-20s %12s %12s %14s %10s\n", "camera", "moved", "turned", "+- (1 sigma)", "overlaps");
   for (std::size_t i = 0; i < cameras.size(); ++i) {
     const CameraCorrection& c = result.corrections[i];
-    std::printf("%-20s %9.2f mm %8.3f deg %11.2f mm %10zu", cameras[i].name.c_str(), 1000 * c.translation,
+    std::printf("%-20s %9.2f mm %8.3f deg %11.2f mm %10zu", nameOf(cameras[i]).c_str(), 1000 * c.translation,
                 kDegrees * c.rotation, 1000 * c.translation_deviation, c.neighbours);
     if (c.neighbours == 0 && cameras.size() > 1) {
       std::printf("   sees nothing that another camera sees: left where it was");
@@ -76,8 +85,9 @@ void print(const std::vector<Camera>& cameras, const ExtrinsicResult& result, st
   }
   std::printf("\n%-32s %10s %12s %12s\n", "overlap", "matches", "before", "after");
   for (const CameraOverlap& o : result.overlaps)
-    std::printf("%-32s %10zu %9.2f mm %9.2f mm\n", (cameras[o.first].name + " - " + cameras[o.second].name).c_str(),
-                o.matches, 1000 * o.residual_before, 1000 * o.residual);
+    std::printf("%-32s %10zu %9.2f mm %9.2f mm\n",
+                (nameOf(cameras[o.first]) + " - " + nameOf(cameras[o.second])).c_str(), o.matches,
+                1000 * o.residual_before, 1000 * o.residual);
   std::printf(
       "\nsurfaces disagree by %.2f mm before, %.2f mm after (root mean square); %s after %d iterations, over %zu "
       "frame%s\n",
@@ -113,7 +123,7 @@ void print(const std::vector<Eigen::Isometry3d>& initial, const DepthCorrectionR
     const Camera& camera = result.cameras[i];
     const CorrectionAt near = correctionAt(camera.depth_correction, 1);
     const CorrectionAt far = correctionAt(camera.depth_correction, 2);
-    std::printf("%-20s %9.2f mm %9.2f mm %9.2f mm %9.2f mm %10.0f %%\n", camera.name.c_str(),
+    std::printf("%-20s %9.2f mm %9.2f mm %9.2f mm %9.2f mm %10.0f %%\n", nameOf(camera).c_str(),
                 1000 * (camera.T_world_camera.translation() - initial[i].translation()).norm(),
                 1000 * std::sqrt(near.mean_square), 1000 * std::sqrt(far.mean_square), 1000 * far.most,
                 100 * result.told[i]);
@@ -220,6 +230,22 @@ std::vector<Eigen::Isometry3d> fromScratch(CoarseAlignment& alignment, const std
   return poses;
 }
 
+/** \brief None may take the place of an input, nor of another. */
+void checkOutputs(const Options& options, const io::Recording& recording) {
+  io::InputFiles inputs(recording.inputs());
+  std::map<std::filesystem::path, std::string> taken;
+  for (const auto& [option, path] :
+       {std::pair("-o", options.output), std::pair("--json", options.json), std::pair("--picture", options.picture)}) {
+    if (path.empty()) continue;
+    inputs.refuseToReplace(option, path);
+    std::error_code error;
+    const auto [place, is_new] =
+        taken.emplace(std::filesystem::weakly_canonical(std::filesystem::absolute(path, error), error), option);
+    if (!is_new)
+      throw io::OptionError(option + (' ' + path) + ": " + place->second + " goes to this file, must be another");
+  }
+}
+
 int run(Options options) {
   options.parameters.gauge = options.hold == "first" ? Gauge::FirstCamera : Gauge::Mean;
   const std::unique_ptr<io::PoseEstimation> estimation =
@@ -230,6 +256,10 @@ int run(Options options) {
   options.recording.read_color = options.parameters.use_color || board;
   const std::unique_ptr<io::Recording> recording =
       command_line::openRecording("fuse_flow_calibrate", options.inputs, options.recording);
+  checkOutputs(options, *recording);
+  if (recording->cameras().size() < 2)
+    throw io::InputError(options.inputs[0] + ": one camera alone tells nothing about its pose, must be two or more" +
+                         (options.recording.views.empty() ? "" : ": --views leaves out the others"));
   const std::vector<std::size_t> frames = options.frames.empty() ? io::framesForPoses(*recording, options.parameters)
                                                                  : io::chooseFrames(*recording, options.frames);
   if (frames.empty()) throw io::InputError(options.inputs[0] + ": has no frame");
@@ -245,6 +275,7 @@ int run(Options options) {
     correction->setParameters(parameters);
     correction->setNumberOfThreads(options.threads);
   }
+  const io::StillThere still_there(*recording);
   io::LoadedFrame loaded;
   std::vector<float> depth_scales(recording->cameras().size(), DepthView().depth_scale);
   // Few are enough to place cameras, and each takes seconds. More than that tell corrections no more: they take all only where someone
@@ -254,6 +285,7 @@ int run(Options options) {
   std::size_t corrected_by = 0;
   for (std::size_t k = 0; k < frames.size(); ++k) {
     recording->read(frames[k], loaded);
+    still_there.check(loaded);
     if (correction) withoutCorrections(loaded.rig.cameras);
     for (std::size_t i = 0; i < depth_scales.size(); ++i)
       if (!loaded.rig.views[i].missing()) depth_scales[i] = loaded.rig.views[i].depth_scale;
@@ -290,7 +322,7 @@ int run(Options options) {
       addTo(figures, corrected, kept);
       figures["with_corrections"]["frames"] = corrected_by;
     }
-    io::writeFile(options.json, figures.dump(2) + "\n");
+    io::writeFile(options.json, io::jsonText(figures));
   }
   if (!options.picture.empty()) {
     place(initial, loaded.rig.cameras);
@@ -314,7 +346,7 @@ int run(Options options) {
   if (correction)
     std::printf(kept ? "With poses alone, for comparison; %s has those found together with the corrections, below.\n\n"
                      : "With poses alone, which %s has; the corrections, below, are left out.\n\n",
-                options.output.c_str());
+                command_line::printable(options.output).c_str());
   print(before, result, frames.size());
   if (correction) {
     print(initial, corrected, corrected_by);
@@ -379,7 +411,7 @@ int main(int argc, char** argv) {
   app.add_flag("!--no-color", p.use_color, "depth alone");
   app.add_option("--samples", p.samples, "points of a view that look for counterparts")->capture_default_str();
   app.add_option("--max-distance", p.max_distance, "farthest counterpart at first, m")
-      ->check(command_line::positiveNumber())
+      ->check(command_line::lengthUpTo(10))
       ->capture_default_str();
   app.add_option("--max-iterations", p.max_iterations, "steps at most")
       ->check(command_line::wholeNumber(1, 1 << 20))

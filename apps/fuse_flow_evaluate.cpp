@@ -10,9 +10,11 @@
 #include "drawing/display.h"
 #include "io/cloud_io.h"
 #include "io/file_io.h"
+#include "io/input_files.h"
 #include "io/readers.h"
 #include "io/recording.h"
 #include "io/report.h"
+#include "io/still_there.h"
 #include "simulation/truth.h"
 #include "simulation/truth_report.h"
 
@@ -101,6 +103,7 @@ class Evaluator {
   bool knowsTruth() const { return truth_.has_value(); }
   /** \brief A line, or nothing. */
   const std::string& whyNoTruth() const { return why_no_truth_; }
+  const io::Recording& recording() const { return *recording_; }
 
   Evaluation evaluate(const std::vector<CloudFile>& files) {
     Evaluation result;
@@ -153,6 +156,7 @@ class Evaluator {
     std::swap(loaded_, before_);
     before_frame_ = read_frame_;
     recording_->read(file.frame, loaded_);
+    still_there_.check(loaded_);
     read_frame_ = file.frame;
     visible_.clear();
   }
@@ -179,6 +183,7 @@ class Evaluator {
 
   const Options& options_;
   std::unique_ptr<io::Recording> recording_;
+  const io::StillThere still_there_{*recording_};
   std::optional<simulation::Truth> truth_;
   std::string why_no_truth_;
   io::LoadedFrame loaded_, before_;
@@ -222,16 +227,16 @@ int run(const Options& options) {
       throw io::OptionError("--error-picture needs the truth, which a recording of fuse_flow_simulate has");
     drawing::requireDisplay("fuse_flow_evaluate");
   }
-  std::vector<std::string> inputs = options.recording;
-  inputs.insert(inputs.end(), options.clouds.begin(), options.clouds.end());
-  inputs.push_back(options.recording_options.poses);
-  if (!options.json.empty()) io::refuseToReplace("--json", options.json, inputs);
-  if (!options.error_picture.empty()) io::refuseToReplace("--error-picture", options.error_picture, inputs);
+  Evaluator evaluator(options);
+  io::InputFiles inputs(evaluator.recording().inputs());
+  for (const std::string& path : options.clouds)
+    for (const CloudFile& file : filesOf(path, options.frame)) inputs.add(file.path);
+  if (!options.json.empty()) inputs.refuseToReplace("--json", options.json);
+  if (!options.error_picture.empty()) inputs.refuseToReplace("--error-picture", options.error_picture);
   std::error_code error;
   if (!options.json.empty() && fs::weakly_canonical(fs::absolute(options.json, error), error) ==
                                    fs::weakly_canonical(fs::absolute(options.error_picture, error), error))
     throw io::OptionError("--json " + options.json + ": the picture goes to this file, must be another");
-  Evaluator evaluator(options);
   std::size_t width = 5;
   for (const std::string& path : options.clouds) width = std::max(width, path.size());
   nlohmann::json json;

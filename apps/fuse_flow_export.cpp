@@ -4,8 +4,10 @@
 #include "command_line/recording_arguments.h"
 #include "command_line/tool.h"
 #include "io/cloud_io.h"
+#include "io/input_files.h"
 #include "io/organized_cloud.h"
 #include "io/recording.h"
+#include "io/still_there.h"
 
 #include <cmath>
 #include <cstdio>
@@ -27,6 +29,8 @@ struct Options {
 int run(const Options& options) {
   const std::unique_ptr<io::Recording> recording =
       command_line::openRecording("fuse_flow_export", options.inputs, options.recording);
+  io::InputFiles inputs(recording->inputs());
+  const io::StillThere still_there(*recording);
   io::LoadedFrame loaded;
   io::OrganizedCloud cloud;
   std::size_t files = 0;
@@ -34,6 +38,7 @@ int run(const Options& options) {
   for (const std::size_t frame : recording->frames()) {
     if (io::interrupt_requested) break;
     recording->read(frame, loaded);
+    still_there.check(loaded);
     const bool timed = recording->framesPerSecond() || loaded.rig.stamp;
     const auto stamp = timed && !options.frames_per_second
                            ? static_cast<long long>(loaded.rig.stamp)
@@ -43,6 +48,7 @@ int run(const Options& options) {
     for (std::size_t k = 0; k < loaded.rig.views.size(); ++k) {
       if (loaded.rig.views[k].missing()) continue;
       const fs::path folder = fs::path(options.output) / recording->viewName(k);
+      inputs.refuseToReplace("-o", (folder / name).string());
       std::error_code error;
       fs::create_directories(folder, error);
       if (error) throw io::OutputError(folder.string() + ": cannot be made: " + error.message());

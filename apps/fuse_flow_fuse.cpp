@@ -1,5 +1,6 @@
 // Fuses a recording of several depth cameras, frame by frame.
 
+#include "command_line/config_file.h"
 #include "command_line/method_arguments.h"
 #include "command_line/option_checks.h"
 #include "command_line/quality_options.h"
@@ -10,9 +11,11 @@
 #include "io/color_check.h"
 #include "io/depth_in_range.h"
 #include "io/file_io.h"
+#include "io/input_files.h"
 #include "io/live_extrinsics.h"
 #include "io/range.h"
 #include "io/report.h"
+#include "io/still_there.h"
 #include "io/view_overlap.h"
 
 #include <unistd.h>
@@ -24,6 +27,7 @@
 #include <map>
 #include <new>
 #include <optional>
+#include <set>
 
 namespace {
 
@@ -65,20 +69,38 @@ std::string outputPath(const Options& options, std::size_t frame, std::size_t co
 }
 
 /** \brief Neither may take the place of an input, nor the report that of a cloud. */
-void checkOutputs(const Options& options, const std::vector<std::size_t>& frames) {
-  std::vector<std::string> inputs = options.inputs;
-  inputs.push_back(options.recording.poses);
-  inputs.push_back(options.config);
+void checkOutputs(const Options& options, const io::Recording& recording, const std::vector<std::size_t>& frames) {
+  io::InputFiles inputs(recording.inputs());
+  inputs.add(options.config);
   std::error_code error;
   const auto whole = [&](const std::string& path) { return fs::weakly_canonical(fs::absolute(path, error), error); };
   const fs::path report = whole(options.report);
   for (const std::size_t frame : frames) {
     const std::string cloud = outputPath(options, frame, frames.size());
-    io::refuseToReplace("-o", cloud, inputs);
+    inputs.refuseToReplace("-o", cloud);
     if (!options.report.empty() && whole(cloud) == report)
       throw io::OptionError("--report " + options.report + ": a cloud goes to this file, must be another");
   }
-  if (!options.report.empty()) io::refuseToReplace("--report", options.report, inputs);
+  if (!options.report.empty()) inputs.refuseToReplace("--report", options.report);
+}
+
+/** \brief Clouds in the output folder that an earlier run has left and this one has not replaced: whoever reads the folder takes them for
+ *  frames of this recording. One line, empty if there are none. */
+std::string olderClouds(const Options& options, const std::set<std::string>& written) {
+  if (written.empty() || !fs::is_directory(options.output)) return "";
+  std::size_t count = 0;
+  std::string first;
+  for (const std::string& name : io::filesIn(options.output)) {
+    const std::string stem = fs::path(name).stem().string(), extension = fs::path(name).extension().string();
+    const bool numbered = stem.size() >= 6 && stem.find_first_not_of("0123456789") == std::string::npos;
+    if (!numbered || (extension != ".ply" && extension != ".pcd") ||
+        written.count((fs::path(options.output) / name).string()) > 0)
+      continue;
+    if (count++ == 0) first = name;
+  }
+  if (count == 0) return "";
+  return options.output + " holds " + std::to_string(count) + " cloud" + (count == 1 ? "" : "s") +
+         " that this run has not written, such as " + first + "; must be removed unless they belong to the others";
 }
 
 void makeFolderOf(const std::string& path) {
@@ -156,7 +178,7 @@ int run(const Options& options) {
       command_line::openRecording("fuse_flow_fuse", options.inputs, options.recording);
   const std::vector<std::size_t> frames = io::chooseFrames(*recording, options.frames);
 
-  checkOutputs(options, frames);
+  checkOutputs(options, *recording, frames);
 
   std::vector<std::string> cameras;
   for (const Camera& camera : recording->cameras()) cameras.push_back(camera.name);
@@ -168,6 +190,8 @@ int run(const Options& options) {
   io::catchInterrupts();
   Progress progress(frames.size());
   std::size_t done = 0;
+  std::set<std::string> written;
+  const io::StillThere still_there(*recording);
   std::map<std::size_t, std::string> ended;  // by camera
   InputChecks checks(options.method_options.parameters.preprocessing);
   for (const std::size_t frame : frames) {
@@ -177,6 +201,7 @@ int run(const Options& options) {
     std::swap(cloud, cloud_before);
     try {
       recording->read(frame, loaded);
+      still_there.check(loaded);
       for (const io::DamagedView& view : loaded.ended) ended[view.view] = view.message;
       if (options.refine_extrinsics) extrinsics.place(loaded.rig);
       checks.look(loaded);
@@ -194,6 +219,7 @@ int run(const Options& options) {
       io::writeCloud(path, method->withNormals());
     else
       io::writeCloud(path, cloud);
+    written.insert(path);
     const PreprocessingParameters& pre = options.method_options.parameters.preprocessing;
     QualityParameters quality = options.quality;
     quality.min_range = pre.min_range;
@@ -220,6 +246,7 @@ int run(const Options& options) {
   std::cout << report.summary();
   for (const auto& [camera, message] : ended) std::cout << "  " << message << "\n";
   for (const std::string& complaint : checks.complaints()) std::cout << "  " << complaint << "\n";
+  if (const std::string older = olderClouds(options, written); !older.empty()) std::cout << "  " << older << "\n";
   if (io::interrupt_requested) {
     std::cerr << "fuse_flow_fuse: interrupted after " << done << " of " << frames.size()
               << " frames; those are complete" << std::endl;
@@ -260,8 +287,7 @@ int main(int argc, char** argv) {
     options.method = method.method();
     options.method_options = method.options();
     options.method_options.normals = options.normals;
-    if (const CLI::Option* config = app.get_config_ptr(); config != nullptr && config->count() > 0)
-      options.config = config->as<std::string>();
+    options.config = command_line::configFileOf(app);
     command_line::requireThreads(options.method_options.threads);
     return run(options);
   });

@@ -7,6 +7,7 @@
 #include "io/cloud_io.h"
 #include "io/file_io.h"
 #include "io/image_io.h"
+#include "io/input_files.h"
 
 #include <pcl/point_types.h>
 
@@ -36,7 +37,7 @@ drawing::ColoredPoints readColored(const std::string& path) {
 }
 
 int run(Options options) {
-  io::refuseToReplace("-o", options.output, options.clouds);
+  io::InputFiles(options.clouds).refuseToReplace("-o", options.output);
   std::vector<drawing::ColoredPoints> clouds;
   for (const std::string& path : options.clouds) clouds.push_back(readColored(path));
   drawing::requireDisplay("fuse_flow_picture");

@@ -7,6 +7,7 @@
 #include "drawing/clouds.h"
 #include "drawing/display.h"
 #include "io/file_io.h"
+#include "io/input_files.h"
 #include "tables/comparison.h"
 #include "tables/markdown.h"
 #include "tables/measure_ranking.h"
@@ -343,6 +344,7 @@ int main(int argc, char** argv) {
       Page(options).writeMeasures();
       return command_line::kSuccess;
     }
+    io::InputFiles({options.reading}).refuseToReplace("-o", options.output);
     drawing::requireDisplay("fuse_flow_tables");
     Page(options).write();
     return command_line::kSuccess;

@@ -1,11 +1,14 @@
 // Plays a recording, or simulated cameras, as fused clouds in a window.
 
+#include "command_line/config_file.h"
 #include "command_line/method_arguments.h"
 #include "command_line/option_checks.h"
 #include "command_line/recording_arguments.h"
 #include "command_line/simulation_arguments.h"
 #include "command_line/tool.h"
 #include "drawing/display.h"
+#include "io/input_files.h"
+#include "viewer/capture.h"
 #include "viewer/key_bindings.h"
 #include "viewer/viewer.h"
 
@@ -30,6 +33,7 @@ struct Options {
   std::string screenshot;
   std::string cloud;
   std::string orbit;
+  std::string config;
 };
 
 std::unique_ptr<viewing::FrameSource> makeSource(const Options& options) {
@@ -47,6 +51,17 @@ std::unique_ptr<viewing::FrameSource> makeSource(const Options& options) {
   if (options.viewer.frames_per_second) simulation.frames_per_second = *options.viewer.frames_per_second;
   simulation.threads = host::resolveThreads(static_cast<int>(options.viewer.method_options.threads));
   return viewing::makeSimulatedSource(simulation);
+}
+
+/** \brief None of what --offscreen writes may take the place of an input; the keys of the window take names that are free. */
+void checkOutputs(const Options& options, const viewing::FrameSource& source) {
+  io::InputFiles inputs(source.inputs());
+  inputs.add(options.config);
+  if (!options.screenshot.empty()) inputs.refuseToReplace("--screenshot", options.screenshot);
+  if (!options.cloud.empty()) inputs.refuseToReplace("--save-cloud", options.cloud);
+  if (options.orbit.empty()) return;
+  for (const std::string& file : viewing::filesOfFilm(options.orbit, options.viewer.orbit_pictures))
+    inputs.refuseToReplace("--orbit", file);
 }
 
 /** \brief Before there is a window that could only stay empty: of the first frame something must be readable. */
@@ -113,6 +128,7 @@ int run(const Options& options) {
     if (!viewing::findBinding(key) && !cursorOf(key))
       throw io::OptionError("--press is " + key + ", which is no key of the viewer");
   std::unique_ptr<viewing::FrameSource> source = makeSource(options);
+  checkOutputs(options, *source);
   checkFirstFrame(options, *source);
   if (options.viewer.color_by == viewing::ColorBy::TruthDistance && !source->knowsTruth())
     throw io::OptionError("--color-by truth: the truth of this recording is not known");
@@ -230,6 +246,7 @@ int main(int argc, char** argv) {
     options.recording = recording.options();
     options.simulation = rig.options();
     options.viewer.fixed_rig = options.recording.slide == 0;
+    options.config = command_line::configFileOf(app);
     options.viewer.method = method.method();
     options.viewer.method_options = method.options();
     return run(options);

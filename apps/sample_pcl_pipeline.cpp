@@ -1,5 +1,6 @@
 // The library's filters one by one, in a pipeline of PCL's: between PassThrough and StatisticalOutlierRemoval.
 //   sample_pcl_pipeline RECORDING fused.pcd
+#include "io/input_files.h"
 #include "io/organized_cloud.h"
 
 #include <fuse_flow/adaptive_hash_fusion.h>
@@ -13,6 +14,7 @@
 #include <pcl/io/pcd_io.h>
 
 #include <iostream>
+#include <memory>
 
 using PointT = pcl::PointXYZRGB;
 using Cloud = pcl::PointCloud<PointT>;
@@ -29,7 +31,9 @@ void apply(pcl::Filter<PointT>& filter, const char* name, const Cloud::Ptr& clou
 int main(int argc, char** argv) try {
   if (argc != 3) throw std::runtime_error("usage: sample_pcl_pipeline RECORDING OUTPUT.pcd");
   fuse_flow::io::LoadedFrame loaded;
-  fuse_flow::io::openRecording({argv[1]})->read(0, loaded);
+  const std::unique_ptr<fuse_flow::io::Recording> recording = fuse_flow::io::openRecording({argv[1]});
+  fuse_flow::io::InputFiles(recording->inputs()).refuseToReplace("OUTPUT.pcd", argv[2]);
+  recording->read(0, loaded);
   const fuse_flow::RigFrame& frame = loaded.rig;
 
   Cloud::Ptr all(new Cloud);

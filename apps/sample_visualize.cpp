@@ -2,6 +2,7 @@
 //   sample_visualize RECORDING                  in a window; q ends it, PCL's other keys work as ever
 //   sample_visualize RECORDING picture.png      into a picture
 #include "drawing/display.h"
+#include "io/input_files.h"
 #include "io/recording.h"
 
 #include <fuse_flow/fuse_flow.h>
@@ -12,6 +13,7 @@
 #include <vtkRenderWindow.h>
 
 #include <iostream>
+#include <memory>
 
 using Cloud = pcl::PointCloud<pcl::PointXYZRGB>;
 
@@ -20,7 +22,9 @@ int main(int argc, char** argv) try {
   fuse_flow::drawing::requireDisplay("sample_visualize");
 
   fuse_flow::io::LoadedFrame loaded;
-  fuse_flow::io::openRecording({argv[1]})->read(0, loaded);
+  const std::unique_ptr<fuse_flow::io::Recording> recording = fuse_flow::io::openRecording({argv[1]});
+  if (argc == 3) fuse_flow::io::InputFiles(recording->inputs()).refuseToReplace("PICTURE.png", argv[2]);
+  recording->read(0, loaded);
   const Cloud::Ptr cloud(new Cloud);
   fuse_flow::FuseFlow<pcl::PointXYZRGB> fusion;  // any PCL point: one with rgb has colour fused
   fusion.fuse(loaded.rig, *cloud);

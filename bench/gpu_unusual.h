@@ -102,7 +102,7 @@ inline void runUnusual(const Size& size, const fuse_flow::FuseFlowParameters& us
   of_vast.max_noise = of_scattered.max_noise = 0;  // which would drop what is meant to be a load
   of_scattered.use_measurement_confidence = false;
   of_scattered.aggregation.cell_size = of_scattered.aggregation.min_cell_size = 0.004f;
-  of_one_cell.aggregation.cell_size = 16.0f;
+  of_one_cell.aggregation.cell_size = 10.0f;
   const FuseFlowParameters full = fillingTheTable(ordinary.frame, usual, growthsOf(ordinary.frame, usual),
                                                   usual.aggregation.cell_size, usual.aggregation.cell_size / 4);
   const std::size_t of_small_cells = growthsOf(scattered.frame, of_scattered);

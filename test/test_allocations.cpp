@@ -150,6 +150,52 @@ TEST_F(Allocations, ACameraThatGoesMissingNeedsNoMemory) {
   }
 }
 
+TEST_F(Allocations, ACameraThatNeverHasAViewMayClaimAnySize) {
+  scenes::Scene scene = scenes::wall(2);
+  pcl::PointCloud<PointFused> expected, cloud;
+  FuseFlow<PointFused>().fuse(scene.rig, expected);
+  fuse_flow::Camera huge = scene.rig.cameras[0];
+  huge.intrinsics.width = huge.intrinsics.height = 65536;
+  huge.intrinsics.distortion.k1 = 0.1f;  // rays of which there is a table
+  huge.depth_correction.columns = huge.depth_correction.rows = 2;
+  huge.depth_correction.relative = huge.depth_correction.per_metre = {0.01f, 0.01f, 0.01f, 0.01f};
+  scene.rig.cameras.push_back(huge);
+  scene.rig.views.emplace_back();
+  FuseFlow<PointFused> fusion;
+  const std::size_t before = bytesInUse();
+  for (int repetition = 0; repetition < 2; ++repetition) {
+    fusion.fuse(scene.rig, cloud);
+    EXPECT_TRUE(scenes::bytes(cloud) == scenes::bytes(expected));
+    EXPECT_EQ(fusion.getStatistics().missing_cameras, std::vector<std::size_t>{2});
+  }
+  EXPECT_LT(bytesInUse() - before, std::size_t{100} << 20);
+}
+
+TEST_F(Allocations, ACameraThatAppearsLaterIsFusedAsIfItHadAlwaysBeenThere) {
+  scenes::Scene scene = scenes::wall(3);
+  for (fuse_flow::Camera& camera : scene.rig.cameras) {
+    camera.intrinsics.distortion.k1 = 0.05f;
+    camera.depth_correction.columns = camera.depth_correction.rows = 2;
+    camera.depth_correction.relative = camera.depth_correction.per_metre = {0.01f, 0, 0, 0.02f};
+  }
+  fuse_flow::RigFrame without = scene.rig;
+  without.views[1] = {};
+  pcl::PointCloud<PointFused> expected, expected_without, cloud;
+  FuseFlow<PointFused>().fuse(scene.rig, expected);
+  FuseFlow<PointFused>().fuse(without, expected_without);
+  FuseFlow<PointFused> fusion;
+  for (int repetition = 0; repetition < 2; ++repetition) {
+    fusion.fuse(without, cloud);
+    EXPECT_TRUE(scenes::bytes(cloud) == scenes::bytes(expected_without));
+    fusion.fuse(scene.rig, cloud);
+    EXPECT_TRUE(scenes::bytes(cloud) == scenes::bytes(expected));
+    for (fuse_flow::RigFrame* rig : {&scene.rig, &without})  // calibrated anew while one camera is missing
+      rig->cameras[1].depth_correction.relative[0] = 0.03f;
+    FuseFlow<PointFused>().fuse(scene.rig, expected);
+    FuseFlow<PointFused>().fuse(without, expected_without);
+  }
+}
+
 TEST_F(Allocations, AfterMemoryHasRunOutFramesAreFusedAsByANewObject) {
   const scenes::Scene scene = scenes::makeScene(scenes::cameraRow(3), scenes::ballAndWall());
   const scenes::Scene next = scenes::wall(2);

@@ -18,7 +18,7 @@ MethodArguments::MethodArguments(CLI::App& app) {
       ->check(CLI::IsMember({"fuse_flow", "concatenate", "voxel_grid", "approximate_voxel_grid", "outlier_removal"}))
       ->capture_default_str();
   app.add_option("--leaf-size", options_.leaf_size, "of the voxel grids, m")
-      ->check(positiveNumber())
+      ->check(lengthUpTo(10))
       ->capture_default_str();
   addDeviceOption(app, options_.device, "fuse_flow runs, and poses are refined");
   app.add_option("--threads", options_.threads, "0: one per core")->check(threadCount())->capture_default_str();

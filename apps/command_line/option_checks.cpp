@@ -20,6 +20,11 @@ std::optional<double> finiteValue(const std::string& text) {
   return value;
 }
 
+CLI::Validator oneOfWords(const std::string& expected, const std::vector<std::string>& words) {
+  return makeCheck(expected,
+                   [=](const std::string& text) { return std::find(words.begin(), words.end(), text) != words.end(); });
+}
+
 }  // namespace
 
 CLI::Validator makeCheck(const std::string& expected, const std::function<bool(const std::string&)>& accepts) {
@@ -61,6 +66,15 @@ CLI::Validator positiveNumberUpTo(double high) {
   });
 }
 
+CLI::Validator lengthUpTo(double metres) {
+  std::ostringstream expected;
+  expected << "a positive number of metres, " << metres << " or less";
+  return makeCheck(expected.str(), [=](const std::string& text) {
+    const double value = finiteValue(text).value_or(0);
+    return value > 0 && value <= metres;
+  });
+}
+
 CLI::Validator numberFromTo(double low, double high) {
   std::ostringstream expected;
   expected << "a number from " << low << " to " << high;
@@ -73,13 +87,10 @@ CLI::Validator numberFromTo(double low, double high) {
 CLI::Validator oneOf(const std::vector<std::string>& names) {
   std::string list;
   for (const std::string& name : names) list += (list.empty() ? "" : ", ") + name;
-  return makeCheck("one of " + list,
-                   [=](const std::string& text) { return std::find(names.begin(), names.end(), text) != names.end(); });
+  return oneOfWords("one of " + list, names);
 }
 
-CLI::Validator trueOrFalse() {
-  return makeCheck("true or false", [](const std::string& text) { return text == "true" || text == "false"; });
-}
+CLI::Validator trueOrFalse() { return oneOfWords("true or false, 1 or 0", {"true", "false", "1", "0"}); }
 
 CLI::Validator path() {
   return makeCheck("a file or a folder, one whose name begins with a dash as in ./-name",

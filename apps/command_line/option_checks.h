@@ -18,8 +18,11 @@ CLI::Validator positiveNumber();
 CLI::Validator nonNegativeNumber();
 CLI::Validator wholeNumber(int low, int high);
 CLI::Validator positiveNumberUpTo(double high);
+/** \brief A positive number of metres; who gives more means another unit. */
+CLI::Validator lengthUpTo(double metres);
 CLI::Validator numberFromTo(double low, double high);
 CLI::Validator oneOf(const std::vector<std::string>& names);
+/** \brief Or 1 or 0. */
 CLI::Validator trueOrFalse();
 /** \brief Any but an empty one, which would be the current folder, and the next option, where this one has no value. */
 CLI::Validator path();

@@ -24,7 +24,7 @@ template <typename Value>
 void ParameterOptions::add(CLI::App& app, const std::string& name, Value& member, const std::string& help) {
   CLI::Option* option = app.add_option(name, member, help)->capture_default_str()->group("Parameters");
   if constexpr (std::is_same_v<Value, bool>)
-    option->check(trueOrFalse());
+    option->check(trueOrFalse())->default_str(member ? "true" : "false");
   else if constexpr (std::is_floating_point_v<Value>)
     option->check(finiteNumber());
   else

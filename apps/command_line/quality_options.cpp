@@ -8,10 +8,10 @@ namespace fuse_flow::command_line {
 
 void addQualityOptions(CLI::App& app, QualityParameters& parameters) {
   app.add_option("--visibility", parameters.visibility, "largest |z - D| at which a view sees a point, m")
-      ->check(positiveNumber())
+      ->check(lengthUpTo(10))
       ->capture_default_str();
   app.add_option("--coverage-radius", parameters.coverage_radius, "a measurement is covered by a point this near, m")
-      ->check(positiveNumber())
+      ->check(lengthUpTo(10))
       ->capture_default_str();
   app.add_option("--coverage-step", parameters.coverage_step, "every how many pixels, each way, coverage looks at")
       ->check(wholeNumber(1, 65535))

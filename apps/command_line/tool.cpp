@@ -1,7 +1,10 @@
 #include "command_line/tool.h"
 
+#include "command_line/printable.h"
+
 #include <pcl/exceptions.h>
 
+#include <algorithm>
 #include <new>
 
 namespace fuse_flow::command_line {
@@ -9,8 +12,8 @@ namespace {
 
 /** \brief One line, whatever the exception said. */
 int reportError(const CLI::App& app, std::string message, ExitCode code = kBadInput) {
-  for (char& c : message)
-    if (c == '\n') c = ' ';
+  message = shortened(printable(message));
+  std::replace(message.begin(), message.end(), '\n', ' ');
   std::cerr << app.get_name() << ": " << message << std::endl;
   return code;
 }
@@ -28,6 +31,7 @@ std::string describeConfigError(CLI::App& app, const std::string& message) {
 
 int runTool(CLI::App& app, int argc, char** argv, const std::function<int()>& run) {
   io::endCleanlyOnSignals();
+  const PrintableStream out(std::cout), err(std::cerr);
   std::signal(SIGXFSZ, SIG_IGN);  // a file past `ulimit -f` is then an error to report like a full disk
   try {
     app.parse(argc, argv);

@@ -32,7 +32,7 @@ Eigen::Isometry3d rigidPose(const std::string& owner, const std::vector<double>&
 
 std::vector<double> readNumbers(const std::string& path) {
   std::vector<double> numbers;
-  std::istringstream lines(readFile(path));
+  std::istringstream lines(readFile(path, kMostTextBytes));
   for (std::string line; std::getline(lines, line);) {
     std::istringstream words(line.substr(0, line.find('#')));
     for (std::string word; words >> word;) {

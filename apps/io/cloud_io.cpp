@@ -1,21 +1,18 @@
 #include "io/cloud_io.h"
 
 #include "io/file_io.h"
+#include "io/pcd_file.h"
+#include "io/ply_header.h"
 
 #include <pcl/common/io.h>
-#include <pcl/io/pcd_io.h>
 #include <pcl/io/ply_io.h>
-#include <pcl/pcl_config.h>
 
 #include <algorithm>
 #include <cctype>
 #include <cmath>
 #include <cstdint>
-#include <cstdlib>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
-#include <set>
 #include <sstream>
 #include <vector>
 
@@ -160,186 +157,21 @@ std::string toPcd(const pcl::PCLPointCloud2& cloud, const SensorPose& pose) {
   return bytes;
 }
 
-/** \brief Before 1.13 PCL's reader refused files without points, after their whole header. */
-bool isRefusedAsEmpty(const pcl::PCLPointCloud2& header) {
-#if PCL_VERSION_COMPARE(<, 1, 13, 0)
-  return header.width * header.height == 0;
-#else
-  (void)header;
-  return false;
-#endif
-}
-
-/** \brief Whether compressed data are as long as they say, and make what the header says. */
-bool hasCompressedData(const std::string& path, std::size_t data_begin, std::size_t bytes) {
-  std::uint32_t sizes[2] = {0, 0};  // compressed, uncompressed
-  std::ifstream file(path, std::ios::binary);
-  file.seekg(static_cast<std::streamoff>(data_begin));
-  if (!file.read(reinterpret_cast<char*>(sizes), sizeof sizes)) return false;
-  return data_begin + sizeof sizes + sizes[0] <= std::filesystem::file_size(path) && sizes[1] == bytes;
-}
-
-/** \brief The numbers of a PCD's header by which PCL's reader takes memory before anything else. */
-struct PcdSize {
-  std::vector<double> sizes, counts;
-  double width{0}, height{1}, points{0};
-
-  void addLine(const std::string& keyword, std::istream& words) {
-    std::vector<double> numbers;
-    for (double number = 0; words >> number;) numbers.push_back(number);
-    if (keyword == "SIZE") sizes = numbers;
-    if (keyword == "COUNT") counts = numbers;
-    if (numbers.size() != 1) return;
-    if (keyword == "WIDTH") width = numbers[0];
-    if (keyword == "HEIGHT") height = numbers[0];
-    if (keyword == "POINTS") points = numbers[0];
-  }
-  bool hasPossibleFields() const {
-    constexpr double most_values = 1 << 20;
-    return std::all_of(counts.begin(), counts.end(), [](double n) { return n >= 0 && n <= most_values; }) &&
-           std::all_of(sizes.begin(), sizes.end(), [](double n) { return n == 1 || n == 2 || n == 4 || n == 8; });
-  }
-  /** \brief The fewest that hold the points. \param data ascii, binary or binary_compressed */
-  double bytes(const std::string& data) const {
-    double of_point = 0;
-    for (std::size_t i = 0; i < sizes.size(); ++i) {
-      const double values = i < counts.size() ? std::max(1.0, counts[i]) : 1;
-      of_point += values * (data == "ascii" ? 2 : sizes[i]);  // as text a value and what ends it
-    }
-    const double all = of_point * std::max(points, width * height);
-    if (data == "ascii") return all - 1;                   // nothing need end the last
-    return data == "binary_compressed" ? all / 100 : all;  // LZF makes 264 bytes of 3 at best
-  }
-};
-
-/** \brief Whether a PCD may hold what its header says. */
-bool hasPossibleSize(const std::string& path) {
-  PcdSize size;
-  std::ifstream file(path, std::ios::binary);
-  for (std::string line, keyword, data; std::getline(file, line);) {
-    std::istringstream words(line);
-    if (!(words >> keyword)) continue;
-    if (keyword != "DATA") {
-      size.addLine(keyword, words);
-      continue;
-    }
-    words >> data;
-    const std::streamoff header_end = file.tellg();  // -1: nothing follows
-    const auto there = static_cast<double>(std::filesystem::file_size(path)) - static_cast<double>(header_end);
-    return size.hasPossibleFields() && (header_end < 0 || size.bytes(data) <= there);
-  }
-  return size.hasPossibleFields();
-}
-
-/** \brief Whether a PCD's header is one that PCL's reader survives: it reads the data of any other without looking. */
-bool hasPcdHeader(const std::string& path) {
-  if (!hasPossibleSize(path)) return false;
-  constexpr int compressed = 2;
-  pcl::PCLPointCloud2 header;
+/** \brief Throws InputError for what PCL's reader would end the program at, or refuses. */
+SensorPose readPly(const std::string& path, pcl::PCLPointCloud2& cloud) {
+  checkPlyHeader(path);
   SensorPose pose;
-  int version = 0, data_type = 0;
-  unsigned int data_begin = 0;
-  const bool whole =
-      pcl::PCDReader().readHeader(path, header, pose.origin, pose.orientation, version, data_type, data_begin) >= 0;
-  if (!(whole || isRefusedAsEmpty(header)) || header.fields.empty() || header.point_step == 0 || data_begin == 0)
-    return false;
-  std::size_t point_bytes = 0;
-  for (const pcl::PCLPointField& field : dataFields(header)) point_bytes += byteSize(field);
-  const std::size_t points = static_cast<std::size_t>(header.width) * header.height;
-  return data_type != compressed || points == 0 || hasCompressedData(path, data_begin, points * point_bytes);
-}
-
-std::size_t plyTypeSize(const std::string& type) {
-  for (const char* two : {"short", "ushort", "int16", "uint16"})
-    if (type == two) return 2;
-  for (const char* four : {"int", "uint", "int32", "uint32", "float", "float32"})
-    if (type == four) return 4;
-  return type == "double" || type == "float64" ? 8 : 1;
-}
-
-/** \brief The fewest bytes that hold what the header of a PLY tells of. */
-class PlySize {
- public:
-  void addLine(const std::string& keyword, const std::string& type, const std::string& name) {
-    if (keyword == "format") is_text_ = type == "ascii";
-    if (keyword == "element") entries_ = std::strtod(name.c_str(), nullptr);
-    // As text a value and what ends it. Of a list "type" is list, then "name" is the type of its count, and it may be empty.
-    if (keyword == "property" && entries_ > 0)
-      bytes_ += entries_ * static_cast<double>(is_text_ ? 2 : plyTypeSize(type == "list" ? name : type));
-  }
-  /** \brief Behind the header; of text the last value needs nothing that ends it. */
-  double bytes() const { return is_text_ ? bytes_ - 1 : bytes_; }
-
- private:
-  bool is_text_{false};
-  double entries_{0}, bytes_{0};
-};
-
-/** \brief The size of an organised cloud, which PCL's reader takes from obj_info. */
-class PlyGrid {
- public:
-  void addLine(const std::string& keyword, const std::string& type, const std::string& name) {
-    if (keyword == "obj_info" && type == "num_cols") columns_ = std::strtod(name.c_str(), nullptr);
-    if (keyword == "obj_info" && type == "num_rows") rows_ = std::strtod(name.c_str(), nullptr);
-    if (keyword == "element" && type == "vertex") vertices_ = std::strtod(name.c_str(), nullptr);
-  }
-  void check(const std::string& path) const {
-    if (columns_ * rows_ == vertices_ || (columns_ == 0 && rows_ == 0)) return;
-    std::ostringstream message;
-    message << path << ": obj_info has " << columns_ << " columns and " << rows_ << " rows, must be as many as its "
-            << vertices_ << " vertices";
-    throw InputError(message.str());
-  }
-
- private:
-  double columns_{0}, rows_{0}, vertices_{0};
-};
-
-/** \brief Throws InputError for a PLY at which PCL's reader would end the program: with green or blue without red before it, with
- *  lists in its vertices, with rows and columns that are not as many, or with a grid of them, whose numbers it does not check. Also for one that is too short for what its
- *  header tells of: the reader takes memory by that first. */
-void checkPlyHeader(const std::string& path) {
-  const std::set<std::string> first{"red", "diffuse_red"};
-  const std::set<std::string> later{"green", "blue", "diffuse_green", "diffuse_blue"};
-  bool has_red = false;
-  std::string element;
-  PlySize size;
-  PlyGrid grid;
-  std::ifstream file(path, std::ios::binary);
-  for (std::string line; std::getline(file, line) && line.rfind("end_header", 0) != 0;) {
-    std::string keyword, type, name;
-    std::istringstream(line) >> keyword >> type >> name;
-    size.addLine(keyword, type, name);
-    grid.addLine(keyword, type, name);
-    if (keyword == "element") element = type;
-    if (element == "range_grid") throw InputError(path + ": has a range_grid, must have vertices alone or with faces");
-    if (keyword != "property") continue;
-    if (element == "vertex" && type == "list")
-      throw InputError(path + ": has a list among the properties of its vertices, must have numbers");
-    has_red = has_red || first.count(name) > 0;
-    if (!has_red && later.count(name) > 0)
-      throw InputError(path + ": has " + name + " without red before it, must be red, green, blue");
-  }
-  grid.check(path);
-  const std::streamoff header_end = file.tellg();
-  if (header_end >= 0 &&
-      static_cast<double>(std::filesystem::file_size(path)) - static_cast<double>(header_end) < size.bytes())
-    throw InputError(path + ": is cut short: it holds fewer values than its header says");
-}
-
-/** \brief PCL's return code; its exceptions count as failure. */
-int readByExtension(const std::string& path, const std::string& extension, pcl::PCLPointCloud2& cloud,
-                    SensorPose& pose) {
   const SilencePcl silence;
   int version = 0;
+  bool is_read = false;
   try {
-    if (extension == ".ply") return pcl::PLYReader().read(path, cloud, pose.origin, pose.orientation, version);
-    if (!hasPcdHeader(path)) return -1;
-    const int result = pcl::PCDReader().read(path, cloud, pose.origin, pose.orientation, version);
-    return isRefusedAsEmpty(cloud) ? 0 : result;
+    is_read = pcl::PLYReader().read(path, cloud, pose.origin, pose.orientation, version) >= 0;
+  } catch (const std::bad_alloc&) {
+    throw;
   } catch (const std::exception&) {
-    return -1;
   }
+  if (!is_read) throw InputError(path + ": is damaged or cut short, must be a whole ply file");
+  return pose;
 }
 
 /** \brief Doubles become floats in their place, which PCL's point types have: Open3D's PLY holds doubles. */
@@ -379,10 +211,7 @@ SensorPose readCloud(const std::string& path, pcl::PCLPointCloud2& cloud, EmptyC
   std::error_code error;
   if (!std::filesystem::exists(path, error)) throw InputError(path + ": not found, must be a .ply or .pcd file");
   if (!std::filesystem::is_regular_file(path, error)) throw InputError(path + ": is not a file");
-  if (extension == ".ply") checkPlyHeader(path);
-  SensorPose pose;
-  if (readByExtension(path, extension, cloud, pose) < 0)
-    throw InputError(path + ": is damaged or cut short, must be a whole " + extension.substr(1) + " file");
+  const SensorPose pose = extension == ".ply" ? readPly(path, cloud) : readPcd(path, cloud);
   const std::size_t points = static_cast<std::size_t>(cloud.width) * cloud.height;
   if (cloud.data.size() < points * cloud.point_step) throw InputError(path + ": is cut short");
   toSinglePrecision(cloud);

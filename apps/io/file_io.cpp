@@ -5,13 +5,11 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
-#include <set>
 
 namespace fs = std::filesystem;
 
@@ -47,10 +45,22 @@ std::string otherThanFile(const fs::file_status& status) {
   }
 }
 
-bool isOneOf(const fs::path& extension, const std::set<std::string>& extensions) {
-  std::string lower = extension.string();
-  std::transform(lower.begin(), lower.end(), lower.begin(), [](unsigned char c) { return std::tolower(c); });
-  return extensions.count(lower) > 0;
+/** \brief Not what may never give a byte. */
+std::ifstream openFile(const std::string& path) {
+  if (!isThere(path)) throw InputError(path + ": not found, must be a file");
+  std::error_code error;
+  const std::string other = otherThanFile(fs::status(path, error));
+  if (!other.empty()) throw InputError(path + ": is " + other + ", must be a file");
+  std::ifstream file(path, std::ios::binary);
+  if (!file) throw InputError(path + ": cannot be opened: " + std::strerror(errno));
+  return file;
+}
+
+std::string readBytes(const std::string& path, std::ifstream& file, std::size_t count) {
+  std::string bytes(count, '\0');
+  file.seekg(0);
+  if (!file.read(bytes.data(), static_cast<std::streamsize>(bytes.size()))) throw InputError(path + ": cannot be read");
+  return bytes;
 }
 
 }  // namespace
@@ -73,18 +83,36 @@ std::vector<std::string> filesIn(const std::string& folder) {
   return names;
 }
 
-std::string readFile(const std::string& path) {
-  if (!isThere(path)) throw InputError(path + ": not found, must be a file");
-  std::error_code error;
-  const std::string other = otherThanFile(fs::status(path, error));
-  if (!other.empty()) throw InputError(path + ": is " + other + ", must be a file");
-  std::ifstream file(path, std::ios::binary | std::ios::ate);
-  if (!file) throw InputError(path + ": cannot be opened: " + std::strerror(errno));
+std::string readFile(const std::string& path, std::uint64_t most) {
+  std::ifstream file = openFile(path);
+  file.seekg(0, std::ios::end);
   const std::streamoff size = file.tellg();
-  std::string bytes(size > 0 ? static_cast<std::size_t>(size) : 0, '\0');
-  file.seekg(0);
-  if (!file.read(bytes.data(), static_cast<std::streamsize>(bytes.size()))) throw InputError(path + ": cannot be read");
-  return bytes;
+  if (size > 0 && static_cast<std::uint64_t>(size) > most)
+    throw InputError(path + ": has " + std::to_string(size) + " bytes, must have " + std::to_string(most) + " or less");
+  return readBytes(path, file, size > 0 ? static_cast<std::size_t>(size) : 0);
+}
+
+std::string readFileStart(const std::string& path, std::uint64_t most) {
+  std::ifstream file = openFile(path);
+  return readBytes(path, file, static_cast<std::size_t>(std::min(most, fileSize(path))));
+}
+
+std::uint64_t fileSize(const std::string& path) {
+  std::error_code error;
+  const std::uintmax_t size = fs::file_size(path, error);
+  if (error) throw InputError(path + ": cannot be looked at: " + error.message());
+  return size;
+}
+
+std::string unfinishedName(const std::string& path) {
+  const fs::path target(path);
+  const std::string suffix = ".part" + std::to_string(getpid());
+  std::string name = target.filename().string();
+  const fs::path folder = target.has_parent_path() ? target.parent_path() : fs::path(".");
+  const long longest = pathconf(folder.c_str(), _PC_NAME_MAX);  // -1: no limit, or none that is known
+  if (longest > 0 && name.size() + suffix.size() > static_cast<std::size_t>(longest))
+    name.resize(static_cast<std::size_t>(longest) - suffix.size());
+  return (target.parent_path() / (name + suffix)).string();
 }
 
 void writeFile(const std::string& path, const std::string& bytes) {
@@ -101,7 +129,7 @@ void writeFile(const std::string& path, const std::string& bytes) {
   if (target.has_parent_path() && !fs::is_directory(target.parent_path(), error))
     throw OutputError(path + ": cannot be written: the folder " + target.parent_path().string() + " does not exist");
 
-  const fs::path temporary = target.string() + ".part" + std::to_string(getpid());
+  const fs::path temporary = unfinishedName(target.string());
   const UnfinishedFile unfinished(temporary.string());
   const std::string problem = writeBytes(temporary.string(), bytes);
   if (problem.empty()) fs::rename(temporary, target, error);
@@ -109,23 +137,6 @@ void writeFile(const std::string& path, const std::string& bytes) {
   const std::string reason = problem.empty() ? error.message() : problem;
   fs::remove(temporary, error);
   throw OutputError(path + ": cannot be written: " + reason);
-}
-
-void refuseToReplace(const std::string& option, const std::string& path, const std::vector<std::string>& inputs) {
-  std::error_code error;
-  if (!fs::is_regular_file(path, error)) return;
-  const auto refuse = [&] { throw OptionError(option + ' ' + path + ": is an input, must be another file"); };
-  const fs::path output = fs::canonical(path, error);
-  const bool recorded = isOneOf(output.extension(), {".png", ".jpg", ".jpeg", ".txt", ".log"});
-  const bool cloud =
-      isOneOf(output.extension(), {".ply", ".pcd"}) && option != "-o";  // which may fuse into the recording's folder
-  for (const std::string& input : inputs) {
-    for (const fs::path& file : {fs::path(input), fs::path(input) / "rig.json"})
-      if (fs::is_regular_file(file, error) && fs::equivalent(file, path, error)) refuse();
-    if (!(recorded || cloud) || !fs::is_directory(input, error)) continue;
-    for (fs::path folder = output.parent_path(); folder.has_relative_path(); folder = folder.parent_path())
-      if (fs::equivalent(folder, input, error)) refuse();
-  }
 }
 
 }  // namespace fuse_flow::io

@@ -55,7 +55,7 @@ class SilenceVtk {
   int display_;
 };
 
-vtkSmartPointer<vtkImageData> decodeJpeg(const std::string& path, const std::string& bytes) {
+vtkSmartPointer<vtkImageData> decodeJpeg(const std::string& path, const std::string& bytes, const SizeCheck& check) {
   const SilenceVtk silence;
   vtkNew<vtkJPEGReader> reader;
   vtkNew<ErrorCatcher> catcher;
@@ -63,6 +63,10 @@ vtkSmartPointer<vtkImageData> decodeJpeg(const std::string& path, const std::str
   reader->AddObserver(vtkCommand::WarningEvent, catcher);
   reader->SetMemoryBuffer(bytes.data());
   reader->SetMemoryBufferLength(static_cast<vtkIdType>(bytes.size()));
+  reader->UpdateInformation();  // by the decoder itself: what else reads the header could be led to another
+  const int* extent = reader->GetDataExtent();
+  if (check && !catcher->failed() && reader->GetErrorCode() == 0)
+    check(extent[1] - extent[0] + 1, extent[3] - extent[2] + 1);
   reader->Update();
   vtkSmartPointer<vtkImageData> image = reader->GetOutput();
   if (catcher->failed() || reader->GetErrorCode() != 0 || !image || !image->GetPointData()->GetScalars())
@@ -76,9 +80,10 @@ void copyColorRow(const std::uint8_t* from, int channels, Rgb8* to, int width) {
     to[u] = channels >= 3 ? Rgb8{from[0], from[1], from[2]} : Rgb8{from[0], from[0], from[0]};
 }
 
-void readColorPng(const std::string& path, const std::string& bytes, ColorImage& image) {
+void readColorPng(const std::string& path, const std::string& bytes, ColorImage& image, const SizeCheck& check) {
   const PngHeader header = checkPng(path, bytes);
   if (header.bits == 16) throw InputError(path + ": is a " + describe(header) + " PNG, colour must be 8-bit");
+  if (check) check(header.width, header.height);
   PngPixels pixels;
   decodePng(path, bytes, pixels);
   image.resize(pixels.width, pixels.height);
@@ -86,9 +91,9 @@ void readColorPng(const std::string& path, const std::string& bytes, ColorImage&
     copyColorRow(pixels.row<std::uint8_t>(v), pixels.channels, &image.at(0, v), image.width);
 }
 
-void readColorJpeg(const std::string& path, const std::string& bytes, ColorImage& image) {
+void readColorJpeg(const std::string& path, const std::string& bytes, ColorImage& image, const SizeCheck& check) {
   checkJpeg(path, bytes);
-  const auto source = decodeJpeg(path, bytes);
+  const auto source = decodeJpeg(path, bytes, check);
   const int channels = source->GetNumberOfScalarComponents();
   if (channels != 1 && channels != 3)  // a printer's four inks
     throw InputError(path + ": is a JPEG of " + std::to_string(channels) + " channels, must be grey or RGB");
@@ -134,30 +139,33 @@ float copyConfidence(const PngPixels& pixels, std::optional<float> given, FloatI
 
 }  // namespace
 
-void readDepthPng(const std::string& path, DepthImage& image) {
+void readDepthPng(const std::string& path, DepthImage& image, const SizeCheck& check) {
   const std::string bytes = readFile(path);
   const PngHeader header = checkPng(path, bytes);
   if (header.bits != 16 || header.color_type != 0)
     throw InputError(path + ": is a " + describe(header) + " PNG, depth must be 16-bit grey");
+  if (check) check(header.width, header.height);
   PngPixels pixels;
   decodePng(path, bytes, pixels);
   image.resize(pixels.width, pixels.height);
   std::copy_n(pixels.row<std::uint16_t>(0), image.data.size(), image.data.begin());
 }
 
-void readColor(const std::string& path, ColorImage& image) {
+void readColor(const std::string& path, ColorImage& image, const SizeCheck& check) {
   const std::string bytes = readFile(path);
   if (isPng(bytes))
-    readColorPng(path, bytes, image);
+    readColorPng(path, bytes, image, check);
   else
-    readColorJpeg(path, bytes, image);
+    readColorJpeg(path, bytes, image, check);
 }
 
-float readConfidencePng(const std::string& path, FloatImage& image, std::optional<float> scale) {
+float readConfidencePng(const std::string& path, FloatImage& image, std::optional<float> scale,
+                        const SizeCheck& check) {
   const std::string bytes = readFile(path);
   const PngHeader header = checkPng(path, bytes);
   if ((header.bits != 8 && header.bits != 16) || header.color_type != 0)
     throw InputError(path + ": is a " + describe(header) + " PNG, confidence must be 8-bit or 16-bit grey");
+  if (check) check(header.width, header.height);
   PngPixels pixels;
   decodePng(path, bytes, pixels);
   image.resize(pixels.width, pixels.height);

@@ -3,6 +3,7 @@
 #include "io/calibration.h"
 #include "io/error.h"
 #include "io/file_io.h"
+#include "io/json_file.h"
 
 #include <nlohmann/json.hpp>
 #include <yaml-cpp/yaml.h>
@@ -90,9 +91,9 @@ std::vector<double> flatNumbers(const IntrinsicsJson& json) {
   return numbers;
 }
 
-std::optional<Intrinsics> fromJson(const std::string& path, const std::string& text) {
+std::optional<Intrinsics> fromJson(const std::string& path) {
+  const auto json = readJson<IntrinsicsJson>(path, "a camera as Open3D writes it");
   try {
-    const IntrinsicsJson json = IntrinsicsJson::parse(text);
     if (!json.is_object()) return std::nullopt;
     Intrinsics K;
     if (json.contains("intrinsic_matrix")) {
@@ -268,9 +269,9 @@ bool isText(const fs::path& file) {
 std::optional<Intrinsics> tryFile(const std::string& path, int width, int height) {
   const fs::path file(path);
   const std::string extension = file.extension().string();
-  if (extension == ".json") return fromJson(path, readFile(path));
-  if (extension == ".yaml" || extension == ".yml") return fromYaml(path, readFile(path));
-  return fromText(path, readFile(path), width, height);
+  if (extension == ".json") return fromJson(path);
+  if (extension == ".yaml" || extension == ".yml") return fromYaml(path, readFile(path, kMostTextBytes));
+  return fromText(path, readFile(path, kMostTextBytes), width, height);
 }
 
 }  // namespace
@@ -284,7 +285,7 @@ Intrinsics readIntrinsicsFile(const std::string& path, int width, int height) {
   return *K;
 }
 
-std::optional<Intrinsics> findIntrinsics(const std::string& folder, int width, int height) {
+std::optional<FoundIntrinsics> findIntrinsics(const std::string& folder, int width, int height) {
   struct Found {
     std::string path;
     Intrinsics K;
@@ -317,7 +318,7 @@ std::optional<Intrinsics> findIntrinsics(const std::string& folder, int width, i
     throw InputError(found[0].path + ": is of a camera of " + sizeText(K.width, K.height) +
                      " pixels, the depth images are " + sizeText(width, height) +
                      "; must be that of the depth images, or --intrinsics gives another file");
-  return K;
+  return FoundIntrinsics{K, found[0].path};
 }
 
 }  // namespace fuse_flow::io

@@ -18,10 +18,16 @@ namespace fuse_flow::io {
  *  Throws InputError, naming the path and what is wrong, for any other file and for lenses that Intrinsics cannot express. */
 Intrinsics readIntrinsicsFile(const std::string& path, int width = 0, int height = 0);
 
+/** \brief Intrinsics, and the file that has them. */
+struct FoundIntrinsics {
+  Intrinsics intrinsics;
+  std::string path;
+};
+
 /** \brief Intrinsics that lie beside images: those of the folder's .json, .yaml, .yml and usual .txt files (camera-intrinsics.txt,
  *  intrinsics.txt, K.txt, cameras.txt, …). Of several, those of the images' size count, and among these the ones named depth.
  *  None: no file has any. Throws InputError for a file that has wrong ones, and where several files contradict each other.
  *  \param width of the images, pixels  \param height of the images */
-std::optional<Intrinsics> findIntrinsics(const std::string& folder, int width, int height);
+std::optional<FoundIntrinsics> findIntrinsics(const std::string& folder, int width, int height);
 
 }  // namespace fuse_flow::io

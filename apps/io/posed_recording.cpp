@@ -22,6 +22,7 @@ class MovedRecording : public Recording {
   std::vector<std::size_t> frames() const override { return recording_->frames(); }
   std::optional<double> framesPerSecond() const override { return recording_->framesPerSecond(); }
   const std::vector<Camera>& cameras() const override { return cameras_; }
+  std::vector<std::string> inputs() const override { return recording_->inputs(); }
   void read(std::size_t frame, LoadedFrame& out) override {
     recording_->read(frame, out);
     place(out.rig.cameras);
@@ -57,6 +58,12 @@ class PosedRecording : public MovedRecording {
     warnings_.insert(warnings_.end(), rig.warnings.begin(), rig.warnings.end());
     for (const RigCamera& entry : rig.cameras) calibrations_[entry.camera.name] = entry.camera;
     place(cameras_);
+  }
+
+  std::vector<std::string> inputs() const override {
+    std::vector<std::string> files = MovedRecording::inputs();
+    files.push_back(rig_json_);
+    return files;
   }
 
  private:

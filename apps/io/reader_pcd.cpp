@@ -13,6 +13,8 @@ namespace {
 
 class PcdRecording : public Recording {
  public:
+  explicit PcdRecording(std::vector<std::string> paths) : paths_(std::move(paths)) {}
+
   void add(const std::string& path, bool read_color) {
     pcl::PCLPointCloud2 blob;
     OrganizedCloud cloud;
@@ -33,6 +35,7 @@ class PcdRecording : public Recording {
   std::string kind() const override { return "pcd"; }
   std::size_t frameCount() const override { return 1; }
   const std::vector<Camera>& cameras() const override { return cameras_; }
+  std::vector<std::string> inputs() const override { return paths_; }
 
   void read(std::size_t, LoadedFrame& out) override {
     out.images = images_;
@@ -47,6 +50,7 @@ class PcdRecording : public Recording {
   }
 
  private:
+  std::vector<std::string> paths_;
   std::vector<Camera> cameras_;
   std::vector<LoadedView> images_;
 };
@@ -69,7 +73,7 @@ std::unique_ptr<Recording> openPcd(const std::vector<std::string>& paths, const 
     chosen.clear();
     for (const std::size_t i : parseRange(options.views, paths.size(), "--views")) chosen.push_back(paths[i]);
   }
-  auto recording = std::make_unique<PcdRecording>();
+  auto recording = std::make_unique<PcdRecording>(paths);
   for (const std::string& path : chosen) recording->add(path, options.read_color);
   return recording;
 }

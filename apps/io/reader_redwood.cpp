@@ -175,6 +175,9 @@ std::unique_ptr<Recording> openRedwood(const std::string& folder, const Recordin
   sequence.path = folder;
   const std::string trajectory_path = findTrajectory(folder);
   const Trajectory trajectory = readTrajectory(trajectory_path);
+  for (const std::string& file : findFiles(folder, {".log", ".json"})) sequence.inputs.push_back(file);
+  for (const char* images : {"depth", "color", "rgb", "image"})
+    sequence.inputs.push_back((fs::path(folder) / images).string());
   const std::vector<std::string> depths = findFiles(fs::path(folder) / "depth", {".png"});
   const std::string color_folder = colorFolder(folder);
   std::vector<std::string> colors;

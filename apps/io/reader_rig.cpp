@@ -32,8 +32,10 @@ std::map<std::size_t, std::string> numberedImages(const fs::path& folder) {
 
 class RigRecording : public Recording {
  public:
-  RigRecording(fs::path folder, const RigDescription& rig, const RecordingOptions& options)
+  RigRecording(fs::path folder, const RigDescription& rig, const RecordingOptions& options,
+               std::vector<std::string> inputs)
       : folder_(std::move(folder)),
+        inputs_(std::move(inputs)),
         frames_per_second_(rig.frames_per_second),
         read_color_(options.read_color),
         skip_damaged_(options.skip_damaged) {
@@ -55,6 +57,7 @@ class RigRecording : public Recording {
   std::vector<std::size_t> frames() const override { return frames_; }
   std::optional<double> framesPerSecond() const override { return frames_per_second_; }
   const std::vector<Camera>& cameras() const override { return cameras_; }
+  std::vector<std::string> inputs() const override { return inputs_; }
 
   void read(std::size_t frame, LoadedFrame& out) override {
     out.rig.cameras = cameras_;
@@ -126,6 +129,7 @@ class RigRecording : public Recording {
   }
 
   fs::path folder_;
+  std::vector<std::string> inputs_;
   std::optional<double> frames_per_second_;
   bool read_color_;
   bool skip_damaged_;
@@ -136,6 +140,16 @@ class RigRecording : public Recording {
   std::vector<std::size_t> frames_;
 };
 
+/** \brief The images of all cameras, and what simulated ones saw. */
+std::vector<std::string> inputsOf(const std::string& json_path, const RigDescription& rig) {
+  const fs::path folder = fs::path(json_path).parent_path();
+  std::vector<std::string> inputs{json_path, (folder / "truth").string()};
+  for (const RigCamera& entry : rig.cameras)
+    for (const char* images : {"depth", "color", "rgb", "image", "confidence"})
+      inputs.push_back((folder / entry.camera.name / images).string());
+  return inputs;
+}
+
 }  // namespace
 
 bool isRigFolder(const std::string& folder) { return isThere((fs::path(folder) / "rig.json").string()); }
@@ -145,6 +159,7 @@ std::unique_ptr<Recording> openRig(const std::string& json_path, const Recording
   if (!options.intrinsics.empty())
     throw OptionError("--intrinsics: " + json_path + " has the intrinsics of its cameras, must not be given");
   RigDescription rig = readRigJson(json_path);
+  std::vector<std::string> inputs = inputsOf(json_path, rig);
   if (!options.views.empty()) {
     std::vector<RigCamera> chosen;
     for (const std::size_t i : parseRange(options.views, rig.cameras.size(), "--views"))
@@ -152,7 +167,7 @@ std::unique_ptr<Recording> openRig(const std::string& json_path, const Recording
     rig.cameras = std::move(chosen);
   }
   fs::path folder = fs::path(json_path).parent_path();
-  auto recording = std::make_unique<RigRecording>(std::move(folder), rig, options);
+  auto recording = std::make_unique<RigRecording>(std::move(folder), rig, options, std::move(inputs));
   if (recording->frameCount() == 0)
     throw InputError(
         json_path + ": there are no depth images, expected files like " +

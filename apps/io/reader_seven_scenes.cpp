@@ -13,7 +13,7 @@ namespace {
 
 /** \brief The numbers of all frame-NNNNNN.ENDING, with what their names share. */
 std::map<std::size_t, std::string> findFrames(const std::string& folder, const std::string& ending) {
-  const std::regex frame_name(R"((frame-(\d{6}))\.)" + ending);
+  const std::regex frame_name(R"((frame-(\d{6}|[1-9]\d{6,8}))\.)" + ending);
   std::map<std::size_t, std::string> stems;
   for (const std::string& name : filesIn(folder)) {
     std::smatch match;
@@ -45,6 +45,8 @@ std::unique_ptr<Recording> openSevenScenes(const std::string& folder, const Reco
   sequence.path = folder;
   sequence.usual_intrinsics = datasetIntrinsics();
   sequence.usual_camera = "7-Scenes' Kinect (fx 585)";
+  for (const std::string& name : filesIn(folder))
+    if (name.rfind("frame-", 0) == 0) sequence.inputs.push_back((fs::path(folder) / name).string());
   for (const auto& [number, stem] : findPoses(folder)) {
     const std::string prefix = (fs::path(folder) / stem).string();
     SequenceFrame frame;

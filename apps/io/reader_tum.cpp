@@ -41,7 +41,7 @@ struct Timeline {
 Timeline readTimeline(const std::string& path) {
   Timeline timeline;
   std::vector<std::pair<long double, std::string>> lines_read;
-  std::istringstream lines(readFile(path));
+  std::istringstream lines(readFile(path, kMostTextBytes));
   std::size_t line_number = 0;
   for (std::string line; std::getline(lines, line);) {
     ++line_number;
@@ -134,6 +134,10 @@ std::unique_ptr<Recording> openTum(const std::string& folder, const RecordingOpt
   Sequence sequence;
   sequence.kind = "tum";
   sequence.path = folder;
+  for (const char* name : {"depth.txt", "rgb.txt", "groundtruth.txt", "depth", "rgb"})
+    sequence.inputs.push_back((root / name).string());
+  for (const Timeline* timeline : {&depths, &colors})
+    for (const auto& [stamp, image] : timeline->entries) sequence.inputs.push_back((root / image).string());
   sequence.depth_scale = 1.0f / 5000;
   const std::string camera = datasetCamera(fs::absolute(root).string());
   sequence.usual_intrinsics = datasetIntrinsics(camera);

@@ -63,6 +63,9 @@ class Recording {
   virtual const std::vector<Camera>& cameras() const = 0;
   /** \brief What one camera's files are called, for messages and reports: "frame-000060", "left". */
   std::string viewName(std::size_t view) const { return cameras()[view].name; }
+  /** \brief The files that it is made of, read or not: those of frames and cameras that were not chosen, too; of a folder all of
+   *  which belongs to it, the folder. Nothing that a tool writes may take their place, see InputFiles. */
+  virtual std::vector<std::string> inputs() const = 0;
   /** \brief Replaces what out holds by a frame in [0, frameCount()). A camera whose depth file is not there becomes a
    *  missing view. Throws InputError on a damaged file or an image that does not fit its camera, unless
    *  RecordingOptions::skip_damaged. */

@@ -159,6 +159,7 @@ nlohmann::json Report::json() const {
     entry["frames_per_second"] = number(1e3 / f.statistics.total_ms);
     entry["peak_memory_mib"] = f.peak_memory_mib;
     entry["missing_cameras"] = f.statistics.missing_cameras;
+    entry["noise_scales"] = f.statistics.noise_scales;
     for (std::size_t s = 0; s < std::size(kStages); ++s) {
       const double ms = f.statistics.*kStages[s].milliseconds;
       entry["milliseconds"][kStages[s].name] = ms;

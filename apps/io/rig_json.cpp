@@ -3,6 +3,7 @@
 #include "io/calibration.h"
 #include "io/error.h"
 #include "io/file_io.h"
+#include "io/json_file.h"
 #include "io/unknown_keys.h"
 
 #include <nlohmann/json.hpp>
@@ -17,9 +18,6 @@ namespace fuse_flow::io {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-/** \brief A value as a message quotes it: not all of what somebody has put in the place of a number. */
-std::string quoted(const Json& value) { return cutShort(value.dump(-1, ' ', false, Json::error_handler_t::replace)); }
 
 /** \brief One JSON object, and what messages call it: "rig.json: camera 'left'". */
 struct Entry {
@@ -248,25 +246,14 @@ Json poseNumbers(const Eigen::Isometry3d& T) {
 
 /** \brief A camera's name is the name of its folder. */
 bool isFolderName(const std::string& name) {
-  return !name.empty() && name != "." && name != ".." && name.find_first_of("/\\\n") == std::string::npos;
+  return !name.empty() && name != "." && name != ".." && name.find_first_of("/\\\n") == std::string::npos &&
+         name.find('\0') == std::string::npos;
 }
 
 }  // namespace
 
 RigDescription readRigJson(const std::string& path) {
-  Json json;
-  try {
-    json = Json::parse(readFile(path), [&](int depth, Json::parse_event_t, Json&) {
-      constexpr int deep = 16;  // what quotes or frees a value goes as deep as it
-      if (depth > deep)
-        throw InputError(path + ": has lists or objects more than " + std::to_string(deep) + " deep, must be a rig");
-      return true;
-    });
-  } catch (const Json::parse_error& error) {
-    throw InputError(path + ": is not JSON: error at byte " + std::to_string(error.byte));
-  } catch (const Json::out_of_range&) {
-    throw InputError(path + ": holds a number too large for a double");
-  }
+  const Json json = readJson<Json>(path, "a rig");
   if (!json.is_object() || !json.contains("cameras") || !json["cameras"].is_array() || json["cameras"].empty())
     throw InputError(path + ": cameras is missing or empty, must be a list with an object for each camera");
 

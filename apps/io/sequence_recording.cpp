@@ -30,6 +30,7 @@ class SequenceRecording : public Recording {
   std::size_t frameCount() const override { return frame_count_; }
   std::optional<double> framesPerSecond() const override { return frames_per_second_; }
   const std::vector<Camera>& cameras() const override { return cameras_; }
+  std::vector<std::string> inputs() const override { return sequence_.inputs; }
 
   void read(std::size_t frame, LoadedFrame& out) override {
     out.images.resize(views_.size());
@@ -146,11 +147,13 @@ Intrinsics intrinsicsOf(Sequence& sequence, const std::string& file) {
   Intrinsics K;
   if (!file.empty()) {
     K = readIntrinsicsFile(file, width, height);
+    sequence.inputs.push_back(file);
     if (K.width > 0 && K.height > 0 && (K.width != width || K.height != height))
       throw InputError(file + ": is of a camera of " + std::to_string(K.width) + "x" + std::to_string(K.height) +
                        " pixels, the depth images of " + sequence.path + " are " + size);
   } else if (const auto found = findIntrinsics(sequence.path, width, height)) {
-    K = *found;
+    K = found->intrinsics;
+    sequence.inputs.push_back(found->path);
   } else {
     K = sequence.usual_intrinsics;
     if (K.width != width || K.height != height)
@@ -174,6 +177,9 @@ std::unique_ptr<Recording> openSequence(Sequence sequence, const RecordingOption
                                               : sequence.unposed.begin()->second);
   if (options.slide < 0) throw OptionError("--slide is " + std::to_string(options.slide) + ", must be 0 or more");
   if (options.depth_scale) sequence.depth_scale = *options.depth_scale;
+  for (const auto& [number, frame] : sequence.frames)
+    for (const std::string& file : {frame.files.depth, frame.files.color, frame.files.confidence})
+      sequence.inputs.push_back(file);
   if (!options.read_color)
     for (auto& [number, frame] : sequence.frames) frame.files.color.clear();
   std::vector<std::size_t> views = chooseViews(sequence, options.views);

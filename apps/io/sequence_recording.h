@@ -6,6 +6,7 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <vector>
 
 namespace fuse_flow::io {
 
@@ -23,6 +24,8 @@ struct SequenceFrame {
 struct Sequence {
   std::string kind;
   std::string path;
+  /** \brief Files and folders beside those of the frames, see Recording::inputs(). */
+  std::vector<std::string> inputs;
   /** \brief By the number that --views uses. */
   std::map<std::size_t, SequenceFrame> frames;
   /** \brief Frames that have a depth image but no pose: what is said to whoever names one. */

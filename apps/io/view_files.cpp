@@ -9,12 +9,12 @@ namespace fs = std::filesystem;
 namespace fuse_flow::io {
 namespace {
 
-template <typename Pixel>
-void checkSize(const std::string& path, const Image<Pixel>& image, const std::string& camera, const Intrinsics& K) {
-  if (image.width == K.width && image.height == K.height) return;
-  throw InputError(path + ": is " + std::to_string(image.width) + "x" + std::to_string(image.height) +
-                   " pixels, camera '" + camera + "' is calibrated for " + std::to_string(K.width) + "x" +
-                   std::to_string(K.height));
+SizeCheck sizeOf(const std::string& path, const std::string& camera, const Intrinsics& K) {
+  return [&path, camera, &K](int width, int height) {
+    if (width == K.width && height == K.height) return;
+    throw InputError(path + ": is " + std::to_string(width) + "x" + std::to_string(height) + " pixels, camera '" +
+                     camera + "' is calibrated for " + std::to_string(K.width) + "x" + std::to_string(K.height));
+  };
 }
 
 }  // namespace
@@ -44,20 +44,19 @@ void loadView(const ViewFiles& files, const Camera& camera, const ViewUnits& uni
   view = DepthView();
   view.depth_scale = units.depth_scale;
   if (files.depth.empty() || !isThere(files.depth)) return;
-  readDepthPng(files.depth, images.depth16);
-  checkSize(files.depth, images.depth16, camera.name, camera.intrinsics);
+  readDepthPng(files.depth, images.depth16, sizeOf(files.depth, camera.name, camera.intrinsics));
   view.depth16 = images.depth16.view();
   if (!files.color.empty() && isThere(files.color)) {
-    readColor(files.color, images.color);
     const bool own = camera.color.has_value();
-    checkSize(files.color, images.color, camera.name + (own ? " color" : ""),
-              own ? camera.color->intrinsics : camera.intrinsics);
+    readColor(
+        files.color, images.color,
+        sizeOf(files.color, camera.name + (own ? " color" : ""), own ? camera.color->intrinsics : camera.intrinsics));
     view.color = images.color.view();
   }
   if (!files.confidence.empty() && isThere(files.confidence)) {
-    const float step = readConfidencePng(files.confidence, images.confidence, units.confidence_scale);
+    const float step = readConfidencePng(files.confidence, images.confidence, units.confidence_scale,
+                                         sizeOf(files.confidence, camera.name, camera.intrinsics));
     images.assumed_confidence_step = units.confidence_scale ? 0.0f : step;
-    checkSize(files.confidence, images.confidence, camera.name, camera.intrinsics);
     view.confidence = images.confidence.view();
   }
 }

@@ -3,6 +3,8 @@
 #include "io/cloud_io.h"
 #include "io/error.h"
 #include "io/file_io.h"
+#include "io/json_file.h"
+#include "io/ply_header.h"
 #include "io/rig_json.h"
 #include "io/view_files.h"
 
@@ -26,9 +28,6 @@ using Eigen::Vector3f;
 constexpr const char* kPatterns[] = {"plain", "checker", "stripes", "wood", "noise", "marker"};
 
 Json colorJson(const Rgb8& c) { return {c.r, c.g, c.b}; }
-Rgb8 colorOf(const Json& json) {
-  return {json.at(0).get<std::uint8_t>(), json.at(1).get<std::uint8_t>(), json.at(2).get<std::uint8_t>()};
-}
 
 Json objectJson(const Object& object, bool moving) {
   const Material& m = object.material;
@@ -41,18 +40,45 @@ Json objectJson(const Object& object, bool moving) {
           {"infrared", m.infrared}};
 }
 
-Object objectOf(const Json& json, const std::string& path) {
+/** \brief One object of simulation.json, and what messages call it. */
+struct JsonEntry {
+  Json json;
+  std::string owner;
+
+  template <typename T>
+  T value(const char* key, const char* expected, bool (Json::*is_right)() const noexcept) const {
+    if (!json.is_object() || !json.contains(key))
+      throw io::InputError(owner + ": " + key + " is missing, must be " + expected);
+    const Json& found = json[key];
+    if (!(found.*is_right)())
+      throw io::InputError(owner + ": " + key + " is " + io::quoted(found) + ", must be " + expected);
+    return found.get<T>();
+  }
+  float number(const char* key) const { return value<float>(key, "a number", &Json::is_number); }
+  std::string text(const char* key) const { return value<std::string>(key, "a word", &Json::is_string); }
+  Json list(const char* key) const { return value<Json>(key, "a list", &Json::is_array); }
+  Rgb8 color(const char* key) const {
+    const Json channels = list(key);
+    const auto is_channel = [](const Json& c) { return c.is_number_unsigned() && c.get<std::uint64_t>() <= 255; };
+    if (channels.size() != 3 || !std::all_of(channels.begin(), channels.end(), is_channel))
+      throw io::InputError(owner + ": " + key + " is " + io::quoted(channels) + ", must be three of 0 to 255");
+    return {channels[0].get<std::uint8_t>(), channels[1].get<std::uint8_t>(), channels[2].get<std::uint8_t>()};
+  }
+};
+
+Object objectOf(const JsonEntry& entry) {
   Object object;
-  object.name = json.at("name").get<std::string>();
-  const std::string pattern = json.at("pattern").get<std::string>();
+  object.name = entry.text("name");
+  const std::string pattern = entry.text("pattern");
   const auto known = std::find(std::begin(kPatterns), std::end(kPatterns), pattern);
   if (known == std::end(kPatterns))
-    throw io::InputError(path + ": pattern is '" + io::cutShort(pattern) + "', which is none of fuse_flow_simulate");
+    throw io::InputError(entry.owner + ": pattern is '" + io::cutShort(pattern) +
+                         "', which is none of fuse_flow_simulate");
   object.material.pattern = static_cast<Material::Pattern>(known - std::begin(kPatterns));
-  object.material.first = colorOf(json.at("first"));
-  object.material.second = colorOf(json.at("second"));
-  object.material.size = json.at("size").get<float>();
-  object.material.infrared = json.at("infrared").get<float>();
+  object.material.first = entry.color("first");
+  object.material.second = entry.color("second");
+  object.material.size = entry.number("size");
+  object.material.infrared = entry.number("infrared");
   return object;
 }
 
@@ -118,10 +144,14 @@ std::string meshFile(const std::vector<Object>& objects, std::size_t first) {
 /** \brief One field of a PCL blob, by name. */
 class Field {
  public:
-  Field(const pcl::PCLPointCloud2& cloud, const std::string& name, const std::string& path) : cloud_(cloud) {
+  /** \param datatype of pcl::PCLPointField, which at() is asked for */
+  Field(const pcl::PCLPointCloud2& cloud, const std::string& name, std::uint8_t datatype, const std::string& path)
+      : cloud_(cloud) {
     for (const pcl::PCLPointField& field : cloud.fields)
-      if (field.name == name) offset_ = field.offset, found_ = true;
-    if (!found_) throw io::InputError(path + ": has no " + name + ", must be a mesh as fuse_flow_simulate writes it");
+      if (field.name == name && field.datatype == datatype) offset_ = field.offset, found_ = true;
+    if (!found_)
+      throw io::InputError(path + ": has no " + name +
+                           " of the right type, must be a mesh as fuse_flow_simulate writes it");
   }
   template <typename T>
   T at(std::size_t point) const {
@@ -141,13 +171,16 @@ void readMeshes(const std::string& path, std::size_t first, std::vector<Object>&
   pcl::PolygonMesh file;
   {
     const io::SilencePcl silence;
-    if (!fs::is_regular_file(path) || pcl::io::loadPLYFile(path, file) < 0)
+    if (!fs::is_regular_file(path))
+      throw io::InputError(path + ": not found, must be a mesh as fuse_flow_simulate writes it");
+    io::checkPlyHeader(path);
+    if (pcl::io::loadPLYFile(path, file) < 0)
       throw io::InputError(path + ": cannot be read, must be a mesh as fuse_flow_simulate writes it");
   }
-  const Field number(file.cloud, "object", path);
+  const Field number(file.cloud, "object", pcl::PCLPointField::UINT16, path);
   std::vector<Field> fields;
   for (const char* name : {"x", "y", "z", "normal_x", "normal_y", "normal_z", "rest_x", "rest_y", "rest_z"})
-    fields.emplace_back(file.cloud, name, path);
+    fields.emplace_back(file.cloud, name, pcl::PCLPointField::FLOAT32, path);
   const auto vector = [&](std::size_t point, std::size_t field) {
     return Vector3f(fields[field].at<float>(point), fields[field + 1].at<float>(point),
                     fields[field + 2].at<float>(point));
@@ -203,14 +236,13 @@ Truth::Truth(const std::string& recording) : folder_(recording) {
     throw io::InputError(recording + ": holds no ground truth; fuse_flow_simulate writes it into the folder truth");
   for (const io::RigCamera& camera : io::readRigJson((truth / "rig.json").string()).cameras)
     cameras_.push_back(camera.camera);
-  try {
-    const Json json = Json::parse(io::readFile(path));
-    min_range_ = json.at("min_range").get<float>();
-    max_range_ = json.at("max_range").get<float>();
-    for (const Json& object : json.at("objects"))
-      (object.at("moving").get<bool>() ? moving_ : fixed_).push_back(objectOf(object, path));
-  } catch (const nlohmann::json::exception& error) {
-    throw io::InputError(path + ": " + error.what());
+  const JsonEntry json{io::readJson<Json>(path, "what fuse_flow_simulate writes"), path};
+  min_range_ = json.number("min_range");
+  max_range_ = json.number("max_range");
+  for (const Json& object : json.list("objects")) {
+    const JsonEntry entry{object, path + ": object number " + std::to_string(fixed_.size() + moving_.size())};
+    const bool moving = entry.value<bool>("moving", "true or false", &Json::is_boolean);
+    (moving ? moving_ : fixed_).push_back(objectOf(entry));
   }
   readMeshes((truth / "fixed.ply").string(), 0, fixed_);
   scene_.setFixed(fixed_);

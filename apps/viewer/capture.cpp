@@ -3,6 +3,7 @@
 #include "drawing/image_of.h"
 #include "io/cloud_io.h"
 #include "io/error.h"
+#include "io/file_io.h"
 #include "io/image_io.h"
 
 #include <pcl/io/ifs_io.h>
@@ -35,14 +36,18 @@ void makeFolder(const fs::path& folder) {
   if (error) throw io::OutputError(folder.string() + ": cannot be created: " + error.message());
 }
 
+bool isVideo(const std::string& path) { return fs::path(path).extension() == ".ogv"; }
+
+std::string numberedPicture(const fs::path& folder, int number) {
+  char name[16];
+  std::snprintf(name, sizeof(name), "%06d.png", number);
+  return (folder / name).string();
+}
+
 class NumberedPictures : public PictureSequence {
  public:
   explicit NumberedPictures(fs::path folder) : folder_(std::move(folder)) { makeFolder(folder_); }
-  void add(vtkRenderWindow* window) override {
-    char name[16];
-    std::snprintf(name, sizeof(name), "%06d.png", number_++);
-    writeScreenshot((folder_ / name).string(), window);
-  }
+  void add(vtkRenderWindow* window) override { writeScreenshot(numberedPicture(folder_, number_++), window); }
 
  private:
   fs::path folder_;
@@ -164,7 +169,7 @@ void writeShownCloud(const std::string& path, const Cloud& cloud) {
   if (cloud.empty())
     throw io::OutputError(path + ": the cloud has no points, without which PCL writes no " + extension);
   const io::SilencePcl silence;
-  const std::string part = path + ".part" + extension;
+  const std::string part = io::unfinishedName(path);
   bool written = false;
   try {
     written = writeWithPcl(part, extension, cloud);
@@ -178,8 +183,15 @@ void writeShownCloud(const std::string& path, const Cloud& cloud) {
   throw io::OutputError(path + ": cannot be written" + (error ? ": " + error.message() : ""));
 }
 
+std::vector<std::string> filesOfFilm(const std::string& path, int pictures) {
+  if (isVideo(path)) return {path};
+  std::vector<std::string> files;
+  for (int number = 0; number < pictures; ++number) files.push_back(numberedPicture(path, number));
+  return files;
+}
+
 std::unique_ptr<PictureSequence> makePictureSequence(const std::string& path) {
-  if (fs::path(path).extension() == ".ogv") return std::make_unique<Video>(path);
+  if (isVideo(path)) return std::make_unique<Video>(path);
   return std::make_unique<NumberedPictures>(path);
 }
 

@@ -36,6 +36,9 @@ class PictureSequence {
 
 constexpr int kVideoRate = 30;  ///< pictures a second
 
+/** \brief What makePictureSequence() writes for so many pictures. */
+std::vector<std::string> filesOfFilm(const std::string& path, int pictures);
+
 /** \brief .ogv: a video in Ogg Theora; another name: a folder. Throws io::OutputError. */
 std::unique_ptr<PictureSequence> makePictureSequence(const std::string& path);
 

@@ -24,6 +24,7 @@ class RecordedSource : public FrameSource {
   std::optional<std::size_t> frameCount() const override { return frames_.size(); }
   std::vector<std::string> warnings() const override { return recording_->warnings(); }
   std::optional<double> framesPerSecond() const override { return recording_->framesPerSecond(); }
+  std::vector<std::string> inputs() const override { return recording_->inputs(); }
   void read(std::size_t frame, io::LoadedFrame& out) override { recording_->read(frames_[frame], out); }
   bool knowsTruth() const override { return truth_.has_value(); }
   const simulation::RayScene& truth(std::size_t frame) override { return truth_->frame(frames_[frame]); }

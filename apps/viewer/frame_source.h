@@ -23,6 +23,8 @@ class FrameSource {
   virtual std::vector<std::string> warnings() const { return {}; }
   /** \brief At which frames were taken, Hz; > 0. Absent: nobody knows. */
   virtual std::optional<double> framesPerSecond() const = 0;
+  /** \brief See io::Recording::inputs(). */
+  virtual std::vector<std::string> inputs() const { return {}; }
   /** \brief Throws io::InputError if the frame cannot be read. */
   virtual void read(std::size_t frame, io::LoadedFrame& out) = 0;
   /** \brief Whether truth() can be asked. */

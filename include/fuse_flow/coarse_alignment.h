@@ -31,7 +31,7 @@ struct CoarseAlignmentParameters {
   /** \brief Side of the cells in which translations are voted for, and in which paint on floors is compared, whose time grows with its
    *  inverse to the fourth; metres; 0.01 … 10. */
   float cell_size{0.1f};
-  /** \brief Distance from a surface within which a point agrees with it, beyond the noise of both, metres; > 0. */
+  /** \brief Distance from a surface within which a point agrees with it, beyond the noise of both, metres; (0, 10]. */
   float tolerance{0.03f};
   /** \brief Farthest that a camera is turned about its optical axis, radians; ≥ 0. A surface that looks like a floor then is one
    *  in all views; π or more: nothing is known about the floor. */

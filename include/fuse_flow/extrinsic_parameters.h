@@ -34,7 +34,7 @@ struct ExtrinsicParameters {
   int samples{12000};
   /** \brief Views that a view is compared with at most, those that it overlaps most; ≥ 1. The cost is linear in this. */
   int max_neighbours{8};
-  /** \brief Farthest that a point may be from its counterpart in the first iteration, metres; > 0; see min_distance. */
+  /** \brief Farthest that a point may be from its counterpart in the first iteration, metres; (0, 10]; see min_distance. */
   float max_distance{0.25f};
   /** \brief Farthest in the last ones, metres, or three standard deviations where noise is more; (0, max_distance]. */
   float min_distance{0.03f};

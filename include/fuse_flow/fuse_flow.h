@@ -31,10 +31,10 @@ struct FuseFlowParameters {
   /** \brief Measure how noisy each view is, and scale the axial noise of the confidence parameters by it, frame by frame;
    *  off: the sensor is as noisy as those say. */
   bool adapt_noise{true};
-  /** \brief Axial noise at which a measurement weighs half as much as an exact one, metres; ≥ 0, 0: noise does not weigh.
+  /** \brief Axial noise at which a measurement weighs half as much as an exact one, metres; [0, 10], 0: noise does not weigh.
    *  See noiseWeight(); C of eq. 10 is multiplied by it after the gate of eq. 9. */
   float half_weight_noise{0.025f};
-  /** \brief Measurements with more axial noise than this are dropped, metres; ≥ 0, 0: none is. Smoothing cannot bring them
+  /** \brief Measurements with more axial noise than this are dropped, metres; [0, 10], 0: none is. Smoothing cannot bring them
    *  near to the surface: they are what a noisy sensor leaves beside it. */
   float max_noise{0.07f};
   /** \brief Of the eight pixels around a measurement so many must pass the gate of eq. 9 too and continue its surface, see

@@ -11,9 +11,9 @@ namespace fuse_flow {
 /** \brief What eq. 12 leaves open, settled. */
 struct QualityParameters {
   /** \brief A camera sees a point if the point projects inside, the depth there is valid and |z − D| is under this;
-   *  metres; > 0. */
+   *  metres; (0, 10]. */
   float visibility{0.05f};
-  /** \brief An input pixel is covered if a fused point lies within this of it; metres; > 0. */
+  /** \brief An input pixel is covered if a fused point lies within this of it; metres; (0, 10]. */
   float coverage_radius{0.015f};
   /** \brief Every how many pixels, each way, coverage looks at; ≥ 1. */
   int coverage_step{1};

@@ -10,12 +10,12 @@ struct PreprocessingParameters {
    *  fill_tolerance; 3 … 8, or 0 to fill nothing. */
   int fill_neighbours{0};
   float fill_tolerance{
-      0.02f};  ///< largest spread of those neighbours, metres up to 1 m, beyond that times their mean squared; > 0
+      0.02f};  ///< largest spread of those neighbours, metres up to 1 m, beyond that times their mean squared; (0, 10]
   /** \brief pcl::FastBilateralFilter over each depth image of more than one row. On the CPU it allocates memory in each
    *  frame, as nothing else does. */
   bool bilateral{false};
   float bilateral_sigma_s{3.0f};   ///< its spatial standard deviation, pixels; > 0
-  float bilateral_sigma_r{0.03f};  ///< its depth standard deviation, metres; > 0
+  float bilateral_sigma_r{0.03f};  ///< its depth standard deviation, metres; (0, 10]
 };
 
 }  // namespace fuse_flow

@@ -2,6 +2,7 @@
 
 #include <fuse_flow/impl/live/clock_offset.hpp>
 #include <fuse_flow/impl/live/frame_period.hpp>
+#include <fuse_flow/impl/live/wrapping.hpp>
 
 #include <chrono>
 #include <condition_variable>
@@ -21,7 +22,7 @@ enum class ClockModel {
   Separate  ///< each camera stamps by a clock of its own, whose offset and drift are estimated from when views arrive
 };
 
-/** \brief When views belong together, and how long one is waited for. */
+/** \brief When views belong together, and how long one is waited for. Durations of more than a year count as one. */
 struct SynchronizerParameters {
   /** \brief No view of a set is further from the set's stamp; > 0. Cameras that expose together: up to a quarter of their
    *  frame period; free-running ones: half of it. */
@@ -73,7 +74,9 @@ struct SynchronizedView {
 /** \brief The views of one instant. */
 template <typename PayloadT>
 struct SynchronizedSet {
-  std::uint64_t stamp{0};  ///< the middle of its earliest and latest view, microseconds; grows from set to set
+  /** \brief The middle of its earliest and latest view, microseconds. It grows from set to set: after a shared clock has jumped
+   *  back it goes on by the host's time, ahead of that clock. */
+  std::uint64_t stamp{0};
   std::chrono::microseconds spread{0};  ///< from its earliest to its latest view; at most twice the tolerance
   /** \brief views[i] is camera i's; without a value where the camera is missing. */
   std::vector<std::optional<SynchronizedView<PayloadT>>> views;
@@ -94,7 +97,7 @@ struct SynchronizedSet {
  *  consumer skips frames instead of falling behind. Of cameras with different rates the slowest sets the pace; a frame that a
  *  camera has lost, by the rate at which it delivers, holds up no one. A view that has waited for max_wait goes out with
  *  what there is, and a camera that has delivered nothing by then has stalled: no set waits for it until it delivers again.
- *  No more than capacity views of a camera are kept, the oldest give way. push() never waits for a consumer: both hold the
+ *  No more than capacity views of a camera are kept, with the places of lost ones, the oldest give way. push() never waits for a consumer: both hold the
  *  lock for bookkeeping only, and drop views outside of it.
  *
  *  PayloadT is what owns the images, such as a cloud's ConstPtr; it must be movable. */
@@ -110,7 +113,7 @@ class ViewSynchronizer {
                                    Clock clock = steadyTime);
 
   /** \brief Hand over a view. A stamp that goes back by up to max_wait is out of order and dropped; by more, the camera has
-   *  restarted.
+   *  restarted. Any number is a stamp; one that is 2⁶³ µs or more ahead of its predecessor lies before it.
    *  \param camera its number, from 0  \param stamp when it was exposed, microseconds of the camera's clock
    *  \param payload the view  \throws pcl::BadArgumentException if there is no such camera */
   inline void push(std::size_t camera, std::uint64_t stamp, PayloadT payload);
@@ -142,6 +145,9 @@ class ViewSynchronizer {
   static inline std::chrono::microseconds steadyTime();
   inline std::int64_t timeOf(const Stream& stream, std::int64_t stamp) const;
   inline bool accept(Stream& stream, std::int64_t stamp, std::int64_t arrival, std::deque<Waiting>& dropped);
+  inline void restart(Stream& stream, std::int64_t stamp, std::deque<Waiting>& dropped);
+  inline void addPlaces(Stream& stream, std::int64_t gap, std::int64_t lost, std::int64_t arrival) const;
+  inline std::uint64_t stampOf(std::int64_t time, std::int64_t now);
   inline void dropOldest(Stream& stream, std::uint64_t& count, std::deque<Waiting>& dropped) const;
   inline void dropPast(std::deque<Waiting>& dropped);
   inline std::optional<std::int64_t> oldestArrival() const;
@@ -154,9 +160,12 @@ class ViewSynchronizer {
   std::condition_variable pushed_;
   // What follows is guarded by the mutex.
   std::deque<Stream> streams_;        // not a vector, which wants to copy what it cannot move without a throw
-  std::optional<std::int64_t> past_;  // the stamp of the last set: what is not after it is late
-  SynchronizerStatistics sets_;       // of the sets; the cameras' are in their streams
-  std::int64_t total_spread_{0};      // µs
+  std::optional<std::int64_t> past_;  // the time of the last set: what is not after it is late
+  std::optional<std::int64_t> last_stamp_;
+  std::int64_t last_set_at_{0};  // µs, the host's
+  std::int64_t ahead_{0};        // stamps of sets − their times; 0 unless a shared clock has jumped back
+  SynchronizerStatistics sets_;  // of the sets; the cameras' are in their streams
+  double total_spread_{0};       // µs
 };
 
 }  // namespace fuse_flow

@@ -357,6 +357,81 @@ TEST_F(CloudIo, AHeaderThatPromisesMoreThanTheFileHoldsIsRefused) {
   }
 }
 
+/** \brief PCL's reader takes POINTSX for POINTS, the last of two, and memory by it. */
+TEST_F(CloudIo, APcdWhoseHeaderHasALineTwiceOrOneThatNoPcdHasIsRefused) {
+  const std::string begin = "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\n";
+  const std::string end = "WIDTH 1\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS 1\nDATA ascii\n1 2 3\n";
+  pcl::PCLPointCloud2 cloud;
+  io::readCloud(write("a.pcd", begin + end), cloud);
+  EXPECT_EQ(cloud.width, 1u);
+  for (const char* line : {"POINTS 250000000", "POINTSX 250000000", "WIDTHS 5", "WIDTH 1", "COLUMNS x y z",
+                           "DATAX ascii", "SIZES 4 4 8", "points 1", "\x01"}) {
+    const std::string file = write("b.pcd", begin + line + "\n" + end);
+    cloud = {};
+    EXPECT_TRUE(refuses([&] { io::readCloud(file, cloud); }, {file, "header has"})) << line;
+    EXPECT_EQ(cloud.data.size(), 0u) << line;
+  }
+  for (const char* data : {"DATA", "DATA asci", "DATA binaryX"}) {
+    const std::string file = write("c.pcd", begin + "WIDTH 1\nHEIGHT 1\nPOINTS 1\n" + data + "\n1 2 3\n");
+    EXPECT_TRUE(refuses([&] { io::readCloud(file, cloud); }, {file, "DATA"})) << data;
+  }
+}
+
+TEST_F(CloudIo, APcdWithoutSizesThatPromisesMoreThanItHoldsIsRefused) {
+  pcl::PCLPointCloud2 cloud;
+  for (const char* data : {"ascii", "binary"}) {
+    const std::string file = write(
+        "a.pcd", std::string("FIELDS x y z\nWIDTH 250000000\nHEIGHT 1\nPOINTS 250000000\nDATA ") + data + "\n1 2 3\n");
+    EXPECT_TRUE(refuses([&] { io::readCloud(file, cloud); }, {file, "fewer values"})) << data;
+  }
+}
+
+/** \brief A line without an end, such as a file of something else has, is not read until memory is full. */
+TEST_F(CloudIo, AHeaderWithoutAnEndIsReadForAMebibyteOnly) {
+  pcl::PCLPointCloud2 cloud;
+  for (const char* name : {"a.pcd", "a.ply"}) {
+    const std::string file = write(name, "ply\nVERSION 0.7 ");
+    fs::resize_file(file, std::uintmax_t{1} << 36);  // 64 GiB, none of which is on the disk
+    EXPECT_TRUE(refuses([&] { io::readCloud(file, cloud); }, {file, "first 1048576 bytes"})) << name;
+  }
+}
+
+/** \brief Such a file fails at its first byte, with EIO, as one on a broken disk does; PCL's reader of headers goes on for ever. */
+TEST_F(CloudIo, AFileThatCannotBeReadIsRefused) {
+  pcl::PCLPointCloud2 cloud;
+  for (const char* name : {"a.pcd", "a.ply"}) {
+    fs::create_symlink("/proc/self/mem", folder_ / name);
+    EXPECT_TRUE(refuses([&] { io::readCloud(path(name), cloud); }, {path(name)})) << name;
+  }
+}
+
+TEST_F(CloudIo, APlyWithNumbersThatAreNoWholeOnesIsRefused) {
+  pcl::PCLPointCloud2 cloud;
+  const auto file = [&](const std::string& count, const std::string& info) {
+    return write("a.ply", "ply\nformat ascii 1.0\n" + info + "element vertex " + count +
+                              "\nproperty float x\nproperty float y\nproperty float z\nend_header\n0 0 1\n");
+  };
+  for (const char* count : {"1e9", "-1", "0x1", "99999999999", "1.0", ""})
+    EXPECT_TRUE(refuses([&, name = file(count, "")] { io::readCloud(name, cloud); }, {"a.ply", "whole number"}))
+        << count;
+  // 1e0 is 1 for one who reads numbers, and 1 for one who reads up to the letter; 1e3 is not.
+  for (const char* info :
+       {"obj_info num_cols 1e3\nobj_info num_rows 1e-3\n", "obj_info num_cols 1\nobj_info num_rows\n"})
+    EXPECT_TRUE(refuses([&, name = file("1", info)] { io::readCloud(name, cloud); }, {"a.ply", "obj_info"})) << info;
+  // PCL passes over white space in front of a line.
+  const std::string two_ends = write("b.ply",
+                                     "ply\nformat ascii 1.0\nelement vertex 300000000\nproperty float x\n"
+                                     "property float y\nproperty float z\n end_header\nelement vertex 0\nend_header\n");
+  cloud = {};
+  EXPECT_TRUE(refuses([&] { io::readCloud(two_ends, cloud); }, {two_ends, "cut short"}));
+  EXPECT_EQ(cloud.data.size(), 0u);
+  const std::string alpha =
+      write("c.ply",
+            "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\n"
+            "property uchar alpha\nend_header\n1 2 3 4\n");
+  EXPECT_TRUE(refuses([&] { io::readCloud(alpha, cloud); }, {alpha, "alpha without red"}));
+}
+
 TEST_F(CloudIo, TextWithoutAByteTooManyIsWhole) {
   pcl::PCLPointCloud2 cloud;
   io::readCloud(write("a.ply",

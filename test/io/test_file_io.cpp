@@ -63,6 +63,25 @@ TEST_F(FileIo, WhatCannotBeWrittenIsNamedAndLeavesNothing) {
   EXPECT_EQ(files(), 0u);
 }
 
+TEST_F(FileIo, ANameAsLongAsTheDiskTakesIsWritten) {
+  const std::string longest(255, 'n');
+  io::writeFile(path(longest), "x");
+  EXPECT_EQ(io::readFile(path(longest)), "x");
+  EXPECT_EQ(files(), 1u);
+  EXPECT_TRUE(refuses<io::OutputError>([&] { io::writeFile(path(longest + "n"), "x"); }, {"cannot be written"}));
+  EXPECT_EQ(files(), 1u);
+}
+
+TEST_F(FileIo, AFileThatIsTooLargeIsNotRead) {
+  const std::string file = write("a", "123456");
+  EXPECT_EQ(io::readFile(file, 6), "123456");
+  EXPECT_EQ(io::readFileStart(file, 4), "1234");
+  EXPECT_EQ(io::readFileStart(file, 40), "123456");
+  EXPECT_TRUE(refuses([&] { io::readFile(file, 5); }, {file, "6 bytes", "5 or less"}));
+  fs::resize_file(file, std::uintmax_t{1} << 40);  // a tebibyte, none of which is on the disk
+  EXPECT_TRUE(refuses([&] { io::readFile(file); }, {file, "1099511627776 bytes"}));
+}
+
 TEST_F(FileIo, ALinkStaysALink) {
   write("target", "old");
   fs::create_symlink("target", folder_ / "link");

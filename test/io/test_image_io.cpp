@@ -269,6 +269,48 @@ TEST_F(ImageIo, AJpegWithAnyByteChangedIsReadOrRefused) {
   }
 }
 
+/** \brief The size is looked at before memory is taken for it, and before the data, which are wrong here. */
+TEST_F(ImageIo, TheSizeThatAFileClaimsIsToldBeforeItIsDecoded) {
+  const auto check = [](int width, int height) {
+    throw io::InputError("claims " + std::to_string(width) + "x" + std::to_string(height));
+  };
+  std::string large = jpeg(2, {{76, 76, 29, 29}, {85, 85, 255, 255}, {255, 255, 107, 107}});
+  const std::size_t frame = large.find("\xff\xc0");
+  ASSERT_NE(frame, std::string::npos);
+  large.replace(frame + 5, 4, "\x4e\x20\x4e\x21");  // height, width
+  io::ColorImage color;
+  io::DepthImage depth;
+  io::FloatImage confidence;
+  const std::string jpg = write("a.jpg", large);
+  EXPECT_TRUE(refuses([&] { io::readColor(jpg, color, check); }, {"claims 20001x20000"}));
+  const std::string bytes = tool_test::pngChunk("IDAT", "nothing");
+  const std::string rgb = write("b.png", tool_test::png(tool_test::pngHeader(20001, 20000, 8, 2) + bytes));
+  EXPECT_TRUE(refuses([&] { io::readColor(rgb, color, check); }, {"claims 20001x20000"}));
+  const std::string grey = write("c.png", tool_test::png(tool_test::pngHeader(20001, 20000, 16, 0) + bytes));
+  EXPECT_TRUE(refuses([&] { io::readDepthPng(grey, depth, check); }, {"claims 20001x20000"}));
+  EXPECT_TRUE(refuses([&] { io::readConfidencePng(grey, confidence, check); }, {"claims 20001x20000"}));
+  EXPECT_TRUE(color.empty() && depth.empty() && confidence.empty());
+}
+
+/** \brief A decoder skips a marker that has no length, where another reader of headers takes what follows for one. */
+TEST_F(ImageIo, TheSizeOfAJpegIsTheOneThatIsDecoded) {
+  std::string bytes = jpeg(2, {{76, 76, 29, 29}, {85, 85, 255, 255}, {255, 255, 107, 107}});
+  const std::string decoy = std::string("\xff\x01\x00\x04", 4);
+  bytes.insert(2, decoy);
+  int told_width = 0, told_height = 0;
+  io::ColorImage image;
+  try {
+    io::readColor(write("a.jpg", bytes), image, [&](int width, int height) {
+      told_width = width;
+      told_height = height;
+    });
+  } catch (const io::InputError&) {
+    return;
+  }
+  EXPECT_EQ(told_width, image.width);
+  EXPECT_EQ(told_height, image.height);
+}
+
 TEST_F(ImageIo, AFileThatIsNotThereOrAFolderIsNamed) {
   io::DepthImage depth;
   io::ColorImage color;

@@ -130,12 +130,12 @@ TEST_F(IntrinsicsFile, WhatHasNoneIsRefusedByNameAndPassedOverInAFolder) {
 TEST_F(IntrinsicsFile, OfSeveralThoseOfTheImagesSizeCountAndThenThoseNamedDepth) {
   write("color.json", R"({"width": 1280, "height": 720, "fx": 900, "fy": 900, "cx": 640, "cy": 360})");
   write("other.json", R"({"width": 64, "height": 48, "fx": 24, "fy": 20, "cx": 29, "cy": 25.5})");
-  EXPECT_EQ(io::findIntrinsics(folder_.string(), 64, 48)->fx, 24);
+  EXPECT_EQ(io::findIntrinsics(folder_.string(), 64, 48)->intrinsics.fx, 24);
   write("third.json", R"({"width": 64, "height": 48, "fx": 25, "fy": 20, "cx": 29, "cy": 25.5})");
   EXPECT_TRUE(
       refuses([&] { io::findIntrinsics(folder_.string(), 64, 48); }, {"other.json", "third.json", "--intrinsics"}));
   write("depth.json", R"({"width": 64, "height": 48, "fx": 26, "fy": 20, "cx": 29, "cy": 25.5})");
-  EXPECT_EQ(io::findIntrinsics(folder_.string(), 64, 48)->fx, 26);
+  EXPECT_EQ(io::findIntrinsics(folder_.string(), 64, 48)->intrinsics.fx, 26);
   EXPECT_TRUE(refuses([&] { io::findIntrinsics(folder_.string(), 320, 240); }, {"320x240"}));
 }
 

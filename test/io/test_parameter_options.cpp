@@ -86,7 +86,7 @@ const std::vector<Option>& options() {
       {"--confirmation-reach", "0.011", [](const P& p) { return p.aggregation.confirmation_reach; }, 0.011, "-0.1"},
       {"--reach-per-noise", "3.3", [](const P& p) { return p.aggregation.reach_per_noise; }, 3.3, "-0.1"},
       {"--measurement-confidence", "false", [](const P& p) { return p.use_measurement_confidence; }, 0, "off"},
-      {"--distance-consistency", "false", [](const P& p) { return p.use_distance_consistency; }, 0, "1"},
+      {"--distance-consistency", "false", [](const P& p) { return p.use_distance_consistency; }, 0, "2"},
       {"--spatial-hash", "false", [](const P& p) { return p.use_spatial_hash; }, 0, ""}};
   return all;
 }

@@ -48,6 +48,7 @@ class Walls : public io::Recording {
   std::string kind() const override { return "test"; }
   std::size_t frameCount() const override { return frames_; }
   const std::vector<Camera>& cameras() const override { return cameras_; }
+  std::vector<std::string> inputs() const override { return {}; }
   void read(std::size_t frame, io::LoadedFrame& out) override {
     was_read.push_back(frame);
     out.rig.cameras = cameras_;

@@ -45,6 +45,17 @@ TEST_F(SevenScenes, PointsLieOnTheWallsOfTheRoom) {
   }
 }
 
+TEST_F(SevenScenes, FrameNumbersMayHaveMoreThanSixDigits) {
+  writeFrame("frame-1000000", cornerView(1));
+  writeFrame("frame-0000003", levelView());  // the name of none: frame 3 is frame-000003
+  io::LoadedFrame frame;
+  const auto recording = open("0,1000000");
+  recording->read(0, frame);
+  ASSERT_EQ(frame.rig.views.size(), 2u);
+  EXPECT_TRUE(showsRoom(frame, 1));
+  EXPECT_TRUE(refuses<io::OptionError>([&] { open("0,3"); }, {"frame 3"}));
+}
+
 TEST_F(SevenScenes, AWallTwoMetresAheadIsAtItsPlaceInTheWorld) {
   io::LoadedFrame frame;
   const auto recording = open("0");

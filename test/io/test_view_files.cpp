@@ -45,6 +45,16 @@ TEST_F(ViewFiles, WhatIsThereIsRead) {
   EXPECT_EQ(view_.confidence.row(2)[3], 1.0f);
 }
 
+TEST_F(ViewFiles, AnImageThatClaimsAnotherSizeIsNotDecoded) {
+  const std::string nothing = tool_test::pngChunk("IDAT", "nothing");
+  const std::string rgb = write("rgb.png", tool_test::png(tool_test::pngHeader(20000, 20000, 8, 2) + nothing));
+  const std::string grey = write("grey.png", tool_test::png(tool_test::pngHeader(20000, 20000, 16, 0) + nothing));
+  const std::vector<std::string> words{"20000x20000", "'left' is calibrated for 4x3"};
+  EXPECT_TRUE(refuses([&] { load({grey, "", ""}); }, words));
+  EXPECT_TRUE(refuses([&] { load({depth(4, 3), rgb, ""}); }, words));
+  EXPECT_TRUE(refuses([&] { load({depth(4, 3), "", grey}); }, words));
+}
+
 TEST_F(ViewFiles, WithoutDepthTheViewIsMissingWhateverElseIsThere) {
   load({path("no.png"), color(4, 3), confidence(4, 3)});
   EXPECT_TRUE(view_.missing());

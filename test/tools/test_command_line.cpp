@@ -100,6 +100,111 @@ TEST_F(CommandLine, AnOptionOutOfRangeIsNamed) {
   expectWrong({"--depth-scale", "nan"}, {"--depth-scale", "nan"});
 }
 
+TEST_F(CommandLine, ALengthInMillimetresIsRefusedWithTheUnitThatIsMeant) {
+  expectWrong({"--min-cell-size", "30"}, {"--min-cell-size is 30 m", "1 m or less", "30 mm are 0.03 m"});
+  expectWrong({"--cell-size", "64"}, {"--cell-size is 64 m", "10 m or less"});
+  expectWrong({"--cell-size", "3e38"}, {"--cell-size is 3e+38 m"});
+  expectWrong({"--sigma", "20"}, {"--sigma is 20 m"});
+  expectWrong({"--max-noise", "70"}, {"--max-noise is 70 m"});
+  expectWrong({"--leaf-size", "20"}, {"--leaf-size", "20", "metres, 10 or less"});
+  expectWrong({"--coverage-radius", "15"}, {"--coverage-radius", "15", "metres"});
+  expectWrong({"--visibility", "50"}, {"--visibility", "50", "metres"});
+  EXPECT_TRUE(
+      isOneLineError(runProgram(FUSE_FLOW_CALIBRATE_TOOL, {recording(), "-o", out("r.json"), "--max-distance", "250"}),
+                     2, {"--max-distance", "250", "metres"}));
+}
+
+TEST_F(CommandLine, WhetherIsSaidInWordsOrNumbers) {
+  const std::string help = fuse({"--help"}).out;
+  EXPECT_NE(help.find("--adapt-noise BOOLEAN=true"), std::string::npos);
+  EXPECT_NE(help.find("--bilateral BOOLEAN=false"), std::string::npos);
+  expectWrong({"--adapt-noise", "maybe"}, {"--adapt-noise", "maybe", "true or false"});
+  WallRecording{2, 1, 320, 240, false}.write(folder_ / "large");
+  const auto scalesWith = [&](const std::string& value) {
+    const ToolResult result = fuse(
+        {out("large"), "-o", out("a.ply"), "--no-quality", "--adapt-noise", value, "--report", out("report.json")});
+    EXPECT_TRUE(succeeded(result)) << value;
+    return nlohmann::json::parse(readText(out("report.json")))["frames"][0]["noise_scales"];
+  };
+  for (const char* off : {"0", "false"}) EXPECT_EQ(scalesWith(off), (nlohmann::json{1.0, 1.0})) << off;
+  for (const char* on : {"1", "true"})
+    EXPECT_EQ(scalesWith(on), (nlohmann::json{0.25, 0.25})) << on << ", and the wall has no noise";
+}
+
+/** \brief Names come from whoever made the recording, and go to terminals. */
+TEST_F(CommandLine, WhatATerminalWouldObeyIsNotPrinted) {
+  WallRecording wall{};
+  nlohmann::json rig = wall.rig();
+  const std::string name =
+      "\x1b]0;title\x07\x1b[2J\xc2\x9b"
+      "31m\x7f\r";
+  rig["cameras"][1]["name"] = name;
+  writeText(folder_ / "odd/rig.json", rig.dump());
+  fs::copy(recording_ / "camera_0", folder_ / "odd/camera_0", fs::copy_options::recursive);
+  const auto isClean = [](const std::string& text) {
+    return text.find_first_of("\x1b\x07\x7f\r") == std::string::npos && text.find("\xc2\x9b") == std::string::npos;
+  };
+  const ToolResult fused = fuse({out("odd"), "-o", out()});
+  EXPECT_EQ(fused.exit_code, 0);
+  EXPECT_NE(fused.out.find("\\x1b]0;title\\x07\\x1b[2J\\xc2\\x9b31m\\x7f\\x0d"), std::string::npos) << fused.out;
+  const ToolResult calibrated = runProgram(FUSE_FLOW_CALIBRATE_TOOL, {out("odd"), "-o", out("r.json")});
+  EXPECT_EQ(calibrated.exit_code, 0) << calibrated.err;
+  EXPECT_NE(calibrated.out.find("title"), std::string::npos);
+  rig["cameras"][1]["fx"] = -1;
+  writeText(folder_ / "odd/rig.json", rig.dump());
+  const ToolResult refused = fuse({out("odd"), "-o", out()});
+  EXPECT_TRUE(isOneLineError(refused, 1, {"title", "fx"}));
+  const ToolResult option = fuse({out("odd"), "-o", out(), name});
+  EXPECT_EQ(option.exit_code, 1);
+  for (const std::string& text : {fused.out, fused.err, calibrated.out, calibrated.err, refused.err, option.err})
+    EXPECT_TRUE(isClean(text)) << testing::PrintToString(text);
+}
+
+TEST_F(CommandLine, ACameraWhoseNameHoldsAZeroIsRefused) {
+  nlohmann::json rig = WallRecording{}.rig();
+  rig["cameras"][1]["name"] = std::string("camera_1\0x", 10);
+  writeText(recording_ / "rig.json", rig.dump());
+  const ToolResult result = fuseWith({});
+  EXPECT_TRUE(isOneLineError(result, 1, {"camera number 1", "\\u0000"}));
+  EXPECT_EQ(result.err.find('\0'), std::string::npos);
+}
+
+TEST_F(CommandLine, AnErrorIsShortWhateverItQuotes) {
+  nlohmann::json rig = WallRecording{}.rig();
+  rig["cameras"][1]["name"] = std::string(100000, 'n');
+  rig["cameras"][1]["fx"] = -1;
+  writeText(recording_ / "rig.json", rig.dump());
+  const ToolResult result = fuseWith({});
+  EXPECT_TRUE(isOneLineError(result, 1, {"rig.json", "nnn", "fx is -1, must be positive"}));
+  EXPECT_LT(result.err.size(), 1100u);
+}
+
+TEST_F(CommandLine, CloudsOfAnEarlierRunAreNamed) {
+  writeText(out_ / "000007.pcd", "older");
+  writeText(out_ / "000009.ply", "older");
+  writeText(out_ / "notes.txt", "of mine");
+  const ToolResult first = fuseWith({});
+  EXPECT_TRUE(succeeded(first));
+  EXPECT_NE(first.out.find(out() + " holds 2 clouds that this run has not written, such as 000007.pcd"),
+            std::string::npos)
+      << first.out;
+  const ToolResult fewer = fuseWith({"--frames", "0:2"});
+  EXPECT_NE(fewer.out.find("holds 5 clouds"), std::string::npos) << fewer.out;
+  fs::remove_all(out_);
+  EXPECT_EQ(fuseWith({}).out.find("holds"), std::string::npos);
+  EXPECT_EQ(fuseWith({}).out.find("holds"), std::string::npos) << "they have been replaced";
+}
+
+TEST_F(CommandLine, OneCameraAloneIsNotCalibrated) {
+  for (const std::vector<std::string>& more : {std::vector<std::string>{}, {"--from-scratch"}}) {
+    std::vector<std::string> arguments{recording(), "--views", "1", "-o", out("r.json")};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    EXPECT_TRUE(isOneLineError(runProgram(FUSE_FLOW_CALIBRATE_TOOL, arguments), 1,
+                               {recording(), "one camera", "two or more", "--views"}));
+    EXPECT_FALSE(fs::exists(out("r.json")));
+  }
+}
+
 TEST_F(CommandLine, AnOptionOutOfRangeIsNamedByEvaluateToo) {
   ASSERT_TRUE(succeeded(fuse({recording(), "-o", out("a.ply"), "--frames", "0"})));
   const auto expect = [&](const std::vector<std::string>& more, const std::vector<std::string>& words) {

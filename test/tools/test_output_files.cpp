@@ -244,6 +244,27 @@ TEST_F(Interrupt, FinishesTheFrameAtHandAndExitsWith130) {
   EXPECT_EQ(report["total"]["frames"], 2);
 }
 
+/** \brief Deleted, moved or unmounted: its frames are not those that cameras missed. */
+TEST_F(Interrupt, ARecordingThatIsGoneInTheMiddleIsAnError) {
+  RunOptions options;
+  options.meanwhile = [this](pid_t) {
+    const int pipe = open((out_ / "000001.ply").c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
+    ASSERT_GE(pipe, 0);
+    ASSERT_GT(fcntl(pipe, F_SETPIPE_SZ, 4096), 0);  // less than a cloud: the tool waits at frame 1
+    pollfd polled{pipe, POLLIN, 0};
+    EXPECT_EQ(poll(&polled, 1, 120000), 1);
+    fs::remove_all(recording_);
+    fcntl(pipe, F_SETFL, 0);
+    std::array<char, 4096> bytes;
+    while (read(pipe, bytes.data(), bytes.size()) > 0) {
+    }
+    close(pipe);
+  };
+  const ToolResult result = fuse({recording(), "-o", out()}, options);
+  EXPECT_TRUE(isOneLineError(result, 1, {recording(), "no longer there"}));
+  EXPECT_EQ(listing(out_), (std::vector<std::string>{"000000.ply", "000001.ply"})) << "no empty clouds";
+}
+
 TEST_F(Interrupt, TheEndOfASessionFinishesTheFrameAtHandToo) {
   for (const int signal : {SIGTERM, SIGHUP}) {
     const ToolResult result = fuse({recording(), "-o", out()}, interruptAtFrameOne(false, signal));

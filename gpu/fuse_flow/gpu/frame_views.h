@@ -42,7 +42,7 @@ class FrameViews {
               int threads) {
     const std::size_t n = frame.cameras.size();
     // A frame that ran out of memory here may have left half of it: then all is uploaded again.
-    const bool calibrated = rig_.update(frame.cameras) || !geometry_uploaded_;
+    const bool calibrated = rig_.update(frame) || !geometry_uploaded_;
     geometry_uploaded_ = false;
     if (calibrated) {
       uploadTables(

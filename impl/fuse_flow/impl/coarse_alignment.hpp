@@ -19,7 +19,7 @@ FUSE_FLOW_INLINE void checkParameters(const CoarseAlignmentParameters& p) {
   checkParameters(p.noise);
   detail::checkRange(owner, "samples", p.samples, 100, 1 << 20);
   detail::checkRange(owner, "cell_size", p.cell_size, 0.01f, 10.0f);
-  detail::checkPositive(owner, "tolerance", p.tolerance);
+  detail::checkLength(owner, "tolerance", p.tolerance);
   detail::checkRange(owner, "max_roll", p.max_roll, 0.0f, 1e3f);
   detail::checkRange(owner, "hypotheses", p.hypotheses, 2, 1 << 10);
   detail::checkRange(owner, "min_score", p.min_score, 1e-3f, 99.99f);

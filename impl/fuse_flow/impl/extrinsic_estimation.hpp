@@ -18,7 +18,7 @@ FUSE_FLOW_INLINE void checkParameters(const ExtrinsicParameters& p) {
   detail::checkNonNegative(owner, "max_speckle", p.max_speckle);
   detail::checkRange(owner, "samples", p.samples, 100, 1 << 24);
   detail::checkRange(owner, "max_neighbours", p.max_neighbours, 1, 1 << 16);
-  detail::checkPositive(owner, "max_distance", p.max_distance);
+  detail::checkLength(owner, "max_distance", p.max_distance);
   detail::checkPositive(owner, "min_distance", p.min_distance);
   detail::checkRange(owner, "min_distance", p.min_distance, 0.0f, p.max_distance);
   detail::checkRange(owner, "max_normal_angle", p.max_normal_angle, 0.01f, 1.57f);

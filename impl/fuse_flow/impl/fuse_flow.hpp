@@ -34,8 +34,8 @@ inline void checkParameters(const FuseFlowParameters& p) {
   checkParameters(p.confidence);
   checkParameters(p.consistency);
   checkParameters(p.aggregation);
-  detail::checkNonNegative("fuse_flow::FuseFlow", "half_weight_noise", p.half_weight_noise);
-  detail::checkNonNegative("fuse_flow::FuseFlow", "max_noise", p.max_noise);
+  detail::checkLengthOrNone("fuse_flow::FuseFlow", "half_weight_noise", p.half_weight_noise);
+  detail::checkLengthOrNone("fuse_flow::FuseFlow", "max_noise", p.max_noise);
   detail::checkRange("fuse_flow::FuseFlow", "min_support", p.min_support, 0, 8);
   if (p.crop_box && (p.crop_box->isEmpty() || !p.crop_box->min().allFinite() || !p.crop_box->max().allFinite()))
     detail::throwBadArgument("fuse_flow::FuseFlow: crop_box is empty or not finite");

@@ -40,8 +40,8 @@ inline PointAgreement pointAgreement(const Vec3& p, const host::FrameViews& view
 
 inline void checkParameters(const QualityParameters& p) {
   constexpr const char* owner = "fuse_flow::multiCameraConsistency";
-  detail::checkPositive(owner, "visibility", p.visibility);
-  detail::checkPositive(owner, "coverage_radius", p.coverage_radius);
+  detail::checkLength(owner, "visibility", p.visibility);
+  detail::checkLength(owner, "coverage_radius", p.coverage_radius);
   detail::checkRange(owner, "coverage_step", p.coverage_step, 1, 1 << 16);
   detail::checkMeasuringRange(owner, p.min_range, p.max_range);
 }

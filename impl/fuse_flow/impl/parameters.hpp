@@ -7,6 +7,8 @@
 #include <fuse_flow/math/smoothing.h>
 #include <fuse_flow/preprocessing.h>
 
+#include <algorithm>
+
 namespace fuse_flow {
 namespace detail {
 
@@ -24,6 +26,28 @@ inline void checkPositive(const char* owner, const char* name, float value) {
 inline void checkNonNegative(const char* owner, const char* name, float value) {
   if (!(value >= 0 && std::isfinite(value)))
     throwBadArgument(owner, ": ", name, " is ", value, ", must not be negative");
+}
+
+/** \brief Far more than any distance that decides about a surface has: who says more means another unit. */
+constexpr float kLongest = 10;
+
+/** \brief Throws for a length that is too large, with its unit. */
+inline void checkUpTo(const char* owner, const char* name, float metres, float longest) {
+  if (metres <= longest) return;
+  throwBadArgument(owner, ": ", name, " is ", metres, " m, must be ", longest, " m or less; ", metres, " mm are ",
+                   metres / 1000, " m");
+}
+
+/** \brief Of a length in metres; (0, longest]. */
+inline void checkLength(const char* owner, const char* name, float metres, float longest = kLongest) {
+  checkPositive(owner, name, metres);
+  checkUpTo(owner, name, metres, longest);
+}
+
+/** \brief Of a length in metres; [0, kLongest]. */
+inline void checkLengthOrNone(const char* owner, const char* name, float metres) {
+  checkNonNegative(owner, name, metres);
+  checkUpTo(owner, name, metres, kLongest);
 }
 
 /** \brief Of depth that counts as a measurement. */
@@ -46,9 +70,9 @@ inline void checkParameters(const PreprocessingParameters& p) {
   constexpr const char* owner = "fuse_flow::DepthBackprojection";
   detail::checkMeasuringRange(owner, p.min_range, p.max_range);
   if (p.fill_neighbours != 0) detail::checkRange(owner, "fill_neighbours", p.fill_neighbours, 3, 8);
-  detail::checkPositive(owner, "fill_tolerance", p.fill_tolerance);
+  detail::checkLength(owner, "fill_tolerance", p.fill_tolerance);
   detail::checkPositive(owner, "bilateral_sigma_s", p.bilateral_sigma_s);
-  detail::checkPositive(owner, "bilateral_sigma_r", p.bilateral_sigma_r);
+  detail::checkLength(owner, "bilateral_sigma_r", p.bilateral_sigma_r);
 }
 
 inline void checkParameters(const SmoothingParameters& p) {
@@ -68,17 +92,17 @@ inline void checkParameters(const ConfidenceParameters& p) {
   detail::checkNonNegative(owner, "delta", p.delta);
   detail::checkPositive(owner, "alpha + gamma", p.alpha + p.gamma);
   detail::checkRange(owner, "threshold", p.threshold, 0.0f, 1.0f);
-  detail::checkPositive(owner, "length_unit", p.length_unit);
-  detail::checkNonNegative(owner, "noise_floor", p.noise_floor);
+  detail::checkLength(owner, "length_unit", p.length_unit);
+  detail::checkLengthOrNone(owner, "noise_floor", p.noise_floor);
   detail::checkNonNegative(owner, "noise_quadratic", p.noise_quadratic);
-  detail::checkPositive(owner, "noise_reference", p.noise_reference);
+  detail::checkLength(owner, "noise_reference", p.noise_reference, 1000);
   detail::checkPositive(owner, "noise_floor + noise_quadratic", p.noise_floor + p.noise_quadratic);
   detail::checkRange(owner, "max_incidence", p.max_incidence, 0.01f, 1.57f);
 }
 
 inline void checkParameters(const ConsistencyParameters& p) {
   constexpr const char* owner = "fuse_flow::MultiViewConsistency";
-  detail::checkPositive(owner, "sigma", p.sigma);
+  detail::checkLength(owner, "sigma", p.sigma);
   detail::checkNonNegative(owner, "sigma_per_noise", p.sigma_per_noise);
   detail::checkPositive(owner, "margin", p.margin);
   detail::checkPositive(owner, "free_space_penalty", p.free_space_penalty);
@@ -89,12 +113,12 @@ inline void checkParameters(const ConsistencyParameters& p) {
 
 inline void checkParameters(const AggregationParameters& p) {
   constexpr const char* owner = "fuse_flow::AdaptiveHashFusion";
-  detail::checkPositive(owner, "cell_size", p.cell_size);
-  detail::checkPositive(owner, "min_cell_size", p.min_cell_size);
+  detail::checkLength(owner, "cell_size", p.cell_size);
+  detail::checkLength(owner, "min_cell_size", p.min_cell_size, std::max(1.0f, p.cell_size));
   detail::checkPositive(owner, "points_per_cell", p.points_per_cell);
   detail::checkRange(owner, "min_weight", p.min_weight, 0.0f, 1.0f);
   detail::checkRange(owner, "weak_weight", p.weak_weight, 0.0f, 1.0f);
-  detail::checkNonNegative(owner, "confirmation_reach", p.confirmation_reach);
+  detail::checkLengthOrNone(owner, "confirmation_reach", p.confirmation_reach);
   detail::checkNonNegative(owner, "reach_per_noise", p.reach_per_noise);
 }
 

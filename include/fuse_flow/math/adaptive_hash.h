@@ -22,9 +22,9 @@ enum class ConsistencyAt {
 
 /** \brief Parameters of section 5. */
 struct AggregationParameters {
-  /** \brief Side of a coarse cell, metres; > 0. */
+  /** \brief Side of a coarse cell, metres; (0, 10]. */
   float cell_size{0.064f};
-  /** \brief Smallest side of a refined cell, metres; > 0. Cells are cell_size / 2^L with L ≤ 5, and none is refined to less than this: from
+  /** \brief Smallest side of a refined cell, metres; (0, 1], or up to cell_size where that is more. Cells are cell_size / 2^L with L ≤ 5, and none is refined to less than this: from
    *  cell_size upwards, none is refined at all. */
   float min_cell_size{0.008f};
   /** \brief Points wanted in a refined cell; > 0. */
@@ -42,7 +42,7 @@ struct AggregationParameters {
   /** \brief The reach r of Confirmation, metres: a fused point moves towards the refined depth of the other views that see a surface within
    *  so many metres of it, by less than 0.46 of that on the optical axes of those views, and off them by as much more as their rays are
    *  longer than their depth; twice as far where the views are noisy, see reach_per_noise. It may leave its cell or the crop box by as
-   *  much. Where neighbouring pixels of a view differ by more than this, the view says nothing. ≥ 0, 0: points stay where their own
+   *  much. Where neighbouring pixels of a view differ by more than this, the view says nothing. [0, 10], 0: points stay where their own
    *  measurements put them. Only with ConsistencyAt::CellMean, and only in the frame pipeline: the filters know no refined depth. */
   float confirmation_reach{0.025f};
   /** \brief The reach is at least this times the axial noise of the view that sees the surface (ConfidenceParameters::noise_floor and

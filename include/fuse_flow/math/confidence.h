@@ -28,14 +28,14 @@ struct ConfidenceParameters {
   /** \brief τ of eq. 9 on the normalised scale C ∈ [0, 1], on which the published 0.6 of α + γ = 1.5 is 0.4. At 0.6 either
    *  term alone can close the gate, and a pixel without neighbours does not pass. */
   float threshold{0.6f};
-  /** \brief Metres in the unit that G and σ_local are measured in; > 0. The paper names none; centimetres. */
+  /** \brief Metres in the unit that G and σ_local are measured in; (0, 10]. The paper names none; centimetres. */
   float length_unit{0.01f};
-  /** \brief Standard deviation of the depth at z is noise_floor + noise_quadratic · z²; metres and 1/metres, ≥ 0. It is
+  /** \brief Standard deviation of the depth at z is noise_floor + noise_quadratic · z²; metres, [0, 10], and 1/metres, ≥ 0. It is
    *  what SlopeCompensated divides by, in units of the sensor's noise at noise_reference metres. Kinect v1's published
    *  figures (Khoshelham and Elberink 2012: 1.425e-3 z²). */
   float noise_floor{0.0005f};
   float noise_quadratic{0.001425f};  ///< 1/metres; ≥ 0
-  float noise_reference{1.0f};       ///< metres; > 0
+  float noise_reference{1.0f};       ///< metres; (0, 1000]
   /** \brief SlopeCompensated: a surface seen at more than this angle from its normal counts as a jump; radians, (0,
    *  π/2). */
   float max_incidence{1.3f};

@@ -31,7 +31,7 @@ struct ConsistencyParameters {
   OcclusionForm occlusion{OcclusionForm::OcclusionAware};
   /** \brief How d_ij is measured. */
   DistanceForm distance{DistanceForm::AlongRay};
-  /** \brief σ, metres; > 0. */
+  /** \brief σ, metres; (0, 10]. */
   float sigma{0.02f};
   /** \brief σ is at least so many standard deviations of the axial noise of the view that is asked, at the depth that it
    *  measured; ≥ 0, 0 is the published constant. Only the frame pipeline knows that noise: see

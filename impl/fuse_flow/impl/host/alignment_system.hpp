@@ -32,7 +32,7 @@ class AlignmentSystem : public RigCorrespondences {
   /** \brief One instant more; the buffers of earlier ones are used again after clear(). */
   void add(const RigFrame& frame, const ExtrinsicParameters& p) {
     cameras_ = frame.cameras.size();
-    rig_.update(frame.cameras);
+    rig_.update(frame);
     if (views_.size() < (instants_ + 1) * cameras_) views_.resize((instants_ + 1) * cameras_);
     AlignmentView* views = views_.data() + instants_ * cameras_;
     parallelFor(threads_, cameras_, [&](std::size_t i, int) {

@@ -226,14 +226,15 @@ class FramePipeline {
     }
   }
 
-  /** \brief As many of these maps as the largest group has views, as large as any view is, whichever are missing. What is not used
-   *  is address space alone. */
+  /** \brief As many of these maps as the largest group has views, as large as any view is. What is not used is address space alone. */
   void reserveScratch() {
     scratch_of_.resize(frame_->cameras.size());
     std::size_t views = 0, most = 0;
     forEachGroup([&](const Group& group) { views = std::max(views, group.end_view - group.begin_view); });
-    for (const Camera& camera : frame_->cameras)
-      most = std::max(most, DepthMap::sizeOf(camera.intrinsics.width, camera.intrinsics.height));
+    for (std::size_t i = 0; i < frame_->cameras.size(); ++i) {
+      const Intrinsics& K = frame_->cameras[i].intrinsics;
+      if (!frame_->views[i].missing()) most = std::max(most, DepthMap::sizeOf(K.width, K.height));
+    }
     if (scratch_.size() < views) scratch_.resize(views);
     for (DepthMap& map : scratch_) map.reserve(most);
   }
@@ -390,7 +391,7 @@ FUSE_FLOW_INLINE void FramePipeline::generate(const RigFrame& frame) {
   checkRigFrame(frame);
   frame_ = &frame;
   threads_ = resolveThreads(threads);
-  rig_.update(frame.cameras);
+  rig_.update(frame);
   layOut();
   startPoints();
   statistics.preprocess_ms = since(start);

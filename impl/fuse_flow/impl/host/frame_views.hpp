@@ -13,7 +13,7 @@ struct FrameViews {
   std::vector<DepthMap> depths;
 
   void assign(const RigFrame& frame, const PreprocessingParameters& preprocessing, int threads) {
-    rig.update(frame.cameras);
+    rig.update(frame);
     depths.resize(frame.views.size());
     parallelFor(threads, frame.views.size(), [&](std::size_t i, int) {
       if (frame.views[i].missing()) {

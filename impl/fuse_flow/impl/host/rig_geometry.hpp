@@ -32,9 +32,11 @@ struct ViewGeometry : ViewModel {
   std::vector<std::uint32_t> neighbours;
   ViewFrustum frustum;
 
-  void assign(const Camera& camera) {
+  /** \param with_tables of every pixel; false: for a camera that is missing, none of whose pixels anyone asks for */
+  void assign(const Camera& camera, bool with_tables = true) {
     const bool same_lens = !column_x_.empty() && detail::sameIntrinsics(intrinsics, camera.intrinsics);
     const bool same_correction = same_lens && depth_correction_ == camera.depth_correction;
+    if (!same_correction) has_tables_ = false;
     intrinsics = camera.intrinsics;
     T_world_camera = toRigidTransform(camera.T_world_camera);
     T_camera_world = toRigidTransform(camera.T_world_camera.inverse());
@@ -47,10 +49,15 @@ struct ViewGeometry : ViewModel {
       T_color_depth = toRigidTransform(camera.color->T_depth_color.inverse());
     }
     P = projectionMatrix(intrinsics, T_camera_world);
-    if (!same_lens) tabulateRays();
-    if (!same_correction) tabulateCorrection(camera.depth_correction);
+    if (!same_lens) tabulateColumns();
+    if (with_tables && !has_tables_) {
+      if (rays_.empty()) tabulateRays();
+      tabulateCorrection(camera.depth_correction);
+      has_tables_ = true;
+    }
     frustum = ViewFrustum(*this);
   }
+  bool hasTables() const { return has_tables_; }
 
   /** \brief unproject() of an integer pixel, from a table. */
   Ray ray(int u, int v) const {
@@ -81,18 +88,23 @@ struct ViewGeometry : ViewModel {
   }
 
  private:
-  void tabulateRays() {
+  void tabulateColumns() {
     ideal = isIdeal(intrinsics.distortion);
     const auto w = static_cast<std::size_t>(intrinsics.width);
-    const auto h = static_cast<std::size_t>(intrinsics.height);
     column_x_.assign(w + kScrap, 0.0f);
     for (std::size_t u = 0; u < w; ++u) column_x_[u] = (static_cast<float>(u) - intrinsics.cx) / intrinsics.fx;
+    rays_.clear();
+    max_squared_radius = 0;
+  }
+
+  void tabulateRays() {
+    const auto w = static_cast<std::size_t>(intrinsics.width);
+    const auto h = static_cast<std::size_t>(intrinsics.height);
     rays_.assign(ideal ? 0 : w * h + kScrap, Ray{});
     if (!ideal)
       for (std::size_t v = 0; v < h; ++v)
         for (std::size_t u = 0; u < w; ++u)
           rays_[v * w + u] = unproject(intrinsics, {static_cast<float>(u), static_cast<float>(v)});
-    max_squared_radius = 0;
     for (const Ray& r : rays_) max_squared_radius = std::max(max_squared_radius, r.x * r.x + r.y * r.y);
   }
 
@@ -124,6 +136,7 @@ struct ViewGeometry : ViewModel {
     return largest;
   }
 
+  bool has_tables_{false};
   std::vector<float> column_x_;
   std::vector<Ray> rays_;
   DepthCorrection depth_correction_;
@@ -133,18 +146,24 @@ struct ViewGeometry : ViewModel {
 /** \brief The geometry of all cameras of a rig; recomputed only when the calibration changes. */
 class RigGeometry {
  public:
-  /** \brief Whether anything changed. */
-  bool update(const std::vector<Camera>& cameras) {
-    if (cameras.size() == cameras_.size() &&
-        std::equal(cameras.begin(), cameras.end(), cameras_.begin(), sameCalibration))
-      return false;
-    cameras_ = cameras;
-    views_.resize(cameras.size());
-    for (std::size_t i = 0; i < cameras.size(); ++i) {
-      views_[i].assign(cameras[i]);
-      rankNeighbours(i);
+  /** \brief Whether anything changed. Tables of pixels are made once a camera has a view: one that never has may claim any size. */
+  bool update(const RigFrame& frame) {
+    const std::vector<Camera>& cameras = frame.cameras;
+    const bool same = cameras.size() == cameras_.size() &&
+                      std::equal(cameras.begin(), cameras.end(), cameras_.begin(), sameCalibration);
+    bool changed = !same;
+    if (!same) {
+      cameras_ = cameras;
+      views_.resize(cameras.size());
     }
-    return true;
+    for (std::size_t i = 0; i < cameras.size(); ++i) {
+      const bool is_there = !frame.views[i].missing();
+      if (same && (views_[i].hasTables() || !is_there)) continue;
+      views_[i].assign(cameras[i], is_there);
+      if (!same) rankNeighbours(i);
+      changed = true;
+    }
+    return changed;
   }
 
   std::size_t size() const { return views_.size(); }

@@ -1,9 +1,10 @@
 #pragma once
 
+#include <fuse_flow/impl/live/wrapping.hpp>
+
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <cstdlib>
 #include <limits>
 #include <tuple>
 #include <vector>
@@ -38,14 +39,14 @@ inline std::vector<std::size_t> nearestTo(std::int64_t time, const ViewTimes& ti
   for (std::size_t c = 0; c < times.size(); ++c) {
     if (chosen[c] == kNoView) continue;
     for (std::size_t k = 0; k < times[c].size(); ++k)
-      if (std::abs(times[c][k] - time) < std::abs(times[c][chosen[c]] - time)) chosen[c] = k;
+      if (distance(times[c][k], time) < distance(times[c][chosen[c]], time)) chosen[c] = k;
   }
   return chosen;
 }
 
 /** \brief Of the windows no longer than max_spread those with views of the most cameras, and the latest of them: which view
  *  of each camera lies in it. Any order of views and cameras gives the same. */
-inline std::vector<std::size_t> fullestSet(const ViewTimes& times, std::int64_t max_spread) {
+inline std::vector<std::size_t> fullestSet(const ViewTimes& times, std::uint64_t max_spread) {
   struct Candidate {
     std::int64_t time;
     std::size_t camera, position;
@@ -61,7 +62,8 @@ inline std::vector<std::size_t> fullestSet(const ViewTimes& times, std::int64_t 
   std::vector<int> views(times.size(), 0);  // in the window from latest to behind, which slides towards the past
   std::size_t cameras = 0, most = 0, best = 0, behind = 0;
   for (std::size_t latest = 0; latest < candidates.size(); ++latest) {
-    for (; behind < candidates.size() && candidates[latest].time - candidates[behind].time <= max_spread; ++behind)
+    for (; behind < candidates.size() && distance(candidates[latest].time, candidates[behind].time) <= max_spread;
+         ++behind)
       if (views[candidates[behind].camera]++ == 0) ++cameras;
     if (cameras > most) {
       most = cameras;
@@ -71,7 +73,8 @@ inline std::vector<std::size_t> fullestSet(const ViewTimes& times, std::int64_t 
   }
 
   std::vector<std::size_t> chosen(times.size(), kNoView);
-  for (std::size_t k = best; k < candidates.size() && candidates[best].time - candidates[k].time <= max_spread; ++k)
+  for (std::size_t k = best; k < candidates.size() && distance(candidates[best].time, candidates[k].time) <= max_spread;
+       ++k)
     if (chosen[candidates[k].camera] == kNoView) chosen[candidates[k].camera] = candidates[k].position;
   if (most == 0) return chosen;
   // The camera that is behind the others may belong to their previous views rather than to these.
