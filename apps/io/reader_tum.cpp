@@ -136,7 +136,7 @@ std::unique_ptr<Recording> openTum(const std::string& folder, const RecordingOpt
   sequence.path = folder;
   for (const char* name : {"depth.txt", "rgb.txt", "groundtruth.txt", "depth", "rgb"})
     sequence.inputs.push_back((root / name).string());
-  for (const Timeline* timeline : {&depths, &colors})
+  for (const Timeline* timeline : std::initializer_list<const Timeline*>{&depths, &colors})
     for (const auto& [stamp, image] : timeline->entries) sequence.inputs.push_back((root / image).string());
   sequence.depth_scale = 1.0f / 5000;
   const std::string camera = datasetCamera(fs::absolute(root).string());
