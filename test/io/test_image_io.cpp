@@ -288,7 +288,7 @@ TEST_F(ImageIo, TheSizeThatAFileClaimsIsToldBeforeItIsDecoded) {
   EXPECT_TRUE(refuses([&] { io::readColor(rgb, color, check); }, {"claims 20001x20000"}));
   const std::string grey = write("c.png", tool_test::png(tool_test::pngHeader(20001, 20000, 16, 0) + bytes));
   EXPECT_TRUE(refuses([&] { io::readDepthPng(grey, depth, check); }, {"claims 20001x20000"}));
-  EXPECT_TRUE(refuses([&] { io::readConfidencePng(grey, confidence, check); }, {"claims 20001x20000"}));
+  EXPECT_TRUE(refuses([&] { io::readConfidencePng(grey, confidence, {}, check); }, {"claims 20001x20000"}));
   EXPECT_TRUE(color.empty() && depth.empty() && confidence.empty());
 }
 
