@@ -100,7 +100,10 @@ TriangleMesh turnedInside(TriangleMesh mesh) {
 }
 
 TEST(RayScene, TellsTheSideOfASurfaceAtItsEdgesAndCornersToo) {
-  const TriangleMesh cube = box({1, 1, 1});
+  TriangleMesh cube = box({1, 1, 1});
+  // Cut along the other diagonal: of its corners' three faces some then have one triangle there and some two.
+  cube.triangles[0] = {0, 1, 3};
+  cube.triangles[1] = {1, 2, 3};
   const RayScene solid = sceneOf({cubeFrom(cube)}), room = sceneOf({cubeFrom(turnedInside(cube))});
   const auto expectSide = [](const RayScene& scene, const Vector3f& at, float signed_distance, const Vector3f& normal) {
     const NearestHit hit = scene.nearest(at);
@@ -111,7 +114,6 @@ TEST(RayScene, TellsTheSideOfASurfaceAtItsEdgesAndCornersToo) {
   for (const float x : {-1.0f, 1.0f})
     for (const float y : {-1.0f, 1.0f})
       for (const float z : {-1.0f, 1.0f}) {
-        // Of a corner's three faces some have one triangle there and some two, and each counts as much as the next.
         const Vector3f corner(x, y, z), edge(x, y, 0), face(x, 0, 0);
         expectSide(solid, 0.6f * corner, 0.1f * std::sqrt(3.0f), corner);
         expectSide(solid, 0.6f * edge, 0.1f * std::sqrt(2.0f), edge);
