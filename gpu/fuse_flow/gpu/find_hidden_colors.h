@@ -30,10 +30,10 @@ struct AddToColorDepth {
 
 /** \brief Fills the cells of all views that have any, before colours are read. \param z D^r of eq. 8 */
 inline void findHiddenColors(Execution& run, FrameViews& views, const float* z) {
-  DeviceBuffer<std::uint32_t>& cells = views.colorDepthCells();
-  if (cells.size() == 0) return;
-  run.fill(cells.data(), cells.size(), ColorDepth::kNothing & 0xff);
-  run.forEach(views.pixels(), AddToColorDepth{views.grid(), z, cells.data(), cells.data()});
+  std::uint32_t* const cells = views.colorDepthCells();
+  if (views.colorDepthCellCount() == 0) return;
+  run.fill(cells, views.colorDepthCellCount(), ColorDepth::kNothing & 0xff);
+  run.forEach(views.pixels(), AddToColorDepth{views.grid(), z, cells, cells});
 }
 
 }  // namespace gpu

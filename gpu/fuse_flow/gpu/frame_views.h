@@ -96,8 +96,10 @@ class FrameViews {
   DeviceView* deviceViews() { return device_views_.data(); }
   /** \brief Padded pixels of all views: a multiple of kChunk. */
   std::uint32_t pixels() const { return pixels_; }
-  /** \brief Of the ColorDepth of all views; none where depth and colour cameras are the same. */
-  DeviceBuffer<std::uint32_t>& colorDepthCells() { return color_depth_; }
+  /** \brief The cells of the ColorDepth of all views. */
+  std::uint32_t* colorDepthCells() { return color_depth_.data(); }
+  /** \brief How many there are: none where depth and colour cameras are the same. */
+  std::size_t colorDepthCellCount() const { return color_depth_count_; }
   /** \brief Of the last frame's images, over the bus. */
   std::size_t uploadedBytes() const { return uploaded_; }
   const host::RigGeometry& rig() const { return rig_; }
@@ -117,6 +119,7 @@ class FrameViews {
     };
     forEachOwn([&](ColorDepth&, const ColorDepth& cells) { total += cells.size(); });
     color_depth_.resize(total);
+    color_depth_count_ = total;
     std::size_t place = 0;
     forEachOwn([&](ColorDepth& of_view, const ColorDepth& cells) {
       of_view = cells;
@@ -291,6 +294,7 @@ class FrameViews {
   DeviceBuffer<DepthCorrectionTerms> corrections_;
   DeviceBuffer<char> images_;
   DeviceBuffer<std::uint32_t> color_depth_;
+  std::size_t color_depth_count_{0};
   std::uint32_t pixels_{0};
   std::uint32_t tiles_{0};
   std::size_t uploaded_{0};
