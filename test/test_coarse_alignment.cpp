@@ -298,6 +298,10 @@ TEST(CoarseAlignment, PaintThatAgreesIsEvidenceWhateverTheExposureAndHoweverMany
   EXPECT_EQ(one.unlike, 0);
   EXPECT_NEAR(four.color_evidence, one.color_evidence, 1e-6);
   EXPECT_NEAR(four.score(), one.score(), 1e-6);
+  const fuse_flow::ViewAgreement twelve = agreementOfInstants(12, floorPaint);  // of which some are enough
+  EXPECT_NEAR(twelve.confirmed, one.confirmed, 1e-6);
+  EXPECT_NEAR(twelve.color_evidence, one.color_evidence, 1e-6);
+  EXPECT_NEAR(twelve.score(), one.score(), 1e-6);
   const fuse_flow::ViewAgreement plain = agreementOfInstants(1, [](const Vector3d&) { return 120.0; });
   EXPECT_EQ(plain.color_evidence, 0);
   EXPECT_NEAR(one.score() - plain.score(), 3 * one.color_evidence, 1e-6);

@@ -175,7 +175,9 @@ std::unique_ptr<Recording> openRedwood(const std::string& folder, const Recordin
   sequence.path = folder;
   const std::string trajectory_path = findTrajectory(folder);
   const Trajectory trajectory = readTrajectory(trajectory_path);
-  for (const std::string& file : findFiles(folder, {".log", ".json"})) sequence.inputs.push_back(file);
+  for (const std::string& file : findFiles(folder, {".log"})) sequence.inputs.push_back(file);
+  for (const std::string& file : findFiles(folder, {".json"}))  // but for a report of a tool, say
+    if (readFile(file, kMostTextBytes).find("intrinsic_matrix") != std::string::npos) sequence.inputs.push_back(file);
   for (const char* images : {"depth", "color", "rgb", "image"})
     sequence.inputs.push_back((fs::path(folder) / images).string());
   const std::vector<std::string> depths = findFiles(fs::path(folder) / "depth", {".png"});
@@ -197,6 +199,7 @@ std::unique_ptr<Recording> openRedwood(const std::string& folder, const Recordin
     }
     SequenceFrame& frame = sequence.frames[number];
     frame.files.depth = depth;
+    frame.files.depth_was_there = true;
     if (const auto color = images.color.find(number); color != images.color.end()) frame.files.color = color->second;
     frame.T_world_camera = pose->second;
     frame.name = fs::path(depth).stem().string();

@@ -74,6 +74,7 @@ class RigRecording : public Recording {
       const std::string stem = found != stems_[i].end() ? found->second : frameStem(frame);
       ViewFiles files;
       files.depth = (camera / "depth" / (stem + ".png")).string();
+      files.depth_was_there = found != stems_[i].end();
       if (read_color_ && !color_folders_[i].empty()) files.color = findImage(color_folders_[i], stem);
       files.confidence = (camera / "confidence" / (stem + ".png")).string();
       loadView(files, units_[i], i, skip_damaged_, out);

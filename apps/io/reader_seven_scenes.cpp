@@ -61,7 +61,9 @@ std::unique_ptr<Recording> openSevenScenes(const std::string& folder, const Reco
     }
     sequence.frames[number] = std::move(frame);
   }
-  for (const auto& [number, stem] : findFrames(folder, R"(depth\.png)"))
+  const std::map<std::size_t, std::string> depths = findFrames(folder, R"(depth\.png)");
+  for (auto& [number, frame] : sequence.frames) frame.files.depth_was_there = depths.count(number) > 0;
+  for (const auto& [number, stem] : depths)
     if (sequence.frames.count(number) == 0 && sequence.unposed.count(number) == 0)
       sequence.unposed[number] = (fs::path(folder) / stem).string() + ".pose.txt: not found, must hold the pose of " +
                                  stem + ".depth.png, 4x4, row by row";

@@ -43,7 +43,11 @@ void loadView(const ViewFiles& files, const Camera& camera, const ViewUnits& uni
               DepthView& view) {
   view = DepthView();
   view.depth_scale = units.depth_scale;
-  if (files.depth.empty() || !isThere(files.depth)) return;
+  if (files.depth.empty()) return;
+  if (!isThere(files.depth)) {
+    if (!files.depth_was_there) return;
+    throw InputError(files.depth + ": is no longer there; it was when the recording was opened");
+  }
   readDepthPng(files.depth, images.depth16, sizeOf(files.depth, camera.name, camera.intrinsics));
   view.depth16 = images.depth16.view();
   if (!files.color.empty() && isThere(files.color)) {

@@ -12,6 +12,7 @@ struct ViewFiles {
   std::string depth;
   std::string color;
   std::string confidence;
+  bool depth_was_there{false};  ///< when the recording was opened: if it is not any more, no camera has missed a frame
 };
 
 /** \brief How a rig recording names the files of a frame, without the extension: "000042". */
@@ -30,7 +31,7 @@ struct ViewUnits {
 std::string colorFolder(const std::string& folder);
 
 /** \brief Reads what is there into images and points view at it. Without a depth file the view is missing, whatever
- *  else exists. Throws InputError on a damaged file and on an image whose size is not its camera's. */
+ *  else exists. Throws InputError on a damaged file, on an image whose size is not its camera's, and where the depth file is gone. */
 void loadView(const ViewFiles& files, const Camera& camera, const ViewUnits& units, LoadedView& images,
               DepthView& view);
 

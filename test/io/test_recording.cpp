@@ -95,6 +95,17 @@ TEST_F(Recording, FramesOfARigAreTheNumbersOfItsDepthImages) {
   EXPECT_TRUE(frame.rig.views[1].missing());
 }
 
+TEST_F(Recording, ADepthImageThatIsGoneSinceItWasOpenedIsNoFrameThatACameraMissed) {
+  writeRig();
+  write("corner/depth/000004.png", cornerView().depthPng());
+  const auto recording = open();
+  fs::remove(path("corner/depth/000004.png"));
+  io::LoadedFrame frame;
+  EXPECT_TRUE(refuses([&] { recording->read(4, frame); }, {path("corner/depth/000004.png"), "no longer there"}));
+  recording->read(0, frame);
+  EXPECT_FALSE(frame.rig.views[0].missing());
+}
+
 TEST_F(Recording, ARigMayBeginLate) {
   writeRig();
   for (const std::string name : {"level", "corner"}) {

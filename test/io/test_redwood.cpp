@@ -1,6 +1,8 @@
 #include "io_fixture.h"
 #include "room.h"
 
+#include <algorithm>
+
 namespace {
 
 using namespace io_test;
@@ -49,6 +51,25 @@ TEST_F(Redwood, ColorMayLieInAFolderNamedColor) {
   open()->read(0, frame);
   EXPECT_TRUE(frame.rig.views[2].color);
   EXPECT_TRUE(showsRoom(frame, 2));
+}
+
+TEST_F(Redwood, WhatItConsistsOfIsKnown) {
+  write("report.json", "{}");  // of a tool, which may be written again
+  write("second_camera.json", kIntrinsics);
+  const std::vector<std::string> inputs = open()->inputs();
+  const auto has = [&](const std::string& name) {
+    return std::find(inputs.begin(), inputs.end(), path(name)) != inputs.end();
+  };
+  for (const char* name : {"camera.json", "second_camera.json", "trajectory.log", "depth", "image"})
+    EXPECT_TRUE(has(name)) << name;
+  EXPECT_FALSE(has("report.json"));
+}
+
+TEST_F(Redwood, ADepthImageThatIsGoneIsNoFrameThatTheCameraMissed) {
+  const auto recording = open();
+  fs::remove_all(path("depth"));
+  io::LoadedFrame frame;
+  EXPECT_TRUE(refuses([&] { recording->read(0, frame); }, {path("depth"), "no longer there"}));
 }
 
 TEST_F(Redwood, WithoutColorThereIsDepth) {

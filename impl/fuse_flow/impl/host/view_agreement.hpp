@@ -39,13 +39,14 @@ class ViewComparison {
   ViewAgreement compare(std::size_t first, std::size_t second, const Eigen::Isometry3d& T_first_second) const {
     ViewAgreement sum;
     Differences differences;
-    forEachView(first, second, T_first_second,
-                [&](const AlignmentView& view, std::size_t t, std::size_t other, const RigidTransform& T) {
-                  differences.sign = other == first ? 1 : -1;
-                  addSurfaces(view, system_.samples(t, other), T, 0, 1, sum, differences);
-                  addDetails(view, details_[t * system_.cameras() + other], T, sum);
-                });
-    const double instants = static_cast<double>(system_.instants());
+    const double weight =
+        forEachView(first, second, T_first_second,
+                    [&](const AlignmentView& view, std::size_t t, std::size_t other, const RigidTransform& T) {
+                      differences.sign = other == first ? 1 : -1;
+                      addDetails(view, details_[t * system_.cameras() + other], T, sum);
+                      return addSurfaces(view, system_.samples(t, other), T, 0, 1, sum, differences);
+                    });
+    const double instants = static_cast<double>(system_.instants()) / weight;
     sum.confirmed /= instants;
     sum.unlike /= instants;
     sum.contradicted /= instants;
@@ -72,12 +73,14 @@ class ViewComparison {
                                 float error) const {
     ViewAgreement sum;
     Differences differences;
-    forEachView(first, second, T_first_second,
-                [&](const AlignmentView& view, std::size_t t, std::size_t other, const RigidTransform& T) {
-                  differences.sign = other == first ? 1 : -1;
-                  addSurfaces(view, system_.samples(t, other), T, error, 2, sum, differences);
-                });
-    return {sum.confirmed - sum.unlike - kRoughContradiction * sum.contradicted, differences.correlation.evidence()};
+    const double weight =
+        forEachView(first, second, T_first_second,
+                    [&](const AlignmentView& view, std::size_t t, std::size_t other, const RigidTransform& T) {
+                      differences.sign = other == first ? 1 : -1;
+                      return 2 * addSurfaces(view, system_.samples(t, other), T, error, 2, sum, differences);
+                    });
+    return {weight * (sum.confirmed - sum.unlike - kRoughContradiction * sum.contradicted),
+            std::sqrt(weight) * differences.correlation.evidence()};
   }
 
   /** \brief One camera's pose improved against others, which stay. \param gates largest distance of counterparts, iteration by
@@ -155,13 +158,16 @@ class ViewComparison {
       Vector6 g = Vector6::Zero();
       for (const std::size_t other : others) {
         const Eigen::Isometry3d T_camera_other = T.inverse() * poses[other];
-        for (std::size_t t = 0; t < system_.instants(); ++t) {
-          if (system_.view(t, camera).missing() || system_.view(t, other).missing()) continue;
-          addResiduals(system_.view(t, other), system_.samples(t, camera), T_camera_other.inverse(), poses[other],
-                       T.translation(), gate, 1, A, g);
-          addResiduals(system_.view(t, camera), system_.samples(t, other), T_camera_other, T, T.translation(), gate, -1,
-                       A, g);
-        }
+        Matrix6 A_pair = Matrix6::Zero();
+        Vector6 g_pair = Vector6::Zero();
+        const double weight = forEachInstant(camera, other, [&](std::size_t t) {
+          return addResiduals(system_.view(t, other), system_.samples(t, camera), T_camera_other.inverse(),
+                              poses[other], T.translation(), gate, 1, A_pair, g_pair) +
+                 addResiduals(system_.view(t, camera), system_.samples(t, other), T_camera_other, T, T.translation(),
+                              gate, -1, A_pair, g_pair);
+        });
+        A += weight * A_pair;
+        g += weight * g_pair;
       }
       if (!(A.trace() > 0)) return T;
       if (!guarded) {
@@ -206,15 +212,30 @@ class ViewComparison {
     return center * motion * center.inverse() * T;
   }
 
-  template <typename Visit>
-  void forEachView(std::size_t first, std::size_t second, const Eigen::Isometry3d& T_first_second,
-                   const Visit& visit) const {
-    const RigidTransform forth = toRigidTransform(T_first_second), back = toRigidTransform(T_first_second.inverse());
+  /** \brief Calls look(t) for instants at which both have a view: for all of them unless the views share most of what they see. Then few
+   *  tell as much as all do elsewhere, and all would take several times as long.
+   *  \param look returns how many points of one view lie in the image of the other  \returns instants there are, over those looked at */
+  template <typename Look>
+  double forEachInstant(std::size_t first, std::size_t second, const Look& look) const {
+    constexpr std::size_t enough = 3000;  // points: of all of ten instants with the default samples, a quarter
+    std::size_t both = 0, looked_at = 0, step = 1, next = 0;
     for (std::size_t t = 0; t < system_.instants(); ++t) {
       if (system_.view(t, first).missing() || system_.view(t, second).missing()) continue;
-      visit(system_.view(t, first), t, second, forth);
-      visit(system_.view(t, second), t, first, back);
+      if (both++ != next) continue;
+      const std::size_t met = look(t);
+      if (looked_at++ == 0) step = std::max<std::size_t>(1, met * system_.instants() / enough);
+      next += step;
     }
+    return looked_at > 0 ? static_cast<double>(both) / static_cast<double>(looked_at) : 1.0;
+  }
+
+  template <typename Visit>
+  double forEachView(std::size_t first, std::size_t second, const Eigen::Isometry3d& T_first_second,
+                     const Visit& visit) const {
+    const RigidTransform forth = toRigidTransform(T_first_second), back = toRigidTransform(T_first_second.inverse());
+    return forEachInstant(first, second, [&](std::size_t t) {
+      return visit(system_.view(t, first), t, second, forth) + visit(system_.view(t, second), t, first, back);
+    });
   }
 
   /** \brief Points without a normal: of things too small or too round for one. */
@@ -230,13 +251,17 @@ class ViewComparison {
     return chosen;
   }
 
-  void addSurfaces(const AlignmentView& view, const std::vector<AlignmentSample>& samples, const RigidTransform& T,
-                   float error, std::size_t stride, ViewAgreement& sum, Differences& differences) const {
+  /** \returns how many of the points that were looked at lie in the image */
+  std::size_t addSurfaces(const AlignmentView& view, const std::vector<AlignmentSample>& samples,
+                          const RigidTransform& T, float error, std::size_t stride, ViewAgreement& sum,
+                          Differences& differences) const {
+    std::size_t located = 0;
     for (std::size_t k = 0; k < samples.size(); k += stride) {
       const AlignmentSample& s = samples[k];
       const Vec3 q = T * s.p;
       int u, v;
       if (!view.locate(q, u, v)) continue;
+      ++located;
       const Vec3 d = view.point(u, v);
       if (!(d.z > 0)) continue;
       const Vec3& n = view.normal(u, v);
@@ -261,6 +286,7 @@ class ViewComparison {
         ++sum.contradicted;
       }
     }
+    return located;
   }
 
   void addDetails(const AlignmentView& view, const std::vector<Vec3>& details, const RigidTransform& T,
@@ -284,19 +310,21 @@ class ViewComparison {
     return true;
   }
 
-  /** \param sign +1: the points move, −1: the image does */
-  static void addResiduals(const AlignmentView& view, const std::vector<AlignmentSample>& samples,
-                           const Eigen::Isometry3d& T_view_samples, const Eigen::Isometry3d& T_view,
-                           const Eigen::Vector3d& center, float gate, double sign, Matrix6& A, Vector6& g) {
+  /** \param sign +1: the points move, −1: the image does  \returns how many points lie in the image */
+  static std::size_t addResiduals(const AlignmentView& view, const std::vector<AlignmentSample>& samples,
+                                  const Eigen::Isometry3d& T_view_samples, const Eigen::Isometry3d& T_view,
+                                  const Eigen::Vector3d& center, float gate, double sign, Matrix6& A, Vector6& g) {
     const RigidTransform T = toRigidTransform(T_view_samples);
     const RigidTransform to_center = toRigidTransform(Eigen::Translation3d(-center) * T_view);
     const int scale = gate < 0.06f ? 1 : gate < 0.2f ? 2 : 3;  // blurred as widely as points are off
     AlignmentSums sums{};
     std::vector<Correspondence> colors;
+    std::size_t located = 0;
     for (const AlignmentSample& s : samples) {
       const Vec3 q = T * s.p;
       int u, v;
       if (!view.locate(q, u, v)) continue;
+      ++located;
       const Vec3& n = view.normal(u, v);
       if (!(squaredNorm(n) > 0) || !(dot(n, rotate(T, s.n)) > kNormalCosine)) continue;
       const Vec3 e = q - view.point(u, v);
@@ -318,6 +346,7 @@ class ViewComparison {
       }
       g[row] += sign * sums.g[row];
     }
+    return located;
   }
 
   /** \brief Differences of brightness, but for what all have in common. */
