@@ -1,6 +1,7 @@
 # What the headers need, for the build and for those who find the package: PCL's common, filters, kdtree and search, with
-# Eigen and FLANN behind them, and OpenMP where there is one.
+# Eigen and FLANN behind them, and threads; OpenMP for Thrust on the CPU, where there is one.
 include(CMakeFindDependencyMacro)
+find_package(Threads QUIET)
 find_package(OpenMP QUIET COMPONENTS CXX)
 
 if(NOT TARGET FuseFlow::pcl)
@@ -32,4 +33,3 @@ if(NOT TARGET FuseFlow::thrust)
                                INTERFACE $<$<COMPILE_LANGUAGE:CXX>:${FUSE_FLOW_THRUST_INCLUDE_DIR}>)
   endif()
 endif()
-find_package(Threads QUIET)

@@ -4,6 +4,7 @@
 #include <fuse_flow/math/adaptive_hash.h>
 #include <fuse_flow/math/consistency.h>
 #include <fuse_flow/math/representatives.h>
+#include <fuse_flow/one_thread.h>
 #include <fuse_flow/preprocessing.h>
 #include <fuse_flow/rig_frame.h>
 
@@ -24,7 +25,9 @@ namespace fuse_flow {
  *  weighed with V. Colours and normals are averaged with the shares of eq. 11; the output's confidence (else intensity)
  *  is ω, its view_count the number of cameras that contributed; all other fields are those of the representative with
  *  the largest share. With extract_removed_indices, the removed indices are those of the points that represent no output
- *  point. */
+ *  point.
+ *
+ *  Filtering is for one thread at a time, which is checked: a second one gets a pcl::PCLException. Objects share nothing: several may be used at once, by a thread each. */
 template <typename PointT, typename Device = device::Host>
 class AdaptiveHashFusion;
 
@@ -86,6 +89,7 @@ class AdaptiveHashFusion<PointT, device::Host> : public pcl::Filter<PointT> {
   int threads_{0};                         ///< see setNumberOfThreads()
 
  private:
+  detail::OneThread one_thread_;
   std::vector<std::uint32_t> cameras_;
 };
 

@@ -18,7 +18,7 @@ struct ColorCamera {
   Eigen::Isometry3d T_depth_color = Eigen::Isometry3d::Identity();  // not in braces, which CUDA 12.0 loses
 };
 
-/** \brief A calibrated depth camera. Axes: x right, y down, z forward. */
+/** \brief A calibrated depth camera. Axes: x right, y down, z forward. Data: many threads may read it while none writes. */
 struct Camera {
   /** \brief What messages call it. */
   std::string name;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <fuse_flow/math/confidence.h>
+#include <fuse_flow/one_thread.h>
 #include <fuse_flow/precompiled.h>
 #include <fuse_flow/preprocessing.h>
 #include <fuse_flow/rig_frame.h>
@@ -120,7 +121,9 @@ struct CoarseAlignmentResult {
  *  fuse_flow::CoarseAlignment alignment;
  *  alignment.addFrame(frame);
  *  const fuse_flow::CoarseAlignmentResult coarse = alignment.estimate();
- *  \endcode */
+ *  \endcode
+ *
+ *  One object is for one thread at a time, which is checked: a second one gets a pcl::PCLException. Objects share nothing: several may be used at once, by a thread each. */
 class CoarseAlignment {
  public:
   FUSE_FLOW_INLINE CoarseAlignment();
@@ -154,6 +157,7 @@ class CoarseAlignment {
   CoarseAlignmentParameters parameters_;
   int threads_{0};
   std::size_t cameras_{0};
+  detail::OneThread one_thread_;
   std::unique_ptr<host::AlignmentSystem> system_;
 };
 

@@ -2,6 +2,7 @@
 
 #include <fuse_flow/device.h>
 #include <fuse_flow/math/confidence.h>
+#include <fuse_flow/one_thread.h>
 
 #include <pcl/filters/filter_indices.h>
 
@@ -17,7 +18,9 @@ namespace fuse_flow {
  *  in the camera's own frame has the default, identity pose.
  *
  *  If PointT has a confidence field, the filtered cloud carries C in it, whatever it held before. Points that are not finite, or not in front of
- *  the sensor, have no measurement: C = 0, and they are removed whether setNegative() or not. */
+ *  the sensor, have no measurement: C = 0, and they are removed whether setNegative() or not.
+ *
+ *  Filtering is for one thread at a time, which is checked: a second one gets a pcl::PCLException. Objects share nothing: several may be used at once, by a thread each. */
 template <typename PointT, typename Device = device::Host>
 class ConfidenceEstimation;
 
@@ -81,6 +84,7 @@ class ConfidenceEstimation<PointT, device::Host> : public pcl::FilterIndices<Poi
   int threads_{0};  ///< see setNumberOfThreads()
 
  private:
+  detail::OneThread one_thread_;
   ConfidenceParameters parameters_;
   float focal_length_{525.0f};
   std::vector<float> confidence_;

@@ -2,6 +2,7 @@
 
 #include <fuse_flow/device.h>
 #include <fuse_flow/math/vec3.h>
+#include <fuse_flow/one_thread.h>
 #include <fuse_flow/preprocessing.h>
 #include <fuse_flow/rig_frame.h>
 
@@ -18,7 +19,9 @@ namespace fuse_flow {
  *  view's own confidence, or 1; what ConfidenceEstimation finds takes its place. Pixels without a measurement become NaN
  *  (or the user filter value), and with extract_removed_indices are the removed indices; setIndices() restricts the output to
  *  some of the pixels, and the others become NaN too. The header is the input's. The output's sensor pose is the camera's; in place,
- *  filter(*input), PCL puts the input's back. */
+ *  filter(*input), PCL puts the input's back.
+ *
+ *  Filtering is for one thread at a time, which is checked: a second one gets a pcl::PCLException. Objects share nothing: several may be used at once, by a thread each. */
 template <typename PointT, typename Device = device::Host>
 class DepthBackprojection;
 
@@ -77,6 +80,9 @@ class DepthBackprojection<PointT, device::Host> : public pcl::Filter<PointT> {
   int threads_{0};                                                    ///< see setNumberOfThreads()
   DepthView view_;                                                    ///< see setView()
   float user_filter_value_{std::numeric_limits<float>::quiet_NaN()};  ///< see setUserFilterValue()
+
+ private:
+  detail::OneThread one_thread_;
 };
 
 }  // namespace fuse_flow

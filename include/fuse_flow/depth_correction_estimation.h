@@ -1,6 +1,7 @@
 #pragma once
 
 #include <fuse_flow/extrinsic_parameters.h>
+#include <fuse_flow/one_thread.h>
 #include <fuse_flow/precompiled.h>
 #include <fuse_flow/rig_frame.h>
 
@@ -95,7 +96,9 @@ struct DepthCorrectionResult {
  *  fuse_flow::DepthCorrectionEstimation estimation;
  *  estimation.addFrame(frame);
  *  frame.cameras = estimation.estimate().cameras;
- *  \endcode */
+ *  \endcode
+ *
+ *  One object is for one thread at a time, which is checked: a second one gets a pcl::PCLException. Objects share nothing: several may be used at once, by a thread each. */
 class DepthCorrectionEstimation {
  public:
   using Ptr = std::shared_ptr<DepthCorrectionEstimation>;             ///< as in PCL's classes
@@ -136,6 +139,7 @@ class DepthCorrectionEstimation {
   DepthCorrectionParameters parameters_;
   int threads_{0};
   std::vector<Camera> cameras_;
+  detail::OneThread one_thread_;
   std::unique_ptr<host::AlignmentSystem> system_;
 };
 

@@ -43,7 +43,8 @@ struct Rgb8 {
 /** \brief What one camera measured at one instant. Owns nothing: the images must outlive the call that reads them.
  *
  *  Depth comes either as 16-bit integers with a scale, or as float metres; set one of the two. 0, 65535, NaN and ±inf
- *  mean "no measurement". With neither set, the camera is missing from this frame, which is not an error. */
+ *  mean "no measurement". With neither set, the camera is missing from this frame, which is not an error.
+ *  Data: many threads may read it while none writes. */
 struct DepthView {
   /** \brief Depth in units of depth_scale metres. */
   ImageView<std::uint16_t> depth16;

@@ -3,6 +3,7 @@
 #include <fuse_flow/device.h>
 #include <fuse_flow/extrinsic_parameters.h>
 #include <fuse_flow/extrinsic_result.h>
+#include <fuse_flow/one_thread.h>
 #include <fuse_flow/precompiled.h>
 #include <fuse_flow/rig_frame.h>
 
@@ -27,7 +28,9 @@ namespace fuse_flow {
  *  estimation.addFrame(frame);
  *  const fuse_flow::ExtrinsicResult result = estimation.estimate();
  *  for (std::size_t i = 0; i < frame.cameras.size(); ++i) frame.cameras[i].T_world_camera = result.T_world_camera[i];
- *  \endcode */
+ *  \endcode
+ *
+ *  One object is for one thread at a time, which is checked: a second one gets a pcl::PCLException. Objects share nothing: several may be used at once, by a thread each. */
 template <typename PointT, typename Device = device::Host>
 class ExtrinsicEstimation;
 
@@ -80,6 +83,7 @@ class ExtrinsicEstimation<PointT, device::Host> {
   ExtrinsicParameters parameters_;
   int threads_{0};
   std::vector<Camera> cameras_;
+  detail::OneThread one_thread_;
   std::unique_ptr<host::AlignmentSystem> system_;
 };
 

@@ -36,6 +36,8 @@ struct TrackedPoses {
  *  }
  *  \endcode
  *
+ *  Any number of threads may call push(), finish(), poses() and apply() of one object, each with frames of its own; set up by one. Objects share nothing.
+ *
  *  With device::Thrust, of fuse_flow/gpu/extrinsic_tracking.h, the GPU does the work, on a stream of its own. */
 template <typename PointT, typename Device = device::Host>
 class ExtrinsicTracking {

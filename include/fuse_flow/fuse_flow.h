@@ -5,6 +5,7 @@
 #include <fuse_flow/math/confidence.h>
 #include <fuse_flow/math/consistency.h>
 #include <fuse_flow/math/smoothing.h>
+#include <fuse_flow/one_thread.h>
 #include <fuse_flow/preprocessing.h>
 #include <fuse_flow/rig_frame.h>
 
@@ -69,7 +70,8 @@ struct FrameStatistics {
   std::vector<std::size_t> missing_cameras;  ///< numbers of the cameras without a view
   /** \brief The noise of each camera over what the parameters say, 0.25 … 8; 1 where it is not measured. */
   std::vector<float> noise_scales;
-  /** \brief Laying out memory, depth to metres, range, hole fill, noise, smoothing. On a GPU handing over the images alone: what follows runs on,
+  /** \brief Laying out memory, depth to metres, range, hole fill, noise, smoothing. On the CPU it overlaps with generate_ms, and what they take
+   *  together is divided as the threads' time is. On a GPU handing over the images alone: what follows runs on,
    *  and is waited for in generate_ms. */
   double preprocess_ms{0};
   double generate_ms{0};  ///< eq. 3, 8, 9 and the coarse cell of each point; on a GPU the upload and the depth maps too
@@ -91,7 +93,9 @@ struct FrameStatistics {
  *
  *  If PointT has rgb or rgba, colour is fused; if it has confidence (else intensity), that receives ω; if it has
  *  view_count, the number of cameras among its (at most three) representatives, or point-wise that of all views that were averaged; if it has a normal and setComputeNormals(true), the mean normal,
- *  facing the cameras. The same frame gives the same bytes for any number of threads. */
+ *  facing the cameras. The same frame gives the same bytes for any number of threads.
+ *
+ *  One object is for one thread at a time, which is checked: a second one gets a pcl::PCLException. Objects share nothing but helper threads: several may be used at once, by a thread each. */
 template <typename PointT, typename Device = device::Host>
 class FuseFlow;
 
@@ -146,6 +150,7 @@ class FuseFlow<PointT, device::Host> {
   /** \brief After there was not enough: what is half laid out would be taken for whole. */
   inline void forgetMemory();
 
+  detail::OneThread one_thread_;
   std::unique_ptr<host::FramePipeline> pipeline_;
   std::unique_ptr<host::PointWriter<PointT>> writer_;
   bool compute_normals_{false};

@@ -44,7 +44,7 @@ struct Quality {
   double coverage() const { return pixels ? static_cast<double>(covered_pixels) / static_cast<double>(pixels) : 0.0; }
 };
 
-/** \brief Eq. 12, with the figures that keep it honest.
+/** \brief Eq. 12, with the figures that keep it honest. Any number of threads may call it at once.
  *  \param cloud points in the world frame; any PCL point with x, y, z
  *  \param frame the views to compare with; they need not be those that the cloud was made from
  *  \param parameters what counts as seen and as covered

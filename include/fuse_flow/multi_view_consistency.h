@@ -2,6 +2,7 @@
 
 #include <fuse_flow/device.h>
 #include <fuse_flow/math/consistency.h>
+#include <fuse_flow/one_thread.h>
 #include <fuse_flow/preprocessing.h>
 #include <fuse_flow/rig_frame.h>
 
@@ -15,7 +16,9 @@ namespace fuse_flow {
  *  points with V ≥ the threshold.
  *
  *  If PointT has a confidence field, the filtered cloud carries confidence · V, ω of eq. 10, in it. Points that are not
- *  finite are removed whether setNegative() or not. */
+ *  finite are removed whether setNegative() or not.
+ *
+ *  Filtering is for one thread at a time, which is checked: a second one gets a pcl::PCLException. Objects share nothing: several may be used at once, by a thread each. */
 template <typename PointT, typename Device = device::Host>
 class MultiViewConsistency;
 
@@ -84,6 +87,7 @@ class MultiViewConsistency<PointT, device::Host> : public pcl::FilterIndices<Poi
   int threads_{0};                         ///< see setNumberOfThreads()
 
  private:
+  detail::OneThread one_thread_;
   float threshold_{0.1f};
   std::vector<float> consistency_;
   std::vector<int> view_counts_;

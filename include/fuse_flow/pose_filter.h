@@ -1,6 +1,7 @@
 #pragma once
 
 #include <fuse_flow/extrinsic_result.h>
+#include <fuse_flow/one_thread.h>
 #include <fuse_flow/precompiled.h>
 
 #include <Eigen/Geometry>
@@ -39,7 +40,9 @@ struct CameraMotion {
 
 /** \brief Poses of a rig over time: a Kalman filter for each camera, over what ExtrinsicEstimation finds frame by frame. An
  *  estimate that does not fit is kept back: it may be a bad frame. If the next ones agree with it, the camera has been moved.
- *  The frame of the world is held by the majority: if all cameras but one seem to have moved alike, that one has. */
+ *  The frame of the world is held by the majority: if all cameras but one seem to have moved alike, that one has.
+ *
+ *  One object is for one thread at a time, which is checked: a second one gets a pcl::PCLException. Objects share nothing: several may be used at once, by a thread each. */
 class PoseFilter {
  public:
   /** \brief Starts over. \param poses of all cameras, camera → world  \param deviation of each, metres at the scene's radius;
@@ -74,6 +77,7 @@ class PoseFilter {
 
   PoseFilterParameters parameters_;
   std::vector<Eigen::Isometry3d> poses_;
+  detail::OneThread one_thread_;
   std::vector<State> states_;
 };
 

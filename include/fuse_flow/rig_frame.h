@@ -8,7 +8,7 @@
 namespace fuse_flow {
 
 /** \brief The views of one instant: views[i] is what cameras[i] measured. Keep one and refill views from frame to
- *  frame: what depends on the calibration alone is then computed once. */
+ *  frame: what depends on the calibration alone is then computed once. Data: many threads may read it while none writes. */
 struct RigFrame {
   std::vector<Camera> cameras;   ///< the calibration of the rig
   std::vector<DepthView> views;  ///< as many as cameras, in their order

@@ -100,6 +100,8 @@ struct SynchronizedSet {
  *  No more than capacity views of a camera are kept, with the places of lost ones, the oldest give way. push() never waits for a consumer: both hold the
  *  lock for bookkeeping only, and drop views outside of it.
  *
+ *  Any number of threads may use one object. Objects share nothing.
+ *
  *  PayloadT is what owns the images, such as a cloud's ConstPtr; it must be movable. */
 template <typename PayloadT>
 class ViewSynchronizer {

@@ -37,8 +37,8 @@ class ExtrinsicEstimation<PointT, device::Thrust> {
   /** \brief What setParameters() set, or the defaults. */
   const ExtrinsicParameters& getParameters() const { return parameters_; }
 
-  /** \brief Host threads that copy pageable images; 0, the default, is one per core. */
-  void setNumberOfThreads(unsigned int threads) { system_->threads = host::resolveThreads(static_cast<int>(threads)); }
+  /** \brief Host threads that copy pageable images; 0: one per core, at most 16, which keep memory busy. */
+  void setNumberOfThreads(unsigned int threads) { system_->threads = gpu::copyThreads(static_cast<int>(threads)); }
 
   /** \brief The CUDA stream that it runs on; default the default stream. */
   void setStream(gpu::Stream stream) { system_->run.stream = stream; }

@@ -27,14 +27,12 @@ class FrameQueue {
   std::size_t lanes() const { return workers_.size(); }
   std::size_t inFlight() const { return submitted_ - taken_; }
 
-  /** \brief prepare(lane) sets the lane's parameters, of whose host threads all lanes get their share; the images must stay alive until the frame has been taken. The lane must
+  /** \brief prepare(lane) sets the lane's parameters, its share of the host threads among them; the images must stay alive until the frame has been taken. The lane must
    *  be free: fewer frames in flight than lanes. \param after a stream whose work, as it is by now, comes first */
   template <typename Prepare>
   void submit(const RigFrame& frame, Delivery delivery, Stream after, const Prepare& prepare) {
     Worker& worker = *workers_[submitted_ % lanes()];
     prepare(worker.lane);
-    int& threads = worker.lane.pipeline.threads;
-    threads = std::max(1, threads / static_cast<int>(lanes()));
     worker.delivery = delivery;
     worker.order.put(after, worker.stream.get());
     worker.start(frame);

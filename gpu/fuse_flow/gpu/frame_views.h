@@ -1,5 +1,6 @@
 #pragma once
 
+#include <fuse_flow/gpu/copy_threads.h>
 #include <fuse_flow/gpu/device_view.h>
 #include <fuse_flow/gpu/execution.h>
 #include <fuse_flow/gpu/stream_copy.h>
@@ -9,8 +10,11 @@
 #include <fuse_flow/impl/parameters.hpp>
 
 #include <algorithm>
+#include <atomic>
 #include <cstring>
+#include <memory>
 #include <utility>
+#include <vector>
 
 namespace fuse_flow {
 namespace gpu {
@@ -192,7 +196,11 @@ class FrameViews {
   };
   /** \brief Rows of an image that one thread copies. */
   struct Block {
-    std::size_t image, row, rows;
+    std::size_t image, row, rows, piece;
+  };
+  /** \brief What is sent off at a time. */
+  struct Piece {
+    std::size_t begin, end, blocks;
   };
 
   void layOutImages(const RigFrame& frame, bool with_color) {
@@ -246,22 +254,47 @@ class FrameViews {
 #endif
   }
 
-  /** \brief Some megabytes of pageable images, from number first on, by all threads; while they are on the bus the next ones are
-   *  staged. \return the number of the image after them */
+  /** \brief Pageable images, from number first on, by all threads, some megabytes after the other: the calling thread sends off what has been
+   *  staged, while the others go on. \return the number of the image after them */
   std::size_t uploadThroughStaging(Execution& run, std::size_t first, int threads) {
+    const std::size_t next = cutIntoPieces(first);
+    std::size_t sent = 0;
+    const auto send = [&] {
+      for (; sent < pieces_.size() && pieces_left_[sent].load(std::memory_order_acquire) == 0; ++sent)
+        run.copy(images_.data() + pieces_[sent].begin, std::as_const(staging_).data() + pieces_[sent].begin,
+                 pieces_[sent].end - pieces_[sent].begin);
+    };
+    host::parallelFor(threads, blocks_.size(), [&](std::size_t k, int thread) {
+      stage(blocks_[k]);
+      pieces_left_[blocks_[k].piece].fetch_sub(1, std::memory_order_release);
+      if (thread == 0) send();
+    });
+    send();
+    return next;
+  }
+
+  /** \brief Consecutive pageable images, from number first on, as blocks for a thread each and pieces for the bus. \return the number of
+   *  the image after them */
+  std::size_t cutIntoPieces(std::size_t first) {
     constexpr std::size_t piece = 2 << 20, block = 1 << 17;
     blocks_.clear();
-    const std::size_t begin = transfers_[first].place;
-    std::size_t end = begin, next = first;
-    for (; next < transfers_.size() && transfers_[next].memory == Memory::Pageable && end < begin + piece; ++next) {
+    pieces_.clear();
+    std::size_t next = first;
+    for (; next < transfers_.size() && transfers_[next].memory == Memory::Pageable; ++next) {
       const Transfer& image = transfers_[next];
+      if (pieces_.empty() || image.place >= pieces_.back().begin + piece) pieces_.push_back({image.place, 0, 0});
       const std::size_t rows = std::max<std::size_t>(1, block / image.row_bytes);
-      for (std::size_t row = 0; row < image.rows; row += rows)
-        blocks_.push_back({next, row, std::min(rows, image.rows - row)});
-      end = image.place + image.bytes();
+      for (std::size_t row = 0; row < image.rows; row += rows) {
+        blocks_.push_back({next, row, std::min(rows, image.rows - row), pieces_.size() - 1});
+        ++pieces_.back().blocks;
+      }
+      pieces_.back().end = image.place + image.bytes();
     }
-    host::parallelFor(threads, blocks_.size(), [&](std::size_t k, int) { stage(blocks_[k]); });
-    run.copy(images_.data() + begin, std::as_const(staging_).data() + begin, end - begin);
+    if (pieces_left_size_ < pieces_.size()) {
+      pieces_left_size_ = pieces_.size();
+      pieces_left_ = std::make_unique<std::atomic<std::size_t>[]>(pieces_left_size_);
+    }
+    for (std::size_t k = 0; k < pieces_.size(); ++k) pieces_left_[k] = pieces_[k].blocks;
     return next;
   }
 
@@ -285,6 +318,9 @@ class FrameViews {
   PinnedBuffer<std::uint32_t> host_neighbours_;
   std::vector<Transfer> transfers_;
   std::vector<Block> blocks_;
+  std::vector<Piece> pieces_;
+  std::unique_ptr<std::atomic<std::size_t>[]> pieces_left_;  ///< blocks that are not staged
+  std::size_t pieces_left_size_{0};
   PinnedBuffer<DeviceView> views_;
   PinnedBuffer<std::uint32_t> offsets_;
   PinnedBuffer<char> staging_;

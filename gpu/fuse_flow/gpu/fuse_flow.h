@@ -17,7 +17,7 @@ namespace fuse_flow {
  *  \endcode
  *
  *  Images may be in pageable, pinned or device memory; each is found out by its pointer. Pinned memory is what makes an upload
- *  fast. Once warm, a frame allocates nothing. Objects are independent: one a thread.
+ *  fast. Once warm, a frame allocates nothing. One object is for one thread at a time, which is checked: a second one gets a pcl::PCLException. Objects share nothing: several may be used at once, by a thread each.
  *
  *  Compile with nvcc's -fmad=false (the CMake target does): a contracted multiply-add moves points across cell borders that
  *  the CPU does not. */
@@ -38,8 +38,9 @@ class FuseFlow<PointT, device::Thrust> {
   }
   const FuseFlowParameters& getParameters() const { return parameters_; }
 
-  /** \brief Host threads that copy pageable images and clouds; 0, the default, is one per core. */
-  void setNumberOfThreads(unsigned int threads) { threads_ = host::resolveThreads(static_cast<int>(threads)); }
+  /** \brief Host threads that copy pageable images and clouds; 0, the default: one per core, at most 16, which keep memory busy. Frames in flight
+   *  share them. */
+  void setNumberOfThreads(unsigned int threads) { threads_ = static_cast<int>(threads); }
 
   /** \brief Fill PointT's normal, if it has one, from the depth images; default off. */
   void setComputeNormals(bool compute) { compute_normals_ = compute; }
@@ -61,15 +62,17 @@ class FuseFlow<PointT, device::Thrust> {
 
   /** \brief Fuse one frame; as on the CPU. \throws pcl::PCLException also where the device's memory does not suffice */
   void fuse(const RigFrame& frame, PointCloud& output) {
+    const detail::OneThread::Inside inside(one_thread_, "fuse_flow::FuseFlow");
     const gpu::HomeDevice::Visit visit(home_);
     prepare(*lane_);
     const gpu::PointSpan<PointT> points = lane_->fusePinned(frame);
-    gpu::toCloud(points, frame.stamp, threads_, std::memcpy, output);
+    gpu::toCloud(points, frame.stamp, lane_->pipeline.threads, std::memcpy, output);
     statistics_ = lane_->pipeline.statistics;
   }
 
   /** \brief The same without a copy into a cloud: the points stay in pinned memory until the next call. */
   gpu::PointSpan<PointT> fusePinned(const RigFrame& frame) {
+    const detail::OneThread::Inside inside(one_thread_, "fuse_flow::FuseFlow");
     const gpu::HomeDevice::Visit visit(home_);
     prepare(*lane_);
     const gpu::PointSpan<PointT> points = lane_->fusePinned(frame);
@@ -79,6 +82,7 @@ class FuseFlow<PointT, device::Thrust> {
 
   /** \brief The points left on the device, for what follows on the same stream; they stay until the next call. */
   gpu::PointSpan<PointT> fuseOnDevice(const RigFrame& frame) {
+    const detail::OneThread::Inside inside(one_thread_, "fuse_flow::FuseFlow");
     const gpu::HomeDevice::Visit visit(home_);
     prepare(*lane_);
     const gpu::PointSpan<PointT> points = lane_->fuseOnDevice(frame);
@@ -89,6 +93,7 @@ class FuseFlow<PointT, device::Thrust> {
 
   /** \brief The same into a cloud of the caller's, for filters that follow on the same stream. */
   void fuse(const RigFrame& frame, gpu::DeviceCloud<PointT>& output) {
+    const detail::OneThread::Inside inside(one_thread_, "fuse_flow::FuseFlow");
     const gpu::HomeDevice::Visit visit(home_);
     prepare(*lane_);
     lane_->fuseInto(frame, output);
@@ -99,6 +104,7 @@ class FuseFlow<PointT, device::Thrust> {
   /** \brief Starts a frame and returns. Its images must stay alive until next() has returned it. \throws pcl::PCLException if
    *  as many frames are in flight as may be */
   void submit(const RigFrame& frame) {
+    const detail::OneThread::Inside inside(one_thread_, "fuse_flow::FuseFlow");
     const gpu::HomeDevice::Visit visit(home_);
     if (!queue_) queue_ = std::make_unique<gpu::FrameQueue<PointT>>(frames_in_flight_);
     if (queue_->inFlight() == queue_->lanes())
@@ -107,8 +113,10 @@ class FuseFlow<PointT, device::Thrust> {
     const gpu::Delivery delivery = leave_on_device_ ? gpu::Delivery::Device
                                    : copy_ahead_    ? gpu::Delivery::Cloud
                                                     : gpu::Delivery::Pinned;
-    queue_->submit(frame, delivery, lane_->pipeline.run.stream,
-                   [this](gpu::FrameLane<PointT>& lane) { prepare(lane); });
+    queue_->submit(frame, delivery, lane_->pipeline.run.stream, [this](gpu::FrameLane<PointT>& lane) {
+      prepare(lane);
+      lane.pipeline.threads = gpu::copyThreads(threads_, queue_->lanes());
+    });
   }
 
   /** \brief Frames submitted and not yet taken. */
@@ -129,7 +137,7 @@ class FuseFlow<PointT, device::Thrust> {
       if (copied) {
         output.swap(*copied);
       } else {
-        gpu::toCloud(points, stamp, threads_, std::memcpy, output);
+        gpu::toCloud(points, stamp, gpu::copyThreads(threads_), std::memcpy, output);
       }
     });
   }
@@ -162,6 +170,7 @@ class FuseFlow<PointT, device::Thrust> {
  private:
   template <typename Take>
   void takeLane(const Take& visit) {
+    const detail::OneThread::Inside inside(one_thread_, "fuse_flow::FuseFlow");
     if (inFlight() == 0) throw pcl::PCLException("fuse_flow::FuseFlow: no frame is in flight");
     const gpu::HomeDevice::Visit at_home(home_);
     queue_->next([&](gpu::FrameLane<PointT>& lane, const gpu::PointSpan<PointT>& points, std::uint64_t stamp,
@@ -180,13 +189,14 @@ class FuseFlow<PointT, device::Thrust> {
 
   void prepare(gpu::FrameLane<PointT>& lane) {
     lane.pipeline.parameters = parameters_;
-    lane.pipeline.threads = threads_;
+    lane.pipeline.threads = gpu::copyThreads(threads_);
     lane.compute_normals = compute_normals_;
   }
 
   gpu::HomeDevice home_{"fuse_flow::FuseFlow"};  // first: nothing else is made without a device
+  detail::OneThread one_thread_;
   FuseFlowParameters parameters_;
-  int threads_{host::resolveThreads(0)};
+  int threads_{0};
   bool compute_normals_{false};
   bool copy_ahead_{true};
   bool leave_on_device_{false};

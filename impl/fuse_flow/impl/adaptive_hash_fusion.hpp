@@ -78,6 +78,7 @@ std::vector<FusedPoint> AdaptiveHashFusion<PointT, device::Host>::fusePoints(
 
 template <typename PointT>
 void AdaptiveHashFusion<PointT, device::Host>::applyFilter(PointCloud& output) {
+  const detail::OneThread::Inside inside(one_thread_, "fuse_flow::AdaptiveHashFusion");
   constexpr const char* owner = "fuse_flow::AdaptiveHashFusion";
   if (!cameras_.empty() && cameras_.size() != input_->size())
     detail::throwBadArgument(owner, ": ", cameras_.size(), " camera indices for ", input_->size(), " points");

@@ -45,11 +45,13 @@ FUSE_FLOW_INLINE void CoarseAlignment::setNumberOfThreads(unsigned int threads) 
 }
 
 FUSE_FLOW_INLINE void CoarseAlignment::clear() {
+  const detail::OneThread::Inside inside(one_thread_, "fuse_flow::CoarseAlignment");
   cameras_ = 0;
   system_->clear();
 }
 
 FUSE_FLOW_INLINE void CoarseAlignment::addFrame(const RigFrame& frame) {
+  const detail::OneThread::Inside inside(one_thread_, "fuse_flow::CoarseAlignment");
   checkRigFrame(frame);
   if (system_->instants() > 0 && cameras_ != frame.cameras.size())
     detail::throwBadArgument("fuse_flow::CoarseAlignment: a frame of ", frame.cameras.size(), " cameras after one of ",
@@ -71,6 +73,7 @@ FUSE_FLOW_INLINE void CoarseAlignment::addFrame(const RigFrame& frame) {
 }
 
 FUSE_FLOW_INLINE CoarseAlignmentResult CoarseAlignment::estimate() {
+  const detail::OneThread::Inside inside(one_thread_, "fuse_flow::CoarseAlignment");
   if (system_->instants() == 0) throw pcl::PCLException("fuse_flow::CoarseAlignment: no frame was added");
   const int threads = host::resolveThreads(threads_);
   system_->setThreads(threads);

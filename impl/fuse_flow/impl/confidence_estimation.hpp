@@ -40,6 +40,7 @@ void ConfidenceEstimation<PointT, device::Host>::checkOrganized(const Cloud& clo
 
 template <typename PointT>
 void ConfidenceEstimation<PointT, device::Host>::applyFilter(pcl::Indices& indices) {
+  const detail::OneThread::Inside inside(one_thread_, "fuse_flow::ConfidenceEstimation");
   checkOrganized(*input_);
   const int width = static_cast<int>(input_->width);
   const int height = input_->empty() ? 0 : static_cast<int>(input_->height);
@@ -71,6 +72,7 @@ void ConfidenceEstimation<PointT, device::Host>::applyFilter(pcl::Indices& indic
 
 template <typename PointT>
 void ConfidenceEstimation<PointT, device::Host>::applyFilter(PointCloud& output) {
+  const detail::OneThread::Inside inside(one_thread_, "fuse_flow::ConfidenceEstimation");
   if constexpr (!point::has_confidence<PointT>) {
     pcl::FilterIndices<PointT>::applyFilter(output);
   } else {

@@ -73,6 +73,7 @@ void DepthBackprojection<PointT, device::Host>::computePoints(const DepthView& v
 
 template <typename PointT>
 void DepthBackprojection<PointT, device::Host>::applyFilter(PointCloud& output) {
+  const detail::OneThread::Inside inside(one_thread_, "fuse_flow::DepthBackprojection");
   checkCamera(camera_);
   const Intrinsics& K = camera_.intrinsics;
   const int width = K.width;

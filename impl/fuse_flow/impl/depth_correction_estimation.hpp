@@ -28,11 +28,13 @@ FUSE_FLOW_INLINE void DepthCorrectionEstimation::setParameters(const DepthCorrec
 }
 
 FUSE_FLOW_INLINE void DepthCorrectionEstimation::clear() {
+  const detail::OneThread::Inside inside(one_thread_, "fuse_flow::DepthCorrectionEstimation");
   cameras_.clear();
   system_->clear();
 }
 
 FUSE_FLOW_INLINE void DepthCorrectionEstimation::addFrame(const RigFrame& frame) {
+  const detail::OneThread::Inside inside(one_thread_, "fuse_flow::DepthCorrectionEstimation");
   RigFrame raw = frame;
   for (Camera& camera : raw.cameras) camera.depth_correction = {};
   detail::takeCameras(raw, cameras_);
@@ -43,11 +45,13 @@ FUSE_FLOW_INLINE void DepthCorrectionEstimation::addFrame(const RigFrame& frame)
 }
 
 FUSE_FLOW_INLINE DepthCorrectionResult DepthCorrectionEstimation::estimate() {
+  const detail::OneThread::Inside inside(one_thread_, "fuse_flow::DepthCorrectionEstimation");
   return estimate(detail::posesOf(cameras_));
 }
 
 FUSE_FLOW_INLINE DepthCorrectionResult
 DepthCorrectionEstimation::estimate(const std::vector<Eigen::Isometry3d>& initial) {
+  const detail::OneThread::Inside inside(one_thread_, "fuse_flow::DepthCorrectionEstimation");
   detail::checkInitialPoses(cameras_, system_->instants(), initial);
   system_->setThreads(host::resolveThreads(threads_));
   return host::CorrectionSearch(*system_, parameters_, cameras_, initial, host::resolveThreads(threads_)).run();
@@ -55,6 +59,7 @@ DepthCorrectionEstimation::estimate(const std::vector<Eigen::Isometry3d>& initia
 
 FUSE_FLOW_INLINE DepthCorrectionResult DepthCorrectionEstimation::estimate(
     const std::vector<Eigen::Isometry3d>& initial, const std::vector<Eigen::Isometry3d>& refined) {
+  const detail::OneThread::Inside inside(one_thread_, "fuse_flow::DepthCorrectionEstimation");
   detail::checkInitialPoses(cameras_, system_->instants(), initial);
   detail::checkInitialPoses(cameras_, system_->instants(), refined);
   system_->setThreads(host::resolveThreads(threads_));

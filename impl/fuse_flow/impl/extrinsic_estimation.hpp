@@ -51,12 +51,14 @@ void ExtrinsicEstimation<PointT, device::Host>::setNumberOfThreads(unsigned int 
 
 template <typename PointT>
 void ExtrinsicEstimation<PointT, device::Host>::clear() {
+  const detail::OneThread::Inside inside(one_thread_, "fuse_flow::ExtrinsicEstimation");
   cameras_.clear();
   system_->clear();
 }
 
 template <typename PointT>
 void ExtrinsicEstimation<PointT, device::Host>::addFrame(const RigFrame& frame) {
+  const detail::OneThread::Inside inside(one_thread_, "fuse_flow::ExtrinsicEstimation");
   detail::takeCameras(frame, cameras_);
   system_->setThreads(host::resolveThreads(threads_));
   system_->add(frame, parameters_);
@@ -71,11 +73,13 @@ void ExtrinsicEstimation<PointT, device::Host>::addClouds(const std::vector<Came
 
 template <typename PointT>
 ExtrinsicResult ExtrinsicEstimation<PointT, device::Host>::estimate() {
+  const detail::OneThread::Inside inside(one_thread_, "fuse_flow::ExtrinsicEstimation");
   return estimate(detail::posesOf(cameras_));
 }
 
 template <typename PointT>
 ExtrinsicResult ExtrinsicEstimation<PointT, device::Host>::estimate(const std::vector<Eigen::Isometry3d>& initial) {
+  const detail::OneThread::Inside inside(one_thread_, "fuse_flow::ExtrinsicEstimation");
   detail::checkInitialPoses(cameras_, system_->instants(), initial);
   system_->setThreads(host::resolveThreads(threads_));
   return host::alignRig(*system_, parameters_, initial);

@@ -157,8 +157,7 @@ void ExtrinsicTracking<PointT, Device>::Copy::assign(const RigFrame& from, bool 
   depth16.resize(from.views.size());
   depth32.resize(from.views.size());
   color.resize(from.views.size());
-  // By two threads, since whoever pushes a frame waits for it; by no more, since OpenMP's look for more work for milliseconds after
-  // their last, on cores that the fusion of frames in flight needs.
+  // By two threads, since whoever pushes a frame waits for it; by no more, since the fusion of frames in flight needs the cores.
   const int threads = std::min({2, host::resolveThreads(0), static_cast<int>(from.views.size())});
   host::parallelFor(threads, from.views.size(), [&](std::size_t i, int) {
     frame.views[i].depth_scale = from.views[i].depth_scale;

@@ -77,6 +77,7 @@ const FrameStatistics& FuseFlow<PointT, device::Host>::getStatistics() const {
 
 template <typename PointT>
 void FuseFlow<PointT, device::Host>::fuse(const RigFrame& frame, PointCloud& output) {
+  const detail::OneThread::Inside inside(one_thread_, "fuse_flow::FuseFlow");
   try {
     fuseFrame(frame, output);
   } catch (const std::bad_alloc&) {

@@ -56,6 +56,7 @@ void MultiViewConsistency<PointT, device::Host>::computeConsistency(const std::v
 
 template <typename PointT>
 void MultiViewConsistency<PointT, device::Host>::applyFilter(pcl::Indices& indices) {
+  const detail::OneThread::Inside inside(one_thread_, "fuse_flow::MultiViewConsistency");
   checkRigFrame(frame_);
   consistency_.assign(input_->size(), 0.0f);
   view_counts_.assign(input_->size(), 0);
@@ -84,6 +85,7 @@ void MultiViewConsistency<PointT, device::Host>::applyFilter(pcl::Indices& indic
 
 template <typename PointT>
 void MultiViewConsistency<PointT, device::Host>::applyFilter(PointCloud& output) {
+  const detail::OneThread::Inside inside(one_thread_, "fuse_flow::MultiViewConsistency");
   if constexpr (!point::has_confidence<PointT>) {
     pcl::FilterIndices<PointT>::applyFilter(output);
   } else {

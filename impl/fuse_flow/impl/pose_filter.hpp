@@ -24,6 +24,7 @@ FUSE_FLOW_INLINE void PoseFilter::setParameters(const PoseFilterParameters& para
 }
 
 FUSE_FLOW_INLINE void PoseFilter::reset(const std::vector<Eigen::Isometry3d>& poses, double deviation) {
+  const detail::OneThread::Inside inside(one_thread_, "fuse_flow::PoseFilter");
   detail::checkPositive("fuse_flow::PoseFilter", "deviation", static_cast<float>(deviation));
   poses_ = poses;
   State state;
@@ -41,6 +42,7 @@ FUSE_FLOW_INLINE PoseFilter::Covariance PoseFilter::noise(const CameraCorrection
 }
 
 FUSE_FLOW_INLINE std::vector<CameraMotion> PoseFilter::update(const ExtrinsicResult& estimate) {
+  const detail::OneThread::Inside inside(one_thread_, "fuse_flow::PoseFilter");
   const std::size_t n = poses_.size();
   if (estimate.corrections.size() != n || estimate.T_world_camera.size() != n)
     detail::throwBadArgument("fuse_flow::PoseFilter: an estimate of ", estimate.corrections.size(), " cameras for ", n);

@@ -287,7 +287,7 @@ class HashAggregation {
   template <typename Points>
   void fuse(const AggregationParameters& p, int threads, const Points& points, const ConsistencyEvaluator* evaluator,
             FusedPointSink& sink) {
-    constexpr std::size_t cells_per_block = 32;
+    constexpr std::size_t cells_per_block = 8;
     const int max_level = maxLevel(p);
     const std::vector<CoarseGrid::Cell>& cells = grid.cells();
     const std::size_t blocks = (cells.size() + cells_per_block - 1) / cells_per_block;
@@ -322,9 +322,11 @@ class HashAggregation {
    *  fused points, some at a time, in parallel. */
   template <typename Visit>
   void forEachBlock(int threads, const Visit& visit) const {
-    parallelFor(threads, blocks_.size(), [&](std::size_t b, int) {
-      const Block& block = blocks_[b];
-      visit(block.offset, block.thread, block.begin, block.count);
+    constexpr std::size_t blocks_per_task = 16;  // some 100 KB
+    parallelFor(threads, (blocks_.size() + blocks_per_task - 1) / blocks_per_task, [&](std::size_t task, int) {
+      const std::size_t end = std::min(blocks_.size(), (task + 1) * blocks_per_task);
+      for (std::size_t b = task * blocks_per_task; b < end; ++b)
+        visit(blocks_[b].offset, blocks_[b].thread, blocks_[b].begin, blocks_[b].count);
     });
   }
 

@@ -5,6 +5,7 @@
 #include <fuse_flow/impl/host/color_depth_map.hpp>
 #include <fuse_flow/impl/host/consistency_evaluator.hpp>
 #include <fuse_flow/impl/host/depth_surface.hpp>
+#include <fuse_flow/impl/host/frame_tasks.hpp>
 #include <fuse_flow/impl/host/point_row.hpp>
 #include <fuse_flow/impl/host/preprocessing.hpp>
 #include <fuse_flow/impl/host/weight_rows.hpp>
@@ -93,17 +94,18 @@ class FramePipeline {
   }
 
  private:
-  /** \brief Rows that one task works on: some 32,000 pixels, whatever the number of threads; none of a camera that is missing, whose
-   *  memory others do not take: they would need more. */
-  struct Stretch {
-    std::uint32_t view{0};
-    int begin_row{0};
-    int end_row{0};
-  };
+  using Step = FrameTasks::Step;
+  using Stretch = FrameTasks::Stretch;
 
   struct Counts {
     std::size_t measured{0};
     std::size_t gated{0};
+  };
+
+  /** \brief Of a thread, in a cache line of its own. */
+  struct alignas(64) BusyTimes {
+    Clock::duration preprocess{0};
+    Clock::duration generate{0};
   };
 
   void layOut() {
@@ -120,15 +122,15 @@ class FramePipeline {
     multipath_.resize(n);
     refined_.resize(n);
     offsets_.assign(n + 1, 0);
-    stretches_.clear();
+    views_.resize(n);
+    const int passes = parameters.smoothing.passes;
     std::size_t total = 0;
     for (std::size_t i = 0; i < n; ++i) {
       offsets_[i] = static_cast<std::uint32_t>(total);
       const Intrinsics& K = frame_->cameras[i].intrinsics;
       const bool missing = frame_->views[i].missing();
-      const int rows = rowsOfStretch(K.width);
-      for (int row = 0; row < K.height; row += rows)
-        stretches_.push_back({static_cast<std::uint32_t>(i), row, missing ? row : std::min(row + rows, K.height)});
+      views_[i] = {K.width, K.height, missing, needsWholeImage(parameters.preprocessing, rig_[i]),
+                   parameters.adapt_noise};
       if (missing) {
         statistics.missing_cameras.push_back(i);
         depths_[i].clear();
@@ -138,121 +140,94 @@ class FramePipeline {
       if (total > std::numeric_limits<std::uint32_t>::max() - 1u)
         throw pcl::PCLException("fuse_flow::FuseFlow: a frame has more than 2^32 pixels");
       depths_[i].resize(K.width, K.height);
-      if (parameters.smoothing.passes > 0) refined_[i].resize(K.width, K.height);
+      if (passes > 0) refined_[i].resize(K.width, K.height);
     }
     offsets_[n] = static_cast<std::uint32_t>(total);
-    counts_.assign(stretches_.size(), {});
-    if (parameters.smoothing.passes > 0) reserveScratch();
+    tasks_.layOut(views_, passes, threads_);
+    counts_.assign(tasks_.stretches().size(), {});
+    if (passes > 0) reserveScratch();
   }
 
   /** \brief What stands before the colour cameras that are not the depth cameras. */
   void findHiddenColors() {
     color_depths_.resize(depths_.size());
+    const auto asked = [&](std::size_t i) {
+      return with_color && rig_[i].own_color_camera && frame_->views[i].color && !depths_[i].empty();
+    };
+    bool any = false;
+    for (std::size_t i = 0; i < depths_.size(); ++i) {
+      any = any || asked(i);
+      if (!asked(i)) color_depths_[i].clear();
+    }
+    if (!any) return;
     parallelFor(threads_, depths_.size(), [&](std::size_t i, int) {
-      const bool asked = with_color && rig_[i].own_color_camera && frame_->views[i].color && !depths_[i].empty();
-      if (asked)
-        color_depths_[i].assign(rig_[i], DepthSurface{refined(i), rig_[i]});
-      else
-        color_depths_[i].clear();
+      if (asked(i)) color_depths_[i].assign(rig_[i], DepthSurface{refined(i), rig_[i]});
     });
   }
 
-  static int rowsOfStretch(int width) { return std::max(1, 32768 / width); }
-  /** \brief Calls step(group) with as many cameras at a time as keep all threads busy: their depth maps then stay in the caches
-   *  from step to step. */
-  template <typename Step>
-  void forEachGroup(const Step& step) {
-    const std::size_t n = depths_.size(), enough = 10 * static_cast<std::size_t>(threads_);
-    for (Group group{0, 0, 0, 0}; group.end_view < n;) {
-      group.begin_view = group.end_view;
-      group.begin_stretch = group.end_stretch;
-      while (group.end_view < n && group.end_stretch - group.begin_stretch < enough) {
-        while (group.end_stretch < stretches_.size() && stretches_[group.end_stretch].view == group.end_view)
-          ++group.end_stretch;
-        ++group.end_view;
-      }
-      step(group);
-    }
-  }
-
-  /** \brief Some of the views, and their rows. */
-  struct Group {
-    std::size_t begin_view, end_view;
-    std::size_t begin_stretch, end_stretch;
-  };
-
-  void preprocess(const Group& group) {
-    const PreprocessingParameters& p = parameters.preprocessing;
-    const int passes = parameters.smoothing.passes;
-    // D^r of eq. 8: to and fro between two maps of inverse depth, the last pass giving depth.
-    if (passes > 0) layOutScratch(group);
-    const auto map = [&](std::size_t i, int pass) -> DepthMap& {
-      return (passes - pass) % 2 == 0 ? refined_[i] : scratch_[scratch_of_[i]];
-    };
-    const auto invert = [&](std::size_t i, int v) {
-      invertRow(depths_[i].row(v), depths_[i].width(), map(i, 0).row(v));
-    };
-    forEachRow(group, [&](std::size_t i, int v) {
-      convertDepthRow(frame_->views[i], p.min_range, p.max_range, v, rig_[i].corrections(v), depths_[i].row(v));
-      if (passes > 0 && !needsWholeImage(p, rig_[i])) invert(i, v);  // while it is at hand
-    });
-    bool whole_images = false;
-    for (std::size_t i = group.begin_view; i < group.end_view; ++i) whole_images |= needsWholeImage(p, rig_[i]);
-    if (whole_images || parameters.adapt_noise)
-      parallelFor(threads_, group.end_view - group.begin_view, [&](std::size_t k, int) {
-        const std::size_t i = group.begin_view + k;
-        if (depths_[i].empty()) return;
-        if (whole_images) preprocessDepthMap(p, rig_[i], multipath_[i], depths_[i]);
-        if (parameters.adapt_noise) statistics.noise_scales[i] = measureNoiseScale(parameters.confidence, depths_[i]);
-      });
-    if (passes > 0 && whole_images)
-      forEachRow(group, [&](std::size_t i, int v) {
-        if (needsWholeImage(p, rig_[i])) invert(i, v);
-      });
-    for (int pass = 0; pass < passes; ++pass)
-      forEachRow(group, [&](std::size_t i, int v) {
-        smoothRow(parameters.smoothing, parameters.confidence, pass, statistics.noise_scales[i], map(i, pass), v,
-                  map(i, pass + 1).row(v));
-      });
-  }
-
-  /** \brief One map more for each view of a group, which the next group writes over: while it is in the caches. */
-  void layOutScratch(const Group& group) {
-    std::uint32_t count = 0;
-    for (std::size_t i = group.begin_view; i < group.end_view; ++i) {
-      if (depths_[i].empty()) continue;
-      scratch_of_[i] = count;
-      scratch_[count++].resize(depths_[i].width(), depths_[i].height());
-    }
-  }
-
-  /** \brief As many of these maps as the largest group has views, as large as any view is. What is not used is address space alone. */
+  /** \brief Scratch maps are as large as any view is. What is not used is address space alone. */
   void reserveScratch() {
-    scratch_of_.resize(frame_->cameras.size());
-    std::size_t views = 0, most = 0;
-    forEachGroup([&](const Group& group) { views = std::max(views, group.end_view - group.begin_view); });
-    for (std::size_t i = 0; i < frame_->cameras.size(); ++i) {
-      const Intrinsics& K = frame_->cameras[i].intrinsics;
-      if (!frame_->views[i].missing()) most = std::max(most, DepthMap::sizeOf(K.width, K.height));
-    }
-    if (scratch_.size() < views) scratch_.resize(views);
+    std::size_t most = 0;
+    for (const FrameTasks::View& view : views_)
+      if (!view.missing) most = std::max(most, DepthMap::sizeOf(view.width, view.height));
+    if (scratch_.size() < tasks_.scratchMaps()) scratch_.resize(tasks_.scratchMaps());
     for (DepthMap& map : scratch_) map.reserve(most);
   }
 
-  /** \brief step(view, row), in any order. */
-  template <typename Step>
-  void forEachRow(const Group& group, const Step& step) {
-    parallelFor(threads_, group.end_stretch - group.begin_stretch, [&](std::size_t s, int) {
-      const Stretch& stretch = stretches_[group.begin_stretch + s];
-      for (int v = stretch.begin_row; v < stretch.end_row; ++v) step(stretch.view, v);
-    });
+  /** \brief D^r of eq. 8, the paper's refined depth, and then the points. */
+  void runTask(const FrameTasks::Task& task, int thread) {
+    const std::size_t i = task.view;
+    const PreprocessingParameters& p = parameters.preprocessing;
+    switch (task.step) {
+      case Step::TakeScratch:
+        scratch_[tasks_.scratchOf(i)].resize(depths_[i].width(), depths_[i].height());
+        break;
+      case Step::Convert:
+        forEachRow(task, [&](int v) {
+          convertDepthRow(frame_->views[i], p.min_range, p.max_range, v, rig_[i].corrections(v), depths_[i].row(v));
+          if (parameters.smoothing.passes > 0 && !views_[i].whole_image) invert(i, v);  // while it is at hand
+        });
+        break;
+      case Step::WholeView:
+        if (views_[i].whole_image) preprocessDepthMap(p, rig_[i], multipath_[i], depths_[i]);
+        if (views_[i].noise) statistics.noise_scales[i] = measureNoiseScale(parameters.confidence, depths_[i]);
+        break;
+      case Step::Invert:
+        forEachRow(task, [&](int v) { invert(i, v); });
+        break;
+      case Step::Smooth:
+        forEachRow(task, [&](int v) {
+          smoothRow(parameters.smoothing, parameters.confidence, task.pass, statistics.noise_scales[i],
+                    smoothed(i, task.pass), v, smoothed(i, task.pass + 1).row(v));
+        });
+        break;
+      case Step::Points:
+        generatePoints(task.stretch, static_cast<std::size_t>(thread));
+        break;
+    }
+  }
+
+  /** \brief Inverse depth before a pass: to and fro between two maps. After the last pass it is depth. */
+  DepthMap& smoothed(std::size_t i, int pass) {
+    return (parameters.smoothing.passes - pass) % 2 == 0 ? refined_[i] : scratch_[tasks_.scratchOf(i)];
+  }
+
+  void invert(std::size_t i, int v) { invertRow(depths_[i].row(v), depths_[i].width(), smoothed(i, 0).row(v)); }
+
+  template <typename Action>
+  void forEachRow(const FrameTasks::Task& task, const Action& action) const {
+    const Stretch& stretch = tasks_.stretches()[task.stretch];
+    for (int v = stretch.begin_row; v < stretch.end_row; ++v) action(v);
   }
 
   const std::vector<DepthMap>& refined() const { return parameters.smoothing.passes == 0 ? depths_ : refined_; }
   const DepthMap& refined(std::size_t i) const { return refined()[i]; }
 
   void startPoints() {
-    aggregation_.grid.start(stretches_.size());
+    const std::vector<Stretch>& stretches = tasks_.stretches();
+    std::vector<RunBuilder>& builders = aggregation_.grid.start(stretches.size());
+    for (std::size_t s = 0; s < stretches.size(); ++s)
+      if (views_[stretches[s].view].missing) builders[s].start(parameters.aggregation.cell_size);
     points_.assign(*frame_, rig_, refined(), offsets_);
     crop_box_ = detail::cropBox(parameters);
     if (rows_.size() < static_cast<std::size_t>(threads_)) {
@@ -263,19 +238,16 @@ class FramePipeline {
     for (const DepthMap& depth : depths_) width = std::max(width, static_cast<std::size_t>(depth.width()));
     for (PointRow& row : rows_) row.reserve(width);
     for (WeightRows& rows : weight_rows_) rows.reserve(width);
+    busy_.assign(static_cast<std::size_t>(threads_), {});
   }
 
-  void generatePoints(const Group& group) {
-    std::vector<RunBuilder>& builders = aggregation_.grid.builders();
-    parallelFor(threads_, group.end_stretch - group.begin_stretch, [&](std::size_t k, int thread) {
-      const std::size_t s = group.begin_stretch + k;
-      builders[s].start(parameters.aggregation.cell_size);
-      Counts counts;  // on this thread's stack: neighbours in an array would fight for one cache line
-      if (stretches_[s].begin_row < stretches_[s].end_row)
-        generateRows(stretches_[s], static_cast<std::size_t>(thread), builders[s], counts);
-      builders[s].finish();
-      counts_[s] = counts;
-    });
+  void generatePoints(std::size_t s, std::size_t thread) {
+    RunBuilder& builder = aggregation_.grid.builders()[s];
+    builder.start(parameters.aggregation.cell_size);
+    Counts counts;  // on this thread's stack: neighbours in an array would fight for one cache line
+    generateRows(tasks_.stretches()[s], thread, builder, counts);
+    builder.finish();
+    counts_[s] = counts;
   }
 
   void generateRows(const Stretch& stretch, std::size_t thread, RunBuilder& builder, Counts& counts) {
@@ -370,14 +342,15 @@ class FramePipeline {
   RigGeometry rig_;
   std::vector<DepthMap> depths_;  ///< as measured
   std::vector<MultipathCorrection> multipath_;
-  std::vector<DepthMap> refined_;          ///< D^r, where there is smoothing
-  std::vector<DepthMap> scratch_;          ///< of the views of a group
-  std::vector<std::uint32_t> scratch_of_;  ///< of each view the number of its map among them
+  std::vector<DepthMap> refined_;  ///< D^r, where there is smoothing
+  std::vector<DepthMap> scratch_;  ///< of the views that are being smoothed
   std::vector<std::uint32_t> offsets_;
   std::vector<ColorDepthMap> color_depths_;  ///< of the views whose colour camera stands beside
-  std::vector<Stretch> stretches_;
+  std::vector<FrameTasks::View> views_;
+  FrameTasks tasks_;
   FramePoints points_;
   std::vector<Counts> counts_;
+  std::vector<BusyTimes> busy_;
   Box crop_box_;
   std::vector<PointRow> rows_;
   std::vector<WeightRows> weight_rows_;
@@ -394,16 +367,27 @@ FUSE_FLOW_INLINE void FramePipeline::generate(const RigFrame& frame) {
   rig_.update(frame);
   layOut();
   startPoints();
-  statistics.preprocess_ms = since(start);
-  forEachGroup([&](const Group& group) {
+  const Clock::time_point laid_out = Clock::now();
+  tasks_.run(threads_, [&](const FrameTasks::Task& task, int thread) {
     const Clock::time_point begin = Clock::now();
-    preprocess(group);
-    statistics.preprocess_ms += since(begin);
-    const Clock::time_point preprocessed = Clock::now();
-    generatePoints(group);
-    statistics.generate_ms += since(preprocessed);
+    runTask(task, thread);
+    BusyTimes& busy = busy_[static_cast<std::size_t>(thread)];
+    (task.step == Step::Points ? busy.generate : busy.preprocess) += Clock::now() - begin;
   });
+<<<<<<< HEAD
   findHiddenColors();
+=======
+  // The two overlap: each has its share of what they took together.
+  BusyTimes busy{};
+  for (const BusyTimes& of_thread : busy_) {
+    busy.preprocess += of_thread.preprocess;
+    busy.generate += of_thread.generate;
+  }
+  const double all = static_cast<double>((busy.preprocess + busy.generate).count());
+  const double together = since(laid_out);
+  statistics.generate_ms = all > 0 ? together * static_cast<double>(busy.generate.count()) / all : 0;
+  statistics.preprocess_ms = since(start) - statistics.generate_ms;
+>>>>>>> 3b59f2c (Frames beside busy programs: helpers that nobody waits for before they begin, steps that flow into one another, no OpenMP; one thread an object is checked; GPU frames from pageable images with one join)
   for (const Counts& counts : counts_) {
     statistics.measured_points += counts.measured;
     statistics.gated_points += counts.gated;
