@@ -14,8 +14,8 @@ function(fuse_flow_add_tests target)
   if(arg_FILTER)
     set(filter "--gtest_filter=${arg_FILTER}")
   elseif(FUSE_FLOW_SANITIZE MATCHES "thread" AND target STREQUAL "fuse_flow_tests")
-    # What starts threads of its own, and for all that divides its work among OpenMP's a test that it does.
-    set(filter "--gtest_filter=*Thread*:ExtrinsicTracking.*:ViewSynchronizer*:FuseFlow*")
+    # What starts threads of its own, and for all that divides its work among helpers a test that it does.
+    set(filter "--gtest_filter=*Thread*:Parallel*:TaskFlow*:FrameTasks*:ExtrinsicTracking.*:ViewSynchronizer*:FuseFlow*")
   endif()
   foreach(part RANGE 1)
     add_test(NAME ${target}.part_${part} COMMAND ${target} ${filter})

@@ -2,7 +2,7 @@
 
 /** \file
  *  \brief Counts what is taken from malloc. For one source of a program: it defines malloc itself rather than operator new, which ends
- *  there, as do Eigen's aligned allocations, which PCL's clouds use, and the OpenMP run time's. */
+ *  there, as do Eigen's aligned allocations, which PCL's clouds use. */
 
 #include "sanitized.h"
 

@@ -26,7 +26,7 @@ CLI::Validator oneOf(const std::vector<std::string>& names);
 CLI::Validator trueOrFalse();
 /** \brief Any but an empty one, which would be the current folder, and the next option, where this one has no value. */
 CLI::Validator path();
-/** \brief More than any machine has cores; far more than OpenMP can start threads would end the program. */
+/** \brief More than any machine has cores. */
 CLI::Validator threadCount();
 
 /** \brief A list that CLI11 joined line by line, as a config file's is split at its commas: with commas again. */

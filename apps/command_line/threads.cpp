@@ -19,7 +19,7 @@ void requireThreads(unsigned int threads) {
   std::vector<std::thread> started;
   std::string problem;
   try {
-    for (int k = 1; k < wanted; ++k) started.emplace_back([end] { end.wait(); });  // at once, as OpenMP keeps them
+    for (int k = 1; k < wanted; ++k) started.emplace_back([end] { end.wait(); });  // at once, as the pool keeps them
   } catch (const std::system_error& error) {
     problem = error.code().message();
   }

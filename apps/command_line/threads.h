@@ -2,8 +2,8 @@
 
 namespace fuse_flow::command_line {
 
-/** \brief Throws InputError if the system does not let this program start that many threads, at which OpenMP would end it with a
- *  message of its own. \param threads 0: one per core */
+/** \brief Throws InputError if the system does not let this program start that many threads: it would go on with fewer, and
+ *  nobody would know. \param threads 0: one per core */
 void requireThreads(unsigned int threads);
 
 }  // namespace fuse_flow::command_line

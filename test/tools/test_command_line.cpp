@@ -430,7 +430,7 @@ TEST_F(CommandLine, AMistakeInAConfigFileIsNamed) {
   EXPECT_TRUE(isOneLineError(fuseWith({"--config", folder_.string()}), 1, {folder_.string()}));
 }
 
-/** \brief OpenMP would end the program with a message of its own. */
+/** \brief The frames would be fused by fewer, and nobody would know. */
 TEST_F(CommandLine, ThreadsThatCannotBeStartedAreAnErrorOfOneLine) {
 #if defined(FUSE_FLOW_TEST_SANITIZED)
   GTEST_SKIP() << "sanitizers take more addresses than are left here";

@@ -374,9 +374,6 @@ FUSE_FLOW_INLINE void FramePipeline::generate(const RigFrame& frame) {
     BusyTimes& busy = busy_[static_cast<std::size_t>(thread)];
     (task.step == Step::Points ? busy.generate : busy.preprocess) += Clock::now() - begin;
   });
-<<<<<<< HEAD
-  findHiddenColors();
-=======
   // The two overlap: each has its share of what they took together.
   BusyTimes busy{};
   for (const BusyTimes& of_thread : busy_) {
@@ -387,7 +384,7 @@ FUSE_FLOW_INLINE void FramePipeline::generate(const RigFrame& frame) {
   const double together = since(laid_out);
   statistics.generate_ms = all > 0 ? together * static_cast<double>(busy.generate.count()) / all : 0;
   statistics.preprocess_ms = since(start) - statistics.generate_ms;
->>>>>>> 3b59f2c (Frames beside busy programs: helpers that nobody waits for before they begin, steps that flow into one another, no OpenMP; one thread an object is checked; GPU frames from pageable images with one join)
+  findHiddenColors();
   for (const Counts& counts : counts_) {
     statistics.measured_points += counts.measured;
     statistics.gated_points += counts.gated;
