@@ -36,6 +36,7 @@ struct Options {
   std::string reading;
   std::string measures;
   bool quick{false};
+  double scale{1};
   int threads{0};
 };
 
@@ -89,13 +90,15 @@ class Page {
       for (const Setup& setup : pick(*setups)) {
         say(setup.name());
         ranking_.add(setup, tables::peers(), tables::compare(setup, tables::peers(), options_.threads));
+        io::writeFile(options_.measures,
+                      ranking_.text(options_.threads));  // what is done is there when it is interrupted
       }
-    io::writeFile(options_.measures, ranking_.text(options_.threads));
   }
 
  private:
   /** \brief Everything, or with --quick little of it, small. */
   std::vector<Setup> pick(std::vector<Setup> setups) const {
+    for (Setup& setup : setups) setup.scale = options_.scale;
     if (!options_.quick) return setups;
     setups.resize(1);
     return {small(setups[0])};
@@ -335,6 +338,10 @@ int main(int argc, char** argv) {
   app.add_option("--reading", options.reading, "Markdown file whose text opens the page");
   app.add_option("--measures", options.measures,
                  "Markdown file for what can be said without the truth; without -o this alone is written");
+  app.add_option("--scale", options.scale,
+                 "of the images' sides, (0, 1]: a smaller one is faster, and no longer the tables")
+      ->check(CLI::Range(0.1, 1.0))
+      ->capture_default_str();
   app.add_flag("--quick", options.quick, "a small part of everything, to see that it works");
   app.add_option("--threads", options.threads, "0: one per core")->check(command_line::threadCount());
   return command_line::runTool(app, argc, argv, [&] {

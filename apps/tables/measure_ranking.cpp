@@ -50,6 +50,10 @@ std::string meanAndLeast(const std::vector<double>& values) {
   return number(sum / static_cast<double>(values.size()), 2) + " (" + number(least, 2) + ")";
 }
 
+std::string sizeOf(double scale) {
+  return scale < 1 ? "with images of " + number(scale, 2) + " of the size there, each way, " : "";
+}
+
 }  // namespace
 
 void MeasureRanking::add(const Setup& setup, const std::vector<Contender>& contenders,
@@ -63,8 +67,9 @@ std::string MeasureRanking::text(int threads) const {
   std::string text =
       "# What can be measured without the truth\n\nWritten by `./build.sh tables`, or by `fuse_flow_tables --measures "
       "FILE` alone, on " +
-      std::to_string(threads) +
-      " threads: the rigs and methods of [results.md](results.md), measured by the cloud and the depth views alone "
+      std::to_string(threads) + " threads: rigs and methods of [results.md](results.md), " +
+      sizeOf(parts_.empty() ? 1 : parts_[0].setup.scale) +
+      "measured by the cloud and the depth views alone "
       "(`fuse_flow/quality/surface_quality.h` defines the figures; `fuse_flow_evaluate`, `fuse_flow_fuse --report` and "
       "the viewer show them).\n\n## How far they rank methods as the truth does\n\nSpearman's rank correlation between "
       "a "
