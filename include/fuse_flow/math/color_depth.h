@@ -1,5 +1,6 @@
 #pragma once
 
+#include <fuse_flow/math/host_device.h>
 #include <fuse_flow/math/pinhole.h>
 
 #include <cstddef>
@@ -43,6 +44,7 @@ struct ColorDepth {
 
   /** \brief Calls put(number of a cell, bits of z) for the four cells nearest to a measurement. \param pixel of the colour image
    *  \param z along the colour camera's axis, metres; > 0 */
+  FUSE_FLOW_CALLS_ANY
   template <typename Put>
   FUSE_FLOW_HD void add(const Pixel& pixel, float z, const Put& put) const {
     const float x = (pixel.u + 0.5f) * cells_per_pixel - 0.5f, y = (pixel.v + 0.5f) * cells_per_pixel - 0.5f;
