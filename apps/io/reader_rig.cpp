@@ -75,7 +75,10 @@ class RigRecording : public Recording {
       ViewFiles files;
       files.depth = (camera / "depth" / (stem + ".png")).string();
       files.depth_was_there = found != stems_[i].end();
-      if (read_color_ && !color_folders_[i].empty()) files.color = findImage(color_folders_[i], stem);
+      if (read_color_ && !color_folders_[i].empty()) {
+        files.color = findImage(color_folders_[i], stem);
+        if (files.color.empty()) files.color = findImage(color_folders_[i], frameStem(frame));
+      }
       files.confidence = (camera / "confidence" / (stem + ".png")).string();
       loadView(files, units_[i], i, skip_damaged_, out);
       if (stems_[i].empty() || frame > stems_[i].rbegin()->first) out.ended.push_back({i, ending(i)});

@@ -126,6 +126,8 @@ void OverlapCheck::look(const RigFrame& frame) {
   done_ = true;
   std::vector<MeasuredView> views = measuredViews(frame, range_);
   const std::vector<CameraOverlap> cameras = overlapOf(views);
+  // Where only one measures anything in range, that is what is wrong, and it is said elsewhere.
+  if (std::count_if(cameras.begin(), cameras.end(), [](const CameraOverlap& c) { return c.points > 0; }) < 2) return;
   for (std::size_t i = 0; i < cameras.size(); ++i) {
     const CameraOverlap& camera = cameras[i];
     if (camera.points == 0 || !(little(camera) || contradicts(camera))) continue;

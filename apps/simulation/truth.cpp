@@ -250,7 +250,9 @@ Truth::Truth(const std::string& recording) : folder_(recording) {
 
 bool Truth::isIn(const std::string& recording) {
   std::error_code error;
-  return fs::is_regular_file(fs::path(recording) / "truth" / "simulation.json", error);
+  const fs::path truth = fs::path(recording) / "truth";
+  const auto there = [&](const char* name) { return fs::is_regular_file(truth / name, error); };
+  return there("simulation.json") && there("rig.json") && there("fixed.ply");
 }
 
 const RayScene& Truth::frame(std::size_t frame) {

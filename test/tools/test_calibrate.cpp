@@ -66,7 +66,7 @@ TEST_F(Calibrate, TakesTenFramesMoreOfActiveStereoOrThoseThatAreNamed) {
     arguments.insert(arguments.end(), more.begin(), more.end());
     fs::remove_all(recording_);
     EXPECT_TRUE(succeeded(
-        runProgram(FUSE_FLOW_SIMULATE_TOOL, {"--scene", "table", "--rig", "ring-1", "--scale", "0.5", "--frames", "12",
+        runProgram(FUSE_FLOW_SIMULATE_TOOL, {"--scene", "table", "--rig", "ring-2", "--scale", "0.5", "--frames", "12",
                                              "--sensor", sensor, "--no-color", "-o", recording()})));
     EXPECT_TRUE(succeeded(calibrate(arguments)));
     return read(out("figures.json"));
