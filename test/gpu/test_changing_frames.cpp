@@ -171,9 +171,11 @@ TEST(GpuChangingFrames, ScenesOfTenCentimetresAndOfAKilometre) {
       SCOPED_TRACE(scale);
       frame.draw(random, 4, 40, scale);
       FuseFlowParameters parameters = random_rig::parameters(random, scale);
-      float& cell_size = parameters.aggregation.cell_size;
-      cell_size = std::min(cell_size, 10.0f);  // no cells are larger
-      parameters.aggregation.min_cell_size = std::min(parameters.aggregation.min_cell_size, cell_size);
+      fuse_flow::AggregationParameters& a = parameters.aggregation;
+      for (float* length :
+           {&a.cell_size, &a.min_cell_size, &a.confirmation_reach, &parameters.preprocessing.bilateral_sigma_r})
+        *length = std::min(*length, 10.0f);  // larger ones are refused
+      a.min_cell_size = std::min(a.min_cell_size, a.cell_size);
       parameters.preprocessing.min_range = static_cast<float>(0.3 * scale);
       parameters.preprocessing.max_range = static_cast<float>(3 * scale);
       if (scale > 10) {  // where a depth camera's noise is metres: nothing would be left
