@@ -45,6 +45,7 @@ TEST_F(Recording, PointsOfARigLieOnTheWallsOfTheRoom) {
   const auto recording = open();
   EXPECT_EQ(recording->kind(), "rig");
   EXPECT_EQ(recording->frameCount(), 2u);
+  EXPECT_TRUE(recording->warnings().empty()) << recording->warnings()[0];
   io::LoadedFrame frame;
   for (std::size_t i = 0; i < 2; ++i) {
     recording->read(i, frame);
