@@ -277,7 +277,6 @@ int run(Options options) {
   }
   const io::StillThere still_there(*recording);
   io::LoadedFrame loaded;
-  std::vector<float> depth_scales(recording->cameras().size(), DepthView().depth_scale);
   // Few are enough to place cameras, and each takes seconds. More than that tell corrections no more: they take all only where someone
   // names them.
   std::vector<char> few(frames.size(), 0);
@@ -287,8 +286,6 @@ int run(Options options) {
     recording->read(frames[k], loaded);
     still_there.check(loaded);
     if (correction) withoutCorrections(loaded.rig.cameras);
-    for (std::size_t i = 0; i < depth_scales.size(); ++i)
-      if (!loaded.rig.views[i].missing()) depth_scales[i] = loaded.rig.views[i].depth_scale;
     estimation->addFrame(loaded.rig);
     if (options.from_scratch && few[k]) coarse.addFrame(loaded.rig);
     if (board) board->addFrame(loaded);
@@ -332,9 +329,7 @@ int run(Options options) {
     io::writeColorPng(options.picture, drawing::drawClouds(clouds, options.viewpoint));
   }
   io::RigDescription rig{{}, recording->framesPerSecond()};
-  for (std::size_t i = 0; i < before.size(); ++i) {
-    rig.cameras.push_back({after[i], depth_scales[i]});
-  }
+  for (const Camera& camera : after) rig.cameras.push_back({camera});
   io::writeRigJson(options.output, rig);
   if (options.from_scratch)
     std::printf(

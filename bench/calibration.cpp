@@ -542,7 +542,7 @@ Eigen::Matrix3Xd placed(const io::LoadedFrame& frame, const std::vector<Camera>&
     const DepthView& view = frame.rig.views[i];
     for (int v = 0; v < view.height(); v += 11)
       for (int u = 0; u < view.width(); u += 11) {
-        const float z = view.depth_scale * static_cast<float>(view.depth16.row(v)[u]);
+        const float z = cameras[i].depth_scale * static_cast<float>(view.depth16.row(v)[u]);
         if (!(z > 0)) continue;
         const Vec3 p = pointOnRay(unproject(cameras[i].intrinsics, {static_cast<float>(u), static_cast<float>(v)}),
                                   correctedDepth(z, cameras[i].depth_correction.at(u, v, view.width(), view.height())));

@@ -48,7 +48,7 @@ class MeasuredView {
     };
     for (int v = 1; v + 1 < K_.height; ++v)
       for (int u = 1; u + 1 < K_.width; ++u) {
-        const double z = static_cast<double>(measured.depth_scale) * measured.depth16.row(v)[u];
+        const double z = static_cast<double>(camera.depth_scale) * measured.depth16.row(v)[u];
         const double true_z = static_cast<double>(truth.depth.at(u, v));
         if (!(z > 0) || !(true_z > 0) || !smooth(truth.depth, u, v)) continue;
         // Of stereo disparity is what errs evenly.

@@ -72,14 +72,17 @@ TYPED_TEST(AdaptiveHashFusionOf, OfAPlaneStaysInsideItsHull) {
   EXPECT_TRUE(output.is_dense);
 }
 
-TYPED_TEST(AdaptiveHashFusionOf, WritesTheWeightToConfidenceElseToIntensity) {
-  const auto output = fused<TypeParam>(planeOf<TypeParam>());
+TYPED_TEST(AdaptiveHashFusionOf, WritesTheWeightToConfidenceAndToIntensityWhereThatIsSaid) {
+  AdaptiveHashFusion<TypeParam> filter;
+  filter.setWeightInIntensity(true);
+  const auto output = fused(filter, planeOf<TypeParam>());
   ASSERT_FALSE(output.empty());
   for (const TypeParam& p : output) {
     if constexpr (hasConfidence<TypeParam>) {
       EXPECT_NEAR(confidenceOf(p), 0.8f, 1e-5f);
-    } else if constexpr (point::has_intensity<TypeParam>) {
-      EXPECT_NEAR(p.intensity, 1.0f, 1e-5f);
+    }
+    if constexpr (point::has_intensity<TypeParam>) {
+      EXPECT_NEAR(point::getIntensity(p), hasConfidence<TypeParam> ? 0.8f : 1.0f, 1e-5f);
     }
     if constexpr (point::has_view_count<TypeParam>) {
       EXPECT_EQ(p.view_count, 1u);
@@ -508,6 +511,71 @@ TEST_F(SixPointsOfFourCameras, TheMeanOfEachCameraStandsForTheCell) {
   EXPECT_EQ(p.view_count, 3u);
 }
 
+TEST(AdaptiveHashFusion, IntensityIsDataAsColourIs) {
+  const auto cloud = std::make_shared<pcl::PointCloud<pcl::PointXYZI>>();
+  std::vector<std::uint32_t>
+      cameras;  // the points of one camera are one representative, which has the fields of one of them
+  for (int cell = 0; cell < 200; ++cell)
+    for (int k = 0; k < 2; ++k) {
+      cameras.push_back(static_cast<std::uint32_t>(k));
+      pcl::PointXYZI p(static_cast<float>(cell) + 0.001f * static_cast<float>(k), 0.5f, 0.5f);
+      p.intensity = static_cast<float>(cell + 2 * k);
+      cloud->push_back(p);
+    }
+  cloud->push_back(pcl::PointXYZI(0.0005f, 0.5f, 0.5f));
+  cloud->back().intensity = std::nanf("");  // not known, and left out
+  cameras.push_back(2);
+  AggregationParameters parameters;
+  parameters.cell_size = parameters.min_cell_size = 0.5f;
+  AdaptiveHashFusion<pcl::PointXYZI> filter;
+  filter.setParameters(parameters);
+  filter.setCameraIndices(cameras);
+  filter.setInputCloud(cloud);
+  pcl::PointCloud<pcl::PointXYZI> output;
+  filter.filter(output);
+  ASSERT_EQ(output.size(), 200u);
+  for (const auto& p : output) EXPECT_NEAR(p.intensity, std::round(p.x) + 1, 1e-4f) << p;
+}
+
+TEST(AdaptiveHashFusion, ANormalThatNoPointKnowsStaysAsItIs) {
+  const auto cloud = std::make_shared<pcl::PointCloud<pcl::PointNormal>>();
+  cloud->push_back(pcl::PointNormal(0, 0, 0, 0, 0, 0));
+  cloud->push_back(pcl::PointNormal(1, 0, 0, 0, 0, 2));
+  AdaptiveHashFusion<pcl::PointNormal> filter;
+  filter.setInputCloud(cloud);
+  pcl::PointCloud<pcl::PointNormal> output;
+  filter.filter(output);
+  ASSERT_EQ(output.size(), 2u);
+  EXPECT_TRUE(output.is_dense);
+  for (const auto& p : output) EXPECT_EQ(p.normal_z, p.x > 0.5f ? 1.0f : 0.0f);
+  (*cloud)[0].normal_x = std::nanf("");
+  filter.filter(output);
+  EXPECT_FALSE(output.is_dense);
+  for (const auto& p : output) EXPECT_EQ(std::isnan(p.normal_x), p.x < 0.5f);
+}
+
+TEST(AdaptiveHashFusion, TheMaskHasTheCamerasOfThePoints) {
+  const auto cloud = std::make_shared<pcl::PointCloud<fuse_flow::PointFusedCameras>>();
+  const std::vector<std::uint32_t> cameras{2, 40, 63, 64, 2};
+  for (const std::uint32_t camera : cameras) {
+    cloud->emplace_back();
+    cloud->back().confidence = 1;
+    cloud->back().x = camera == 64 ? 1.0f : 0.0f;
+  }
+  AdaptiveHashFusion<fuse_flow::PointFusedCameras> filter;
+  filter.setInputCloud(cloud);
+  filter.setCameraIndices(cameras);
+  pcl::PointCloud<fuse_flow::PointFusedCameras> output;
+  filter.filter(output);
+  ASSERT_EQ(output.size(), 2u);
+  for (const auto& p : output) {
+    const bool of_64 = p.x > 0.5f;
+    EXPECT_EQ(p.view_count, of_64 ? 1u : 3u);
+    EXPECT_EQ(fuse_flow::point::getCameraMask(p),
+              of_64 ? 0u : std::uint64_t{1} << 2 | std::uint64_t{1} << 40 | std::uint64_t{1} << 63);
+  }
+}
+
 TEST_F(SixPointsOfFourCameras, WithoutCameraIndicesAllAreOfOneCamera) {
   cameras.clear();
   const PointFused p = fusedBy(Representatives::CameraMeans);
@@ -543,6 +611,7 @@ TEST(AdaptiveHashFusion, WithAFrameCellsAreWeighedWithVOfTheRepresentativesOrOfT
   AdaptiveHashFusion<pcl::PointXYZI> filter;
   filter.setFrame(frame);
   filter.setCameraIndices({0, 1});
+  filter.setWeightInIntensity(true);
 
   // V is 1 for the first and 1/e for the second.
   parameters.consistency_at = ConsistencyAt::Representatives;

@@ -192,9 +192,9 @@ TEST_F(RigFrameCheck, NamesABadDepthScale) {
   frame.views[1] = {};
   frame.views[1].depth16 = {millimetres.data(), 4, 3};
   EXPECT_NO_THROW(checkRigFrame(frame));
-  frame.views[1].depth_scale = 0;
+  frame.cameras[1].depth_scale = 0;
   expectMentions(complaint(), {"'right'", "depth_scale is 0"});
-  frame.views[1].depth_scale = kNaN;
+  frame.cameras[1].depth_scale = kNaN;
   expectMentions(complaint(), {"'right'", "depth_scale is nan"});
 }
 

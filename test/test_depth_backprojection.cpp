@@ -213,9 +213,9 @@ TEST(DepthBackprojection, SixteenBitDepthHasAScaleAndTwoNumbersThatMeanNothing) 
   const std::vector<std::uint16_t> raw{1000, 0, 500, 65535, 250, 1000, 1000, 1000, 1000, 1000, 1000, 4000};
   DepthView view;
   view.depth16 = {raw.data(), 4, 3};
-  view.depth_scale = 0.002f;
   DepthBackprojection<pcl::PointXYZ> filter(true);
   Camera camera = sidewaysCamera();
+  camera.depth_scale = 0.002f;
   camera.T_world_camera.setIdentity();
   filter.setCamera(camera);
   filter.setView(view);

@@ -1,7 +1,15 @@
 #include "scenes.h"
 
+#include <fuse_flow/point_traits.h>
+
+#include <pcl/common/point_tests.h>
+
+#include <bitset>
+#include <map>
+
 namespace {
 
+using fuse_flow::ConsistencyAt;
 using fuse_flow::FrameStatistics;
 using fuse_flow::FuseFlowParameters;
 using fuse_flow::PointFused;
@@ -58,13 +66,86 @@ TEST(FuseFlow, MixesTheColorsOfCamerasThatAgree) {
   }
 }
 
-TEST(FuseFlow, CountsTheCamerasThatSeeAPlaceUpToThePapersThree) {
-  for (int cameras = 1; cameras <= 4; ++cameras) {
+TEST(FuseFlow, CountsAndNamesAllCamerasThatSeeAPlace) {
+  for (int cameras = 1; cameras <= 6; ++cameras) {
     const Scene scene = scenes::makeScene(scenes::sameCameras(cameras, 96, 72, 90), scenes::plane({0.2, 0.1, 1}, 1.5));
-    const Cloud cloud = scenes::fuse(scene.rig);
-    ASSERT_FALSE(cloud.empty());
-    for (const auto& point : cloud) ASSERT_EQ(point.view_count, static_cast<std::uint32_t>(std::min(cameras, 3)));
+    for (const ConsistencyAt at : {ConsistencyAt::CellMean, ConsistencyAt::Representatives})
+      for (const bool hash : {true, false}) {
+        FuseFlowParameters parameters;
+        parameters.aggregation.consistency_at = at;
+        parameters.use_spatial_hash = hash;
+        const auto cloud = scenes::fuse<fuse_flow::PointFusedCameras>(scene.rig, parameters);
+        ASSERT_FALSE(cloud.empty());
+        for (const auto& point : cloud) {
+          ASSERT_EQ(point.view_count, static_cast<std::uint32_t>(cameras));
+          ASSERT_EQ(point.camera_mask[0], (1u << cameras) - 1);
+          ASSERT_EQ(point.camera_mask[1], 0u);
+        }
+      }
   }
+}
+
+TEST(FuseFlow, WithoutConsistencyThePapersThreeAreCounted) {
+  const Scene scene = scenes::makeScene(scenes::sameCameras(5, 48, 36, 45), scenes::plane({0, 0, 1}, 1.5));
+  FuseFlowParameters parameters;
+  parameters.use_distance_consistency = false;  // no other view is asked
+  const auto cloud = scenes::fuse<fuse_flow::PointFusedCameras>(scene.rig, parameters);
+  ASSERT_FALSE(cloud.empty());
+  for (const auto& point : cloud) {
+    ASSERT_EQ(point.view_count, 3u);
+    ASSERT_EQ(std::bitset<32>(point.camera_mask[0]).count(), 3u);
+  }
+}
+
+TEST(FuseFlow, ACameraAgreesUpToOneSigma) {
+  // σ is 20 mm. The last camera measures the wall behind, so far that its points fall into other cells.
+  for (const auto& [behind, agrees] : std::map<float, bool>{{0.018f, true}, {0.022f, false}, {0.049f, false}}) {
+    FuseFlowParameters parameters;
+    parameters.adapt_noise = false;
+    parameters.consistency.sigma_per_noise = 0;
+    parameters.aggregation.confirmation_reach = 0;
+    const Scene scene =
+        scenes::makeFlatScene(scenes::sameCameras(5, 24, 18, 20), {1.2f, 1.2f, 1.2f, 1.2f, 1.2f + behind});
+    std::size_t front = 0;
+    for (const auto& point : scenes::fuse<fuse_flow::PointFusedCameras>(scene.rig, parameters)) {
+      if (point.z > 1.2001f) continue;
+      ++front;
+      ASSERT_EQ(point.view_count, agrees ? 5u : 4u) << behind;
+      ASSERT_EQ(point.isFrom(4), agrees) << behind;
+      ASSERT_TRUE(point.isFrom(0) && point.isFrom(3));
+    }
+    EXPECT_GT(front, 100u);
+  }
+}
+
+TEST(FuseFlow, CamerasFromNumber64OnAreCountedAndHaveNoBit) {
+  const Scene scene = scenes::makeFlatScene(scenes::sameCameras(70, 12, 9, 10), std::vector<float>(70, 1.2f));
+  FuseFlowParameters parameters;
+  parameters.consistency.max_views = parameters.consistency.max_candidates = 70;
+  const auto cloud = scenes::fuse<fuse_flow::PointFusedCameras>(scene.rig, parameters);
+  ASSERT_FALSE(cloud.empty());
+  for (const auto& point : cloud) {
+    ASSERT_EQ(point.view_count, 70u);
+    ASSERT_EQ(fuse_flow::point::getCameraMask(point), ~std::uint64_t{0});
+  }
+}
+
+TEST(FuseFlow, TheCamerasOfAPointDoNotDependOnTheOrderOfTheRig) {
+  Scene scene = scenes::makeScene(scenes::cameraRow(4), scenes::ballAndWall());
+  scenes::addNoise(scene, 0.003f);
+  const auto cloud = scenes::fuse<fuse_flow::PointFusedCameras>(scene.rig);
+  std::reverse(scene.rig.cameras.begin(), scene.rig.cameras.end());
+  std::reverse(scene.rig.views.begin(), scene.rig.views.end());
+  const auto back = scenes::fuse<fuse_flow::PointFusedCameras>(scene.rig);
+  const auto reversed = [](std::uint64_t mask) {
+    return (mask & 1) << 3 | (mask & 2) << 1 | (mask & 4) >> 1 | (mask & 8) >> 3;
+  };
+  std::map<std::uint64_t, std::size_t> points, of_reversed;
+  for (const auto& point : cloud) ++points[fuse_flow::point::getCameraMask(point)];
+  for (const auto& point : back) ++of_reversed[reversed(fuse_flow::point::getCameraMask(point))];
+  EXPECT_GT(points.size(), 4u);
+  for (const auto& [mask, count] : points)
+    EXPECT_NEAR(static_cast<double>(count), static_cast<double>(of_reversed[mask]), 0.02 * cloud.size() + 2) << mask;
 }
 
 TEST(FuseFlow, CountsOnlyTheCamerasWhoseImageReachesAPlace) {
@@ -108,6 +189,35 @@ TEST(FuseFlow, NormalsAreUnitAreThoseOfTheSurfaceAndFaceTheCameras) {
   for (const auto& point : cloud) ASSERT_EQ(point.getNormalVector3fMap().norm(), 0.0f);
 }
 
+TEST(FuseFlow, NormalsThatAreNotKnownAreNanInACloudThatIsNotDense) {
+  // Measurements two pixels apart: no one has a neighbour.
+  Scene scene = scenes::makeFlatScene(scenes::sameCameras(1, 31, 21, 20), {1.0f});
+  for (int v = 0; v < 21; ++v)
+    for (int u = 0; u < 31; ++u)
+      if (u % 2 || v % 2) scene.depth[0].at(u, v) = 0;
+  FuseFlowParameters parameters;
+  parameters.min_support = 0;
+  parameters.confidence.threshold = 0;
+  for (const bool hash : {true, false}) {
+    parameters.use_spatial_hash = hash;
+    fuse_flow::FuseFlow<pcl::PointXYZRGBNormal> fusion;
+    fusion.setParameters(parameters);
+    pcl::PointCloud<pcl::PointXYZRGBNormal> cloud;
+    fusion.fuse(scene.rig, cloud);
+    EXPECT_TRUE(cloud.is_dense) << "normals were not asked for";
+    fusion.setComputeNormals(true);
+    fusion.fuse(scene.rig, cloud);
+    EXPECT_FALSE(cloud.is_dense);
+    ASSERT_GT(cloud.size(), 50u);
+    for (const auto& point : cloud) {
+      ASSERT_TRUE(pcl::isFinite(point));
+      ASSERT_TRUE(std::isnan(point.normal_x) && std::isnan(point.normal_y) && std::isnan(point.normal_z));
+    }
+    fusion.fuse(wall(2).rig, cloud);  // of the next frame all are known
+    EXPECT_TRUE(cloud.is_dense);
+  }
+}
+
 TEST(FuseFlow, NormalsOfABallPointAwayFromItsCentre) {
   const Eigen::Vector3d centre(0, 0, 1.5);
   const Scene scene = scenes::makeScene(scenes::cameraRow(2, 160, 120, 200), scenes::sphere(centre, 0.4));
@@ -128,18 +238,6 @@ TEST(FuseFlow, NormalsOfABallPointAwayFromItsCentre) {
     ASSERT_GT(point.getNormalVector3fMap().cast<double>().dot(outward), std::cos(3.0 * std::acos(-1.0) / 180));
   }
   EXPECT_GT(interior, 500u);
-}
-
-TEST(FuseFlow, WeightGoesToIntensityWhereThereIsNoConfidence) {
-  Scene scene = scenes::makeFlatScene(scenes::sameCameras(1, 9, 9, 40), {1.0f});
-  scene.confidence.push_back(scenes::uniform(9, 9, 0.75f));  // C = 0.75 inside the image
-  scene.attach();
-  FuseFlowParameters parameters;
-  parameters.half_weight_noise = 0;
-  std::size_t inside = 0;
-  for (const auto& point : scenes::fuse<pcl::PointXYZI>(scene.rig, parameters))
-    inside += std::abs(point.intensity - 0.75f) < 1e-4f ? 1 : 0;
-  EXPECT_GT(inside, 10u);
 }
 
 TEST(FuseFlow, FillsThePclHeaderAndTheStatistics) {
@@ -307,7 +405,109 @@ TEST(FuseFlow, PublishedParametersFuseTheThreeMostConfidentOfFour) {
   ASSERT_EQ(cloud.size(), 1u);
   EXPECT_NEAR(cloud[0].z, sum / total, 1e-6);
   EXPECT_NEAR(cloud[0].confidence, squares / total, 1e-5);
-  EXPECT_EQ(cloud[0].view_count, 3u);
+  EXPECT_EQ(cloud[0].view_count, 4u);  // the fourth agrees
+}
+
+// ---- The sensor's own confidence
+
+TEST(FuseFlow, WhatASensorIsHalfSureOfCountsHalf) {
+  Scene scene = scenes::makeFlatScene(scenes::sameCameras(1, 41, 31, 40), {1.0f});
+  scene.confidence.push_back(scenes::uniform(41, 31, 0.2f));  // below τ
+  scene.attach();
+  FuseFlowParameters parameters;
+  parameters.min_confidence = 0.2f;
+  parameters.aggregation.min_weight = parameters.aggregation.weak_weight = 0;  // which look at weights
+  ASSERT_GT(parameters.confidence.threshold, 0.2f);
+  FrameStatistics statistics;
+  const Cloud sure = scenes::fuse(scenes::makeFlatScene(scene.rig.cameras, {1.0f}).rig, parameters, 1);
+  const Cloud cloud = scenes::fuse(scene.rig, parameters, 1, &statistics);
+  ASSERT_EQ(cloud.size(), sure.size());
+  for (std::size_t k = 0; k < cloud.size(); ++k) {
+    ASSERT_NEAR(cloud[k].confidence, 0.2f * sure[k].confidence, 1e-6f);
+    ASSERT_NEAR(cloud[k].x, sure[k].x, 1e-6f);
+  }
+  EXPECT_EQ(statistics.gated_points, 41u * 31u - 4u);  // C of a corner of the image is below τ, sure or not
+}
+
+TEST(FuseFlow, ConfidenceBelowItsOwnThresholdIsNoMeasurement) {
+  Scene scene = scenes::makeFlatScene(scenes::sameCameras(1, 40, 30, 40), {1.0f});
+  scene.confidence.push_back(scenes::uniform(40, 30, 0.5f));
+  for (int v = 0; v < 30; ++v)
+    for (int u = 0; u < 20; ++u) scene.confidence[0].at(u, v) = v < 15 ? 0.49f : std::nanf("");
+  scene.attach();
+  FuseFlowParameters parameters;
+  parameters.min_support = 0;
+  for (const bool measured : {true, false}) {
+    parameters.use_measurement_confidence = measured;
+    parameters.min_confidence = 0.5f;
+    for (const auto& point : scenes::fuse(scene.rig, parameters)) ASSERT_GE(point.x, 0.0f);
+    parameters.min_confidence = 0;
+    std::size_t left = 0;
+    for (const auto& point : scenes::fuse(scene.rig, parameters)) {
+      ASSERT_TRUE(point.x > -1e-6f || point.y < 0.02f) << "of a pixel whose confidence is not a number";
+      left += point.x < -0.01f ? 1 : 0;
+    }
+    EXPECT_GT(left, 50u);
+  }
+}
+
+// ---- The crop box
+
+TEST(FuseFlow, NoPointLiesOutsideTheCropBoxEvenWhereViewsConfirmOne) {
+  Scene scene = scenes::makeScene(scenes::cameraRow(4), scenes::plane({0, 0, 1}, 1.5));
+  scenes::addNoise(scene, 0.006f);
+  FuseFlowParameters parameters;
+  FrameStatistics statistics;
+  parameters.crop_box = Eigen::AlignedBox3f(Eigen::Vector3f(-0.3f, -0.2f, 1.4f), Eigen::Vector3f(0.3f, 0.2f, 1.5f));
+  const Cloud cloud = scenes::fuse(scene.rig, parameters, 2, &statistics);
+  EXPECT_GT(cloud.size(), 500u);
+  EXPECT_EQ(statistics.fused_points, cloud.size());
+  for (const auto& point : cloud) ASSERT_TRUE(parameters.crop_box->contains(point.getVector3fMap())) << point.z;
+  parameters.crop_box->max().z() = 1.6f;  // the whole wall: those behind are there
+  std::size_t behind = 0;
+  for (const auto& point : scenes::fuse(scene.rig, parameters)) behind += point.z > 1.5f ? 1 : 0;
+  EXPECT_GT(behind, 500u);
+}
+
+// ---- Depth out of range
+
+TEST(FuseFlow, DepthInAnotherUnitIsFoundWithWhatItWouldMean) {
+  Scene scene = scenes::makeFlatScene(scenes::sameCameras(3, 40, 30, 40), {1.0f, 1500.0f, 2.0f});
+  scene.depth16.resize(3);
+  scene.depth16[2].resize(40, 30);
+  std::fill(scene.depth16[2].data.begin(), scene.depth16[2].data.end(), std::uint16_t{25000});  // 2.5 m in 0.1 mm
+  scene.depth16[2].at(3, 3) = 0;
+  scene.depth16[2].at(4, 3) = 65535;
+  scene.depth16[2].at(5, 3) = 30000;
+  scene.depth[1].at(0, 0) = std::nanf("");
+  scene.attach();
+  FrameStatistics statistics;
+  scenes::fuse(scene.rig, {}, 2, &statistics);
+  ASSERT_EQ(statistics.out_of_range.size(), 2u);
+  const fuse_flow::DepthOutOfRange &millimetres = statistics.out_of_range[0], &tenths = statistics.out_of_range[1];
+  EXPECT_EQ(millimetres.camera, 1u);
+  EXPECT_EQ(millimetres.measured, 1199u);
+  EXPECT_EQ(millimetres.in_range, 0u);
+  EXPECT_EQ(millimetres.nearest, 1500.0f);
+  EXPECT_EQ(millimetres.farthest, 1500.0f);
+  EXPECT_EQ(tenths.camera, 2u);
+  EXPECT_EQ(tenths.measured, 1198u);
+  EXPECT_FLOAT_EQ(tenths.nearest, 25.0f);
+  EXPECT_FLOAT_EQ(tenths.farthest, 30.0f);
+  scene.rig.cameras[2].depth_scale = 1e-4f;
+  scenes::fuse(scene.rig, {}, 2, &statistics);
+  EXPECT_EQ(statistics.out_of_range.size(), 1u);
+}
+
+TEST(FuseFlow, FewMeasurementsAreNoneOutOfRange) {
+  Scene scene = scenes::makeFlatScene(scenes::sameCameras(1, 40, 30, 40), {0.0f});
+  FrameStatistics statistics;
+  scenes::fuse(scene.rig, {}, 2, &statistics);
+  EXPECT_TRUE(statistics.out_of_range.empty()) << "nothing is measured";
+  scene.depth[0].at(7, 7) = 1;
+  scene.depth[0].at(8, 7) = 30;
+  scenes::fuse(scene.rig, {}, 2, &statistics);
+  EXPECT_TRUE(statistics.out_of_range.empty()) << "half of what is measured is in range";
 }
 
 // ---- The ablation's switches

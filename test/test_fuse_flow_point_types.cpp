@@ -39,7 +39,8 @@ TEST(PointTraits, AFieldOfAnotherTypeIsLeftAlone) {
   namespace point = fuse_flow::point;
   LidarPoint p;
   point::setPosition(p, {1, 2, 3});
-  point::setWeight(p, 0.5f);
+  point::setIntensity(p, 0.5f);
+  point::setCameraMask(p, 1);
   point::setConfidence(p, 0.5f);
   point::setViewCount(p, 0xffffffffu);
   EXPECT_EQ(p.z, 3.0f);
@@ -73,6 +74,12 @@ TYPED_TEST(FuseFlowOf, PutsPointsWhereTheirRaysMeetAWallAndFillsTheFieldsThatThe
     fusion.setNumberOfThreads(2);
     fusion.setComputeNormals(true);
     pcl::PointCloud<TypeParam> cloud;
+    fusion.setWeightInIntensity(true);
+    fusion.fuse(scene.rig, cloud);
+    if constexpr (point::has_intensity<TypeParam>) {
+      for (const TypeParam& p : cloud) ASSERT_NEAR(point::getIntensity(p), 0.75f, 1e-4f);
+    }
+    fusion.setWeightInIntensity(false);
     fusion.fuse(scene.rig, cloud);
     ASSERT_GT(cloud.size(), 300u);
     if (!hash) {
@@ -87,8 +94,9 @@ TYPED_TEST(FuseFlowOf, PutsPointsWhereTheirRaysMeetAWallAndFillsTheFieldsThatThe
       }
       if constexpr (point::has_confidence<TypeParam>) {
         ASSERT_NEAR((point::getField<fields::confidence, float>(p)), 0.75f, 1e-4f);
-      } else if constexpr (point::has_intensity<TypeParam>) {
-        ASSERT_NEAR((point::getField<fields::intensity, float>(p)), 0.75f, 1e-4f);
+      }
+      if constexpr (point::has_intensity<TypeParam>) {  // the luminance of its colour
+        ASSERT_NEAR((point::getField<fields::intensity, float>(p)), 0.299f * 200 + 0.587f * 100 + 0.114f * 50, 1e-3f);
       }
       if constexpr (point::has_view_count<TypeParam>) {
         ASSERT_EQ((point::getField<fields::view_count, std::uint32_t>(p)), 2u);

@@ -36,7 +36,7 @@ void useIntegerDepth(Scene& scene, const std::vector<std::vector<std::uint16_t>>
     scene.depth16[i].data = raw[i];
   }
   scene.attach();
-  for (auto& view : scene.rig.views) view.depth_scale = scale;
+  for (Camera& camera : scene.rig.cameras) camera.depth_scale = scale;
 }
 
 TEST(FuseFlowProperties, TheBytesDoNotDependOnTheNumberOfThreads) {
@@ -202,7 +202,7 @@ TEST(FuseFlowProperties, WeakPointsGoOnlyWhereABetterOneStays) {
     for (int u = 0; u < 48; ++u) scene.confidence[0].at(u, v) = 0.2f;
   scene.attach();
   FuseFlowParameters parameters;
-  parameters.confidence.threshold = 0.1f;
+  parameters.min_confidence = 0;
   parameters.aggregation.min_weight = parameters.aggregation.weak_weight = 0;
   const auto halves = [](const Cloud& cloud) {
     std::array<std::size_t, 2> count{};

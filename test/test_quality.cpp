@@ -26,7 +26,7 @@ Points concatenated(const fuse_flow::RigFrame& frame) {
     for (int v = 0; v < K.height; ++v)
       for (int u = 0; u < K.width; ++u) {
         const std::uint16_t raw = view.depth16.row(v)[u];
-        const auto z = static_cast<double>(view.depth_scale) * raw;
+        const auto z = static_cast<double>(frame.cameras[i].depth_scale) * raw;
         if (raw == 0 || raw == 65535 || z < static_cast<double>(parameters.preprocessing.min_range) ||
             z > static_cast<double>(parameters.preprocessing.max_range))
           continue;

@@ -29,7 +29,7 @@ class RigRecording : public testing::Test {
     folder_ = fs::temp_directory_path() / ("fuse_flow_" + std::to_string(getpid()));
     fs::remove_all(folder_);
     io::RigDescription rig{{}, 5.0};
-    for (const Camera& camera : cameras()) rig.cameras.push_back({camera, frames()[0].rig.views[0].depth_scale});
+    for (const Camera& camera : cameras()) rig.cameras.push_back({camera});
     const io::RigWriter writer(folder_.string(), rig, true);
     for (std::size_t frame = 0; frame < frames().size(); ++frame) writer.write(frame, frames()[frame]);
     writer.finish();

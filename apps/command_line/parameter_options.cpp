@@ -73,6 +73,8 @@ ParameterOptions::ParameterOptions(CLI::App& app) {
   add(app, "--adapt-noise", given_.adapt_noise, "measure how noisy each view is (true/false)");
   add(app, "--half-weight-noise", given_.half_weight_noise, "axial noise that halves a weight, m; 0: none does");
   add(app, "--max-noise", given_.max_noise, "drop measurements of more axial noise, m; 0: none");
+  add(app, "--min-confidence", given_.min_confidence,
+      "drop measurements whose own confidence is less; 0: those of none");
   add(app, "--min-support", given_.min_support, "drop measurements that fewer neighbours continue, 1-8; 0: none");
   ConfidenceParameters& c = given_.confidence;
   addEnum(app, "--confidence-form", c.form,

@@ -26,7 +26,8 @@ float measuredDepth(const DepthView& view, const Camera& camera, const Pixel& at
   const int u = static_cast<int>(std::lround(at.u)), v = static_cast<int>(std::lround(at.v));
   const Intrinsics& K = camera.intrinsics;
   if (camera.color || view.missing() || u < 0 || v < 0 || u >= K.width || v >= K.height) return 0;
-  const float z = view.depth32 ? view.depth32.row(v)[u] : view.depth_scale * static_cast<float>(view.depth16.row(v)[u]);
+  const float z =
+      view.depth32 ? view.depth32.row(v)[u] : camera.depth_scale * static_cast<float>(view.depth16.row(v)[u]);
   return std::isfinite(z) && z > 0 && z < 60 ? z : 0;
 }
 

@@ -10,13 +10,13 @@ namespace fuse_flow::io {
 namespace {
 
 /** \brief Depth of a pixel, metres; 0 where there is none. */
-float depthAt(const DepthView& view, int u, int v) {
+float depthAt(const Camera& camera, const DepthView& view, int u, int v) {
   if (view.depth32) {
     const float z = view.depth32.row(v)[u];
     return std::isfinite(z) && z > 0 ? z : 0.0f;
   }
   const std::uint16_t raw = view.depth16.row(v)[u];
-  return raw == 65535 ? 0.0f : view.depth_scale * static_cast<float>(raw);
+  return raw == 65535 ? 0.0f : camera.depth_scale * static_cast<float>(raw);
 }
 
 /** \brief Whether the colour image shows any of the points of a grid over the depth image. */
@@ -26,7 +26,7 @@ bool anyInImage(const Camera& camera, const DepthView& view) {
   const int step = std::max(1, std::max(view.width(), view.height()) / 64);
   for (int v = 0; v < view.height(); v += step)
     for (int u = 0; u < view.width(); u += step) {
-      const float z = depthAt(view, u, v);
+      const float z = depthAt(camera, view, u, v);
       if (z > 0 && viewColor(geometry, view.color, {}, u, v, geometry.ray(u, v), z).known) return true;
     }
   return false;

@@ -31,7 +31,7 @@ void DepthInRange::look(const RigFrame& frame) {
     if (seen.in_range || view.missing()) continue;
     seen.name = frame.cameras[i].name;
     seen.images = true;
-    seen.scale = view.depth16 ? view.depth_scale : 0.0f;
+    seen.scale = view.depth16 ? frame.cameras[i].depth_scale : 0.0f;
     const auto visit = [&](float z) {
       seen.in_range = z >= range_.min_range && z <= range_.max_range;
       seen.nearest = seen.nearest > 0 ? std::min(seen.nearest, z) : z;
@@ -39,7 +39,7 @@ void DepthInRange::look(const RigFrame& frame) {
       return seen.in_range;
     };
     if (view.depth16) {
-      forEachUntil(view.depth16, view.depth_scale, visit);
+      forEachUntil(view.depth16, seen.scale, visit);
     } else {
       forEachUntil(view.depth32, 0, visit);
     }

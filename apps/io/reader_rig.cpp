@@ -41,7 +41,8 @@ class RigRecording : public Recording {
         skip_damaged_(options.skip_damaged) {
     for (const RigCamera& entry : rig.cameras) {
       cameras_.push_back(entry.camera);
-      units_.push_back({options.depth_scale.value_or(entry.depth_scale), entry.confidence_scale});
+      if (options.depth_scale) cameras_.back().depth_scale = *options.depth_scale;
+      confidence_scales_.push_back(entry.confidence_scale);
       const std::string own_folder = (folder_ / entry.camera.name).string();
       stems_.push_back(numberedImages(fs::path(own_folder) / "depth"));
       color_folders_.push_back(colorFolder(own_folder));
@@ -80,7 +81,7 @@ class RigRecording : public Recording {
         if (files.color.empty()) files.color = findImage(color_folders_[i], frameStem(frame));
       }
       files.confidence = (camera / "confidence" / (stem + ".png")).string();
-      loadView(files, units_[i], i, skip_damaged_, out);
+      loadView(files, confidence_scales_[i], i, skip_damaged_, out);
       if (stems_[i].empty() || frame > stems_[i].rbegin()->first) out.ended.push_back({i, ending(i)});
     }
   }
@@ -138,7 +139,7 @@ class RigRecording : public Recording {
   bool read_color_;
   bool skip_damaged_;
   std::vector<Camera> cameras_;
-  std::vector<ViewUnits> units_;
+  std::vector<std::optional<float>> confidence_scales_;
   std::vector<std::map<std::size_t, std::string>> stems_;  ///< of each camera's depth images, by their number
   std::vector<std::string> color_folders_;                 ///< of each camera; empty: it has none
   std::vector<std::size_t> frames_;

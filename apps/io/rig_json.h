@@ -11,8 +11,6 @@ namespace fuse_flow::io {
 /** \brief One entry of rig.json. */
 struct RigCamera {
   Camera camera;
-  /** \brief Metres per unit of its depth images. */
-  float depth_scale{0.001f};
   /** \brief What one step of its confidence images is worth, so that 1 is certain; absent: the largest value of the file's type is 1. */
   std::optional<float> confidence_scale{};
 };

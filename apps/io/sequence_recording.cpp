@@ -42,7 +42,7 @@ class SequenceRecording : public Recording {
       const SequenceFrame& source = frameOf(view, frame);
       out.rig.cameras[view] = cameraOf(source);
       checkCameraInput(sequence_.path, out.rig.cameras[view]);
-      loadView(source.files, {sequence_.depth_scale, {}}, view, skip_damaged_, out);
+      loadView(source.files, std::nullopt, view, skip_damaged_, out);
     }
   }
 
@@ -70,6 +70,7 @@ class SequenceRecording : public Recording {
     Camera camera;
     camera.name = frame.name;
     camera.intrinsics = intrinsics_;
+    camera.depth_scale = sequence_.depth_scale;
     camera.T_world_camera = frame.T_world_camera;
     return camera;
   }

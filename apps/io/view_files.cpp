@@ -39,10 +39,9 @@ std::string colorFolder(const std::string& folder) {
   return "";
 }
 
-void loadView(const ViewFiles& files, const Camera& camera, const ViewUnits& units, LoadedView& images,
+void loadView(const ViewFiles& files, const Camera& camera, std::optional<float> confidence_scale, LoadedView& images,
               DepthView& view) {
   view = DepthView();
-  view.depth_scale = units.depth_scale;
   if (files.depth.empty()) return;
   if (!isThere(files.depth)) {
     if (!files.depth_was_there) return;
@@ -58,16 +57,17 @@ void loadView(const ViewFiles& files, const Camera& camera, const ViewUnits& uni
     view.color = images.color.view();
   }
   if (!files.confidence.empty() && isThere(files.confidence)) {
-    const float step = readConfidencePng(files.confidence, images.confidence, units.confidence_scale,
+    const float step = readConfidencePng(files.confidence, images.confidence, confidence_scale,
                                          sizeOf(files.confidence, camera.name, camera.intrinsics));
-    images.assumed_confidence_step = units.confidence_scale ? 0.0f : step;
+    images.assumed_confidence_step = confidence_scale ? 0.0f : step;
     view.confidence = images.confidence.view();
   }
 }
 
-void loadView(const ViewFiles& files, const ViewUnits& units, std::size_t number, bool skip_damaged, LoadedFrame& out) {
+void loadView(const ViewFiles& files, std::optional<float> confidence_scale, std::size_t number, bool skip_damaged,
+              LoadedFrame& out) {
   try {
-    loadView(files, out.rig.cameras[number], units, out.images[number], out.rig.views[number]);
+    loadView(files, out.rig.cameras[number], confidence_scale, out.images[number], out.rig.views[number]);
   } catch (const InputError& error) {
     if (!skip_damaged) throw;
     out.rig.views[number] = DepthView();

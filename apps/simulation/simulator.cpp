@@ -90,6 +90,7 @@ Simulator::Simulator(const SimulationOptions& options) : options_(options), rays
     Camera camera;
     camera.name = cameraName(k);
     camera.intrinsics = sensor_->intrinsics();
+    camera.depth_scale = sensor_->depthScale();
     camera.T_world_camera = poses[k];
     camera.multipath.modulation_frequency = sensor_->modulationFrequency();
     if (options_.faults.depth_distortion > 0) {
@@ -112,7 +113,7 @@ Simulator::Simulator(const SimulationOptions& options) : options_(options), rays
 
 io::RigDescription Simulator::rig() const {
   io::RigDescription rig{{}, options_.frames_per_second};
-  for (const Camera& camera : cameras_) rig.cameras.push_back({camera, sensor_->depthScale()});
+  for (const Camera& camera : cameras_) rig.cameras.push_back({camera});
   return rig;
 }
 
@@ -152,7 +153,6 @@ void Simulator::measure(std::size_t frame, io::LoadedFrame& out) {
     encode(metres, bias_[k], true_cameras_[k].depth_correction, *sensor_, images.depth16);
     DepthView& view = out.rig.views[k];
     view.depth16 = images.depth16.view();
-    view.depth_scale = sensor_->depthScale();
     if (!options_.color) continue;
     renderColor(rays_, true_cameras_[k].intrinsics, pose, shot, options_.threads, images.color);
     view.color = images.color.view();

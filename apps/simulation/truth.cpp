@@ -284,7 +284,7 @@ void writeTruth(const std::string& recording, const Simulator& simulator) {
   for (const Object& object : simulator.fixedObjects()) json["objects"].push_back(objectJson(object, false));
   for (const Object& object : simulator.movingObjects(0)) json["objects"].push_back(objectJson(object, true));
   io::RigDescription rig{{}, o.frames_per_second};
-  for (const Camera& camera : simulator.trueCameras()) rig.cameras.push_back({camera, simulator.sensor().depthScale()});
+  for (const Camera& camera : simulator.trueCameras()) rig.cameras.push_back({camera});
   io::writeFile((truth / "fixed.ply").string(), meshFile(simulator.fixedObjects(), 0));
   io::writeRigJson((truth / "rig.json").string(), rig);
   io::writeFile((truth / "simulation.json").string(), json.dump(2) + "\n");

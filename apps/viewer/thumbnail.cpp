@@ -20,10 +20,10 @@ Rgb8 depthColor(float z) {
   return {grey, grey, grey};
 }
 
-float depthAt(const DepthView& view, int u, int v) {
+float depthAt(const Camera& camera, const DepthView& view, int u, int v) {
   if (view.depth32) return view.depth32.row(v)[u];
   const std::uint16_t raw = view.depth16.row(v)[u];
-  return raw == 65535 ? 0.0f : view.depth_scale * static_cast<float>(raw);
+  return raw == 65535 ? 0.0f : camera.depth_scale * static_cast<float>(raw);
 }
 
 /** \brief Of each picture; where one is missing, that of the first which is there. */
@@ -49,7 +49,7 @@ void draw(const io::ColorImage& picture, Rgb8 border, int begin, int width, io::
 
 }  // namespace
 
-io::ColorImage thumbnailOf(const DepthView& view, int height) {
+io::ColorImage thumbnailOf(const Camera& camera, const DepthView& view, int height) {
   io::ColorImage image;
   if (view.missing()) return image;
   const int from_width = view.color ? view.color.width : view.width();
@@ -58,7 +58,7 @@ io::ColorImage thumbnailOf(const DepthView& view, int height) {
   for (int v = 0; v < image.height; ++v)
     for (int u = 0; u < image.width; ++u) {
       const int from_u = u * from_width / image.width, from_v = v * from_height / image.height;
-      image.at(u, v) = view.color ? view.color.row(from_v)[from_u] : depthColor(depthAt(view, from_u, from_v));
+      image.at(u, v) = view.color ? view.color.row(from_v)[from_u] : depthColor(depthAt(camera, view, from_u, from_v));
     }
   return image;
 }

@@ -6,7 +6,7 @@ namespace fuse_flow::viewing {
 
 /** \brief A small picture of what a camera sees: its colour image, or its depth in grey, near bright, where it has none;
  *  empty if the camera is missing. Nearest pixels. \param height pixels; ≥ 1 */
-io::ColorImage thumbnailOf(const DepthView& view, int height);
+io::ColorImage thumbnailOf(const Camera& camera, const DepthView& view, int height);
 
 /** \brief Pictures from left to right. */
 struct Strip {

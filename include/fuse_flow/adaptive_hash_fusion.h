@@ -22,9 +22,9 @@ namespace fuse_flow {
  *
  *  C is the points' confidence field, where PointT has one, at most 1, else 1. Points with C ≤ 0, and points that are not
  *  finite, do not take part. With setCameraIndices() points are told apart by camera; with setFrame() representatives are
- *  weighed with V. Colours and normals are averaged with the shares of eq. 11; the output's confidence (else intensity)
- *  is ω, its view_count the number of cameras that contributed; all other fields are those of the representative with
- *  the largest share. With extract_removed_indices, the removed indices are those of the points that represent no output
+ *  weighed with V. Colours, intensities and normals are averaged with the shares of eq. 11, those that are not finite left out; the output's
+ *  confidence is ω, its view_count the number of cameras that it is from and its camera_mask their bits (see PointCameras); all other
+ *  fields, and normals of which none is known, are those of the representative with the largest share. With extract_removed_indices, the removed indices are those of the points that represent no output
  *  point.
  *
  *  Filtering is for one thread at a time, which is checked: a second one gets a pcl::PCLException. Objects share nothing: several may be used at once, by a thread each. */
@@ -64,6 +64,9 @@ class AdaptiveHashFusion<PointT, device::Host> : public pcl::Filter<PointT> {
   /** \brief What of that frame's depth counts as measured. \throws pcl::BadArgumentException for a value out of range */
   inline void setPreprocessing(const PreprocessingParameters& parameters);
 
+  /** \brief Write ω into PointT's intensity, if it has one, in place of the mean intensity; default off. */
+  void setWeightInIntensity(bool weight) { weight_in_intensity_ = weight; }
+
   /** \brief Threads to use; 0, the default, is one per core. */
   void setNumberOfThreads(unsigned int threads) { threads_ = static_cast<int>(threads); }
 
@@ -77,19 +80,22 @@ class AdaptiveHashFusion<PointT, device::Host> : public pcl::Filter<PointT> {
   inline void applyFilter(PointCloud& output) override;
 
   /** \brief Section 5 for points in the world frame, camera after camera: the step that another device replaces.
-   *  \param points positions and C  \param cameras of each point  \return fused points, whose sources are numbers of
-   *  points */
+   *  \param points positions and C  \param cameras of each point  \param agreeing receives of each fused point cameraBit() of the cameras
+   *  that agree with it, those of its representatives or not among them; may be left empty where no view is asked
+   *  \return fused points, whose sources are numbers of points */
   inline virtual std::vector<FusedPoint> fusePoints(const std::vector<WeightedPoint>& points,
-                                                    const std::vector<std::uint32_t>& cameras);
+                                                    const std::vector<std::uint32_t>& cameras,
+                                                    std::vector<std::uint64_t>& agreeing);
 
   AggregationParameters parameters_;       ///< see setParameters()
   std::optional<RigFrame> frame_;          ///< see setFrame()
   ConsistencyParameters consistency_;      ///< see setFrame()
   PreprocessingParameters preprocessing_;  ///< see setPreprocessing()
   int threads_{0};                         ///< see setNumberOfThreads()
+  bool weight_in_intensity_{false};        ///< see setWeightInIntensity()
+  detail::OneThread one_thread_;           ///< who filters asks it
 
  private:
-  detail::OneThread one_thread_;
   std::vector<std::uint32_t> cameras_;
 };
 

@@ -24,6 +24,8 @@ struct Camera {
   std::string name;
   /** \brief Of the depth image. */
   Intrinsics intrinsics;
+  /** \brief Metres per unit of its 16-bit depth images, DepthView::depth16; > 0. Depth in float is in metres. */
+  float depth_scale{0.001f};
   /** \brief Camera frame → world frame, metres; the inverse of the paper's T̂. */
   Eigen::Isometry3d T_world_camera = Eigen::Isometry3d::Identity();
   /** \brief Absent: the colour image has the depth image's size and viewpoint. */
@@ -34,8 +36,8 @@ struct Camera {
   Multipath multipath;
 };
 
-/** \brief Throws pcl::BadArgumentException, naming the camera and the value, unless sizes and focal lengths are
- *  positive, all numbers finite, depth_correction and multipath within their ranges, and the poses rigid (rotation orthonormal to 1e-3, determinant +1). */
+/** \brief Throws pcl::BadArgumentException, naming the camera and the value, unless sizes, focal lengths and
+ *  depth_scale are positive, all numbers finite, depth_correction and multipath within their ranges, and the poses rigid (rotation orthonormal to 1e-3, determinant +1). */
 inline void checkCamera(const Camera& camera);
 
 /** \brief An Eigen pose as the plain numbers that the per-pixel maths uses. */

@@ -81,10 +81,10 @@ class ConfidenceEstimation<PointT, device::Host> : public pcl::FilterIndices<Poi
   template <typename Cloud>
   inline static void checkOrganized(const Cloud& cloud);
 
-  int threads_{0};  ///< see setNumberOfThreads()
+  int threads_{0};                ///< see setNumberOfThreads()
+  detail::OneThread one_thread_;  ///< who filters asks it
 
  private:
-  detail::OneThread one_thread_;
   ConfidenceParameters parameters_;
   float focal_length_{525.0f};
   std::vector<float> confidence_;

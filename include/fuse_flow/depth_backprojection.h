@@ -80,9 +80,7 @@ class DepthBackprojection<PointT, device::Host> : public pcl::Filter<PointT> {
   int threads_{0};                                                    ///< see setNumberOfThreads()
   DepthView view_;                                                    ///< see setView()
   float user_filter_value_{std::numeric_limits<float>::quiet_NaN()};  ///< see setUserFilterValue()
-
- private:
-  detail::OneThread one_thread_;
+  detail::OneThread one_thread_;                                      ///< who filters asks it
 };
 
 }  // namespace fuse_flow

@@ -42,14 +42,12 @@ struct Rgb8 {
 
 /** \brief What one camera measured at one instant. Owns nothing: the images must outlive the call that reads them.
  *
- *  Depth comes either as 16-bit integers with a scale, or as float metres; set one of the two. 0, 65535, NaN and ±inf
+ *  Depth comes either as 16-bit integers in units of Camera::depth_scale, or as float metres; set one of the two. 0, 65535, NaN and ±inf
  *  mean "no measurement". With neither set, the camera is missing from this frame, which is not an error.
  *  Data: many threads may read it while none writes. */
 struct DepthView {
-  /** \brief Depth in units of depth_scale metres. */
+  /** \brief Depth in units of Camera::depth_scale. */
   ImageView<std::uint16_t> depth16;
-  /** \brief Metres per unit of depth16; > 0. */
-  float depth_scale{0.001f};
   /** \brief Depth in metres. */
   ImageView<float> depth32;
   /** \brief Optional; the depth image's size, or the colour camera's where the Camera has one. */

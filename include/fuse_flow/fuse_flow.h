@@ -1,5 +1,6 @@
 #pragma once
 
+#include <fuse_flow/depth_out_of_range.h>
 #include <fuse_flow/device.h>
 #include <fuse_flow/math/adaptive_hash.h>
 #include <fuse_flow/math/confidence.h>
@@ -42,6 +43,9 @@ struct FuseFlowParameters {
    *  surfaceSupport(), or it is dropped: what sensors measure beside an edge, between one surface and another, lies alone; 0 … 8, 0: none must. Up to 3 the
    *  corners of surfaces stay. Without measurement confidence none must. */
   int min_support{3};
+  /** \brief Measurements to which DepthView::confidence gives less than this are dropped; [0, 1], 0: only those to which it gives none. The
+   *  gate of eq. 9 looks at C of eq. 3 alone; what passes both weighs C times the given confidence. */
+  float min_confidence{0.5f};
   /** \brief MF of the paper's ablation; off: C = 1 wherever there is a measurement, whatever its noise and what is around it, times the view's own
    *  confidence. */
   bool use_measurement_confidence{true};
@@ -49,7 +53,8 @@ struct FuseFlowParameters {
   bool use_distance_consistency{true};
   /** \brief SA; off: point-wise fusion, one output point for each pixel that passes the gate. */
   bool use_spatial_hash{true};
-  /** \brief Points outside are dropped before fusion; world frame, metres. */
+  /** \brief Points outside are dropped, before the fusion and, where other views confirm that they lie outside, after it: no fused point
+   *  lies outside; world frame, metres. */
   std::optional<Eigen::AlignedBox3f> crop_box;
 
   /** \brief The forms of eq. 3, 6, 7 and of the representatives as the paper prints them; doc/parameters.md says how what it leaves open is
@@ -63,11 +68,14 @@ inline void checkParameters(const FuseFlowParameters& parameters);
 /** \brief What happened in the last frame. */
 struct FrameStatistics {
   std::size_t measured_points{0};  ///< pixels with a measurement in range
-  /** \brief Of those, the ones with C > τ, within max_noise, with min_support, inside the crop box. */
+  /** \brief Of those, the ones with C > τ, a given confidence of min_confidence or more, within max_noise, with min_support, inside the crop
+   *  box. */
   std::size_t gated_points{0};
   std::size_t coarse_cells{0};               ///< that hold a gated point
   std::size_t fused_points{0};               ///< of the output cloud
   std::vector<std::size_t> missing_cameras;  ///< numbers of the cameras without a view
+  /** \brief Cameras whose depth is out of range, for a look at their unit. Looked for where less than a fiftieth of an image is in range. */
+  std::vector<DepthOutOfRange> out_of_range;
   /** \brief The noise of each camera over what the parameters say, 0.25 … 8; 1 where it is not measured. */
   std::vector<float> noise_scales;
   /** \brief Laying out memory, depth to metres, range, hole fill, noise, smoothing. On the CPU it overlaps with generate_ms, and what they take
@@ -91,9 +99,10 @@ struct FrameStatistics {
  *  fusion.fuse(frame, cloud);
  *  \endcode
  *
- *  If PointT has rgb or rgba, colour is fused; if it has confidence (else intensity), that receives ω; if it has
- *  view_count, the number of cameras among its (at most three) representatives, or point-wise that of all views that were averaged; if it has a normal and setComputeNormals(true), the mean normal,
- *  facing the cameras. The same frame gives the same bytes for any number of threads.
+ *  What PointT has a field for is filled in: rgb or rgba with the fused colour, intensity with its luminance, confidence with ω,
+ *  view_count with the number of cameras that the point is from and camera_mask with their bits (see PointCameras; point-wise those
+ *  whose points were averaged), and after setComputeNormals(true) the normal with the mean normal, facing the cameras, or NaN where none is
+ *  known: the cloud is then not dense. The same frame gives the same bytes for any number of threads.
  *
  *  One object is for one thread at a time, which is checked: a second one gets a pcl::PCLException. Objects share nothing but helper threads: several may be used at once, by a thread each. */
 template <typename PointT, typename Device = device::Host>
@@ -134,6 +143,9 @@ class FuseFlow<PointT, device::Host> {
 
   /** \brief Fill PointT's normal, if it has one, from the depth images; default off. */
   inline void setComputeNormals(bool compute);
+
+  /** \brief Write ω into PointT's intensity, if it has one, in place of the luminance; default off. */
+  inline void setWeightInIntensity(bool weight);
 
   /** \brief Fuse one frame. Of the cloud's header only the stamp is set. A missing camera is left out and named in the statistics; a frame without any view gives an
    *  empty cloud. \throws pcl::BadArgumentException if a camera or a view contradicts itself

@@ -85,9 +85,9 @@ class MultiViewConsistency<PointT, device::Host> : public pcl::FilterIndices<Poi
   ConsistencyParameters parameters_;       ///< see setParameters()
   PreprocessingParameters preprocessing_;  ///< see setPreprocessing()
   int threads_{0};                         ///< see setNumberOfThreads()
+  detail::OneThread one_thread_;           ///< who filters asks it
 
  private:
-  detail::OneThread one_thread_;
   float threshold_{0.1f};
   std::vector<float> consistency_;
   std::vector<int> view_counts_;

@@ -31,6 +31,9 @@ constexpr bool has_confidence = hasFieldOf<PointT, pcl::fields::confidence, floa
 /** \brief Whether PointT has an intensity, of type float. */
 template <typename PointT>
 constexpr bool has_intensity = hasFieldOf<PointT, pcl::fields::intensity, float>();
+/** \brief Whether PointT has a camera_mask of two std::uint32_t: the bits of cameras 0 to 31, then of 32 to 63. */
+template <typename PointT>
+constexpr bool has_camera_mask = hasFieldOf<PointT, pcl::fields::camera_mask, std::uint32_t[2]>();
 /** \brief Whether PointT has a view_count, an integer of 32 bits. */
 template <typename PointT>
 constexpr bool has_view_count = hasFieldOf<PointT, pcl::fields::view_count, std::uint32_t, std::int32_t>();
@@ -40,6 +43,9 @@ constexpr bool has_rgba = hasFieldOf<PointT, pcl::fields::rgba, std::uint32_t, f
 /** \brief Whether PointT has rgba or rgb, in 32 bits. */
 template <typename PointT>
 constexpr bool has_color = has_rgba<PointT> || hasFieldOf<PointT, pcl::fields::rgb, std::uint32_t, float>();
+/** \brief Whether what PointT has comes from a colour image. */
+template <typename PointT>
+constexpr bool shows_color = has_color<PointT> || has_intensity<PointT>;
 // Versions of clang-format differ in what && after a template is.
 // clang-format off
 /** \brief Whether PointT has all of normal_x, normal_y, normal_z, of type float. */
@@ -90,14 +96,17 @@ void setColor(PointT& point, const Vec3& color) {
   if constexpr (has_color<PointT>) setField<ColorField<PointT>>(point, rgba);
 }
 
-/** \brief To confidence if the point has it, else to intensity if it has that. */
+/** \brief To intensity if the point has it. */
 template <typename PointT>
-void setWeight(PointT& point, float weight) {
-  if constexpr (has_confidence<PointT>) {
-    setField<pcl::fields::confidence>(point, weight);
-  } else if constexpr (has_intensity<PointT>) {
-    setField<pcl::fields::intensity>(point, weight);
-  }
+void setIntensity(PointT& point, float intensity) {
+  if constexpr (has_intensity<PointT>) setField<pcl::fields::intensity>(point, intensity);
+}
+
+/** \brief As stored; 0 where PointT has none. */
+template <typename PointT>
+float getIntensity(const PointT& point) {
+  if constexpr (has_intensity<PointT>) return getField<pcl::fields::intensity, float>(point);
+  return 0.0f;
 }
 
 /** \brief To confidence if the point has it; 0 … 1. */
@@ -117,6 +126,27 @@ float getConfidence(const PointT& point) {
 template <typename PointT>
 void setViewCount(PointT& point, std::uint32_t views) {
   if constexpr (has_view_count<PointT>) setField<pcl::fields::view_count>(point, views);
+}
+
+/** \brief To camera_mask if the point has it. \param mask a cameraBit() each */
+template <typename PointT>
+void setCameraMask(PointT& point, std::uint64_t mask) {
+  if constexpr (has_camera_mask<PointT>) {
+    const std::uint32_t words[2] = {static_cast<std::uint32_t>(mask), static_cast<std::uint32_t>(mask >> 32)};
+    std::memcpy(reinterpret_cast<char*>(&point) + pcl::traits::offset<PointT, pcl::fields::camera_mask>::value, words,
+                sizeof words);
+  }
+}
+
+/** \brief As stored; 0 where PointT has none. */
+template <typename PointT>
+std::uint64_t getCameraMask(const PointT& point) {
+  std::uint32_t words[2] = {0, 0};
+  if constexpr (has_camera_mask<PointT>)
+    std::memcpy(words,
+                reinterpret_cast<const char*>(&point) + pcl::traits::offset<PointT, pcl::fields::camera_mask>::value,
+                sizeof words);
+  return std::uint64_t{words[1]} << 32 | words[0];
 }
 
 /** \brief As stored, of whatever length; zero where PointT has none. */

@@ -17,6 +17,7 @@
 #include <limits>
 #include <ostream>
 #include <string>
+#include <tuple>
 #include <unordered_map>
 #include <unordered_set>
 #include <vector>
@@ -186,6 +187,12 @@ inline void expectSameStatistics(const fuse_flow::FrameStatistics& host, const f
   EXPECT_EQ(device.coarse_cells, host.coarse_cells);
   EXPECT_EQ(device.missing_cameras, host.missing_cameras);
   EXPECT_EQ(device.noise_scales, host.noise_scales);
+  ASSERT_EQ(device.out_of_range.size(), host.out_of_range.size());
+  for (std::size_t k = 0; k < host.out_of_range.size(); ++k) {
+    const fuse_flow::DepthOutOfRange &a = device.out_of_range[k], &b = host.out_of_range[k];
+    EXPECT_EQ(std::tie(a.camera, a.measured, a.in_range, a.nearest, a.farthest),
+              std::tie(b.camera, b.measured, b.in_range, b.nearest, b.farthest));
+  }
 }
 
 /** \brief Fuses a frame on both and expects the same. */

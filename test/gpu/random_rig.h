@@ -55,6 +55,7 @@ class RandomFrame {
 
   static void drawCamera(Random& random, fuse_flow::Camera& camera, int max_side, double scale) {
     fuse_flow::Intrinsics& K = camera.intrinsics;
+    if (random.oneIn(10)) camera.depth_scale = random.oneIn(2) ? 1.0f : 1e-5f;  // not that of its images
     K.width = 1 + random.below(max_side);
     K.height = 1 + random.below(max_side);
     K.fx = random.uniform(0.8f, 1.6f) * static_cast<float>(max_side);
@@ -163,6 +164,7 @@ inline fuse_flow::FuseFlowParameters parameters(Random& random, double scale = 1
   p.max_noise =
       random.oneIn(2) ? 0.0f : random.uniform(0.5f, 3.0f) * axialNoise(p.confidence, static_cast<float>(scale));
   p.min_support = random.below(9);
+  p.min_confidence = random.oneIn(2) ? 0.0f : random.uniform(0.0f, 1.0f);
   p.confidence.form = random.oneIn(2) ? ConfidenceForm::Published : ConfidenceForm::SlopeCompensated;
   p.confidence.threshold = random.oneIn(3) ? random.uniform(0.0f, 0.7f) : p.confidence.threshold;
   p.consistency.occlusion = random.oneIn(2) ? OcclusionForm::Published : OcclusionForm::OcclusionAware;

@@ -44,20 +44,81 @@ TEST(GpuSameAsHost, NormalsAreThoseOfTheHost) {
   device.setComputeNormals(true);
   const auto same = [](const PointT& a, const PointT& b) {
     const auto near = [](std::uint8_t c, std::uint8_t d) { return std::abs(int{c} - int{d}) <= kLevels; };
-    return samePosition(a, b) && (a.getNormalVector3fMap() - b.getNormalVector3fMap()).norm() < 1e-3f &&
+    const bool unknown = std::isnan(a.normal_x) && std::isnan(b.normal_x);
+    return samePosition(a, b) && (unknown || (a.getNormalVector3fMap() - b.getNormalVector3fMap()).norm() < 1e-3f) &&
            near(a.r, b.r) && near(a.g, b.g) && near(a.b, b.b);
   };
-  std::size_t points = 0, alone = 0;
+  std::size_t points = 0, alone = 0, unknown = 0;
   for (int k = 0; k < timesOver(60, 6); ++k) {
     frame.draw(random);
     pcl::PointCloud<PointT> expected, cloud;
     host.fuse(frame.rig, expected);
     device.fuse(frame.rig, cloud);
     ASSERT_EQ(cloud.size(), expected.size());
+    ASSERT_EQ(cloud.is_dense, expected.is_dense);
+    unknown += expected.is_dense ? 0 : 1;
     alone += pointsAlone(expected, cloud, same);
     points += expected.size() + cloud.size();
   }
   EXPECT_GT(points, enough(10000));
+  EXPECT_LE(alone * 1000, points);
+  EXPECT_GT(unknown, 0u);
+}
+
+TEST(GpuSameAsHost, TheCamerasOfAPointAreThoseOfTheHost) {
+  using PointT = fuse_flow::PointFusedCameras;
+  random_rig::Random random(23);
+  random_rig::RandomFrame frame;
+  fuse_flow::FuseFlow<PointT> host;
+  fuse_flow::FuseFlow<PointT, fuse_flow::device::Thrust> device;
+  const auto same = [](const PointT& a, const PointT& b) {
+    return samePosition(a, b) && a.view_count == b.view_count && a.camera_mask[0] == b.camera_mask[0] &&
+           a.camera_mask[1] == b.camera_mask[1];
+  };
+  std::size_t points = 0, alone = 0, of_many = 0;
+  for (int k = 0; k < timesOver(60, 6); ++k) {
+    frame.draw(random, 9);
+    if (k % 3 == 0) {  // cameras that see the same, else hardly four agree
+      frame.rig.cameras.assign(9, fuse_flow::Camera(frame.rig.cameras[0]));
+      frame.rig.views.assign(9, fuse_flow::DepthView(frame.rig.views[0]));
+    }
+    const FuseFlowParameters parameters = random_rig::parameters(random);
+    host.setParameters(parameters);
+    device.setParameters(parameters);
+    pcl::PointCloud<PointT> expected, cloud;
+    host.fuse(frame.rig, expected);
+    device.fuse(frame.rig, cloud);
+    ASSERT_EQ(cloud.size(), expected.size());
+    alone += pointsAlone(expected, cloud, same);
+    points += expected.size() + cloud.size();
+    for (const PointT& p : expected) of_many += p.view_count > 3 ? 1 : 0;
+  }
+  EXPECT_GT(points, enough(10000));
+  EXPECT_GT(of_many, enough(100));
+  EXPECT_LE(alone * 1000, points);
+}
+
+TEST(GpuSameAsHost, TheIntensityIsThatOfTheHost) {
+  using PointT = pcl::PointXYZI;
+  random_rig::Random random(24);
+  random_rig::RandomFrame frame;
+  fuse_flow::FuseFlow<PointT> host;
+  fuse_flow::FuseFlow<PointT, fuse_flow::device::Thrust> device;
+  std::size_t points = 0, alone = 0;
+  for (int k = 0; k < timesOver(20, 4); ++k) {
+    const bool weight = k % 2 == 1;
+    host.setWeightInIntensity(weight);
+    device.setWeightInIntensity(weight);
+    frame.draw(random);
+    pcl::PointCloud<PointT> expected, cloud;
+    host.fuse(frame.rig, expected);
+    device.fuse(frame.rig, cloud);
+    ASSERT_EQ(cloud.size(), expected.size());
+    alone += pointsAlone(expected, cloud, [&](const PointT& a, const PointT& b) {
+      return samePosition(a, b) && std::fabs(a.intensity - b.intensity) <= (weight ? 1e-4f : kLevels);
+    });
+    points += expected.size() + cloud.size();
+  }
   EXPECT_LE(alone * 1000, points);
 }
 

@@ -52,10 +52,10 @@ RoomView lookAt(const Vector3d& eye, const Vector3d& target) {
 }
 
 /** \brief NaN where there is none. */
-double measuredDepth(const DepthView& view, int u, int v) {
+double measuredDepth(const Camera& camera, const DepthView& view, int u, int v) {
   if (view.depth32) return view.depth32.row(v)[u];
   const std::uint16_t units = view.depth16.row(v)[u];
-  return units == 0 || units == 65535 ? std::nan("") : units * static_cast<double>(view.depth_scale);
+  return units == 0 || units == 65535 ? std::nan("") : units * static_cast<double>(camera.depth_scale);
 }
 
 bool sameColor(const Rgb8& a, const Rgb8& b) { return a.r == b.r && a.g == b.g && a.b == b.b; }
@@ -118,7 +118,7 @@ testing::AssertionResult showsRoom(const io::LoadedFrame& frame, std::size_t vie
   int valid = 0;
   for (int v = 0; v < K.height; ++v)
     for (int u = 0; u < K.width; ++u) {
-      const double z = measuredDepth(images, u, v);
+      const double z = measuredDepth(camera, images, u, v);
       if (!std::isfinite(z)) continue;
       const Vector3d p_W = camera.T_world_camera * Vector3d((u - K.cx) / K.fx * z, (v - K.cy) / K.fy * z, z);
       const Wall* wall = wallAt(p_W, images.color ? &images.color.row(v)[u] : nullptr);

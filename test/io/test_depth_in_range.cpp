@@ -18,7 +18,7 @@ class DepthInRange : public ::testing::Test {
   }
   void look(const std::vector<std::uint16_t>& pixels, float scale) {
     frame_.views[0].depth16 = {pixels.data(), static_cast<int>(pixels.size()), 1};
-    frame_.views[0].depth_scale = scale;
+    frame_.cameras[0].depth_scale = scale;
     depth_.look(frame_);
     frame_.views[0] = {};
   }

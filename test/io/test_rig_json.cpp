@@ -109,7 +109,7 @@ TEST_F(RigJson, EveryFieldReachesItsMember) {
   ASSERT_EQ(cameras.size(), 1u);
   const Camera& camera = cameras[0].camera;
   EXPECT_EQ(camera.name, "left");
-  EXPECT_EQ(cameras[0].depth_scale, 0.00025f);
+  EXPECT_EQ(camera.depth_scale, 0.00025f);
   EXPECT_EQ(numbersOf(camera.intrinsics), (std::vector<float>{640, 480, 525.5f, 526.25f, 319.5f, 239.75f, 0.1f, 0.2f,
                                                               0.3f, 0.4f, 0.5f, 0.6f, 0.7f, 0.8f}));
   EXPECT_EQ(camera.T_world_camera.translation(), Eigen::Vector3d(1, 2, 3));
@@ -158,7 +158,8 @@ TEST_F(RigJson, WhatIsWrittenReadsBackTheSame) {
   camera.T_world_camera.rotate(Eigen::AngleAxisd(0.1, Eigen::Vector3d(1, 2, 3).normalized()));
   camera.intrinsics.fx = 1000.0f / 3;
   camera.color->T_depth_color.rotate(Eigen::AngleAxisd(0.2, Eigen::Vector3d::UnitX()));
-  io::RigCamera right{camera, 0.001f};
+  io::RigCamera right{camera};
+  right.camera.depth_scale = 0.001f;
   right.camera.name = "right";
   right.camera.color.reset();
   right.camera.intrinsics.distortion = {};
@@ -171,7 +172,7 @@ TEST_F(RigJson, WhatIsWrittenReadsBackTheSame) {
   ASSERT_EQ(back.size(), 2u);
   for (std::size_t i = 0; i < 2; ++i) {
     EXPECT_EQ(back[i].camera.name, cameras[i].camera.name);
-    EXPECT_EQ(back[i].depth_scale, cameras[i].depth_scale);
+    EXPECT_EQ(back[i].camera.depth_scale, cameras[i].camera.depth_scale);
     EXPECT_EQ(numbersOf(back[i].camera.intrinsics), numbersOf(cameras[i].camera.intrinsics));
     EXPECT_EQ(back[i].camera.T_world_camera.matrix(), cameras[i].camera.T_world_camera.matrix());
   }

@@ -61,7 +61,7 @@ TEST_F(SevenScenes, AWallTwoMetresAheadIsAtItsPlaceInTheWorld) {
   const auto recording = open("0");
   recording->read(0, frame);
   EXPECT_EQ(frame.rig.views[0].depth16.row(25)[29], 2000);
-  EXPECT_EQ(frame.rig.views[0].depth_scale, 0.001f);
+  EXPECT_EQ(frame.rig.cameras[0].depth_scale, 0.001f);
   EXPECT_LT((frame.rig.cameras[0].T_world_camera * Eigen::Vector3d(0, 0, 2) - Eigen::Vector3d(2.5, 0.3, 1.2)).norm(),
             1e-12);
 }
@@ -160,7 +160,7 @@ TEST_F(SevenScenes, TheDepthScaleCanBeGiven) {
   options.depth_scale = 0.002f;
   io::LoadedFrame frame;
   io::openRecording({folder_.string()}, options)->read(0, frame);
-  EXPECT_EQ(frame.rig.views[0].depth_scale, 0.002f);
+  EXPECT_EQ(frame.rig.cameras[0].depth_scale, 0.002f);
   for (const float scale : {0.0f, -1.0f, std::nanf("")}) {
     options.depth_scale = scale;
     EXPECT_TRUE(refuses<io::OptionError>([&] { io::openRecording({folder_.string()}, options); }, {"--depth-scale"}));

@@ -75,7 +75,7 @@ TEST_F(Tum, AUnitIsAFifthOfAMillimetre) {
   const auto recording = open();
   recording->read(0, frame);
   EXPECT_EQ(frame.rig.views[0].depth16.row(240)[320], 10000);
-  EXPECT_FLOAT_EQ(frame.rig.views[0].depth_scale * 10000, 2.0f);
+  EXPECT_FLOAT_EQ(frame.rig.cameras[0].depth_scale * 10000, 2.0f);
 }
 
 /** \brief The stamps of a day in 2019, 33 ms apart, in another unit. */

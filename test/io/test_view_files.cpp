@@ -28,7 +28,7 @@ class ViewFiles : public IoTest {
         "confidence.png",
         tool_test::samplesPng(width, height, 8, 0, std::string(static_cast<std::size_t>(width * height), '\xff')));
   }
-  void load(const io::ViewFiles& files) { io::loadView(files, camera_, {0.002f, {}}, images_, view_); }
+  void load(const io::ViewFiles& files) { io::loadView(files, camera_, std::nullopt, images_, view_); }
 
   Camera camera_;
   io::LoadedView images_;
@@ -39,7 +39,6 @@ TEST_F(ViewFiles, WhatIsThereIsRead) {
   load({depth(4, 3), color(4, 3), confidence(4, 3)});
   EXPECT_EQ(view_.width(), 4);
   EXPECT_EQ(view_.height(), 3);
-  EXPECT_EQ(view_.depth_scale, 0.002f);
   EXPECT_EQ(view_.depth16.row(2)[3], 9);
   EXPECT_EQ(view_.color.row(2)[3].b, 3);
   EXPECT_EQ(view_.confidence.row(2)[3], 1.0f);
@@ -81,14 +80,14 @@ TEST_F(ViewFiles, ADamagedFileIsSkippedWhereThatIsWanted) {
   frame.rig.views.resize(2);
   frame.images.resize(2);
   const io::ViewFiles whole{depth(4, 3), "", ""}, damaged{whole.depth, write("cut.png", "x"), ""};
-  io::loadView(whole, {0.002f, {}}, 0, true, frame);
-  io::loadView(damaged, {0.002f, {}}, 1, true, frame);
+  io::loadView(whole, std::nullopt, 0, true, frame);
+  io::loadView(damaged, std::nullopt, 1, true, frame);
   EXPECT_FALSE(frame.rig.views[0].missing());
   EXPECT_TRUE(frame.rig.views[1].missing());
   ASSERT_EQ(frame.damaged.size(), 1u);
   EXPECT_EQ(frame.damaged[0].view, 1u);
   EXPECT_NE(frame.damaged[0].message.find("cut.png"), std::string::npos) << frame.damaged[0].message;
-  EXPECT_TRUE(refuses([&] { io::loadView(damaged, {0.002f, {}}, 1, false, frame); }, {path("cut.png")}));
+  EXPECT_TRUE(refuses([&] { io::loadView(damaged, std::nullopt, 1, false, frame); }, {path("cut.png")}));
 }
 
 TEST_F(ViewFiles, AColorCameraHasASizeOfItsOwn) {

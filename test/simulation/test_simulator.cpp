@@ -104,7 +104,7 @@ std::vector<float> surfaceDistances(const SimulationOptions& options) {
         const fuse_flow::Ray ray =
             fuse_flow::unproject(camera.intrinsics, {static_cast<float>(u), static_cast<float>(v)});
         const Vector3f p =
-            static_cast<float>(depth.at(u, v)) * frame.rig.views[k].depth_scale * Vector3f(ray.x, ray.y, 1);
+            static_cast<float>(depth.at(u, v)) * frame.rig.cameras[k].depth_scale * Vector3f(ray.x, ray.y, 1);
         distances.push_back(truth.nearest(camera.T_world_camera.cast<float>() * p).t);
       }
   }
@@ -185,7 +185,7 @@ TEST(Simulator, DistortedDepthIsPutRightByTheTrueCorrections) {
     EXPECT_TRUE(simulator.cameras()[k].depth_correction.empty()) << "nobody knows";
     const fuse_flow::DepthCorrection& correction = simulator.trueCameras()[k].depth_correction;
     const fuse_flow::io::DepthImage &right = clean.images[k].depth16, &wrong = distorted.images[k].depth16;
-    const float scale = distorted.rig.views[k].depth_scale;
+    const float scale = distorted.rig.cameras[k].depth_scale;
     int most = 0;
     for (int v = 0; v < right.height; ++v)
       for (int u = 0; u < right.width; ++u) {

@@ -15,16 +15,16 @@ using namespace viewing;
 TEST(Thumbnail, ShowsTheColorImageWhereThereIsOneElseTheDepthNearBright) {
   io::LoadedFrame frame;
   WallSource().read(0, frame);
-  const io::ColorImage color = thumbnailOf(frame.rig.views[0], 30);
+  const io::ColorImage color = thumbnailOf(frame.rig.cameras[0], frame.rig.views[0], 30);
   EXPECT_EQ(color.width, 40);
   EXPECT_EQ(color.height, 30);
   EXPECT_EQ(color.at(0, 0).r, 200);
   EXPECT_EQ(color.at(39, 0).g, 30);
   frame.rig.views[0].color = {};
   for (int v = 0; v < WallSource::kHeight; ++v) frame.images[0].depth32.at(0, v) = 1;
-  const io::ColorImage depth = thumbnailOf(frame.rig.views[0], 30);
+  const io::ColorImage depth = thumbnailOf(frame.rig.cameras[0], frame.rig.views[0], 30);
   EXPECT_GT(depth.at(0, 0).r, depth.at(39, 0).r);
-  EXPECT_TRUE(thumbnailOf(DepthView(), 30).empty()) << "a missing camera";
+  EXPECT_TRUE(thumbnailOf(Camera(), DepthView(), 30).empty()) << "a missing camera";
 }
 
 TEST(Thumbnail, TheStripFitsAndSaysWhereEachPictureBegins) {

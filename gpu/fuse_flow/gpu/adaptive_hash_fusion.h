@@ -42,6 +42,7 @@ class AdaptiveHashFusion<PointT, device::Thrust> : public AdaptiveHashFusion<Poi
    *  \throws pcl::BadArgumentException for more clouds than the frame has cameras, or an index beyond the clouds */
   void filter(DeviceCloud& output) {
     constexpr const char* owner = "fuse_flow::AdaptiveHashFusion";
+    const detail::OneThread::Inside inside(this->one_thread_, owner);
     const gpu::HomeDevice::Visit visit = device_.visit();
     if (device_inputs_.empty()) throw pcl::PCLException(std::string(owner) + ": no input cloud on the device");
     if (this->frame_ && device_inputs_.size() > this->frame_->cameras.size())
@@ -51,8 +52,8 @@ class AdaptiveHashFusion<PointT, device::Thrust> : public AdaptiveHashFusion<Poi
     gpu::ConsistencyEvaluator evaluator;
     if (this->frame_) evaluator = prepareFrame();
     std::vector<std::uint8_t> represents;
-    aggregation_.fuse(this->parameters_, device_inputs_, wanted, this->frame_ ? &evaluator : nullptr, result_,
-                      this->extract_removed_indices_ ? &represents : nullptr);
+    aggregation_.fuse(this->parameters_, device_inputs_, wanted, this->frame_ ? &evaluator : nullptr,
+                      this->weight_in_intensity_, result_, this->extract_removed_indices_ ? &represents : nullptr);
     describe();
     this->removed_indices_->clear();
     for (std::size_t k = 0; k < represents.size(); ++k)
@@ -63,11 +64,12 @@ class AdaptiveHashFusion<PointT, device::Thrust> : public AdaptiveHashFusion<Poi
 
  protected:
   std::vector<FusedPoint> fusePoints(const std::vector<WeightedPoint>& points,
-                                     const std::vector<std::uint32_t>& cameras) override {
+                                     const std::vector<std::uint32_t>& cameras,
+                                     std::vector<std::uint64_t>& agreeing) override {
     const gpu::HomeDevice::Visit visit = device_.visit();
-    if (!this->frame_) return aggregation_.fuse(this->parameters_, points, cameras, nullptr);
+    if (!this->frame_) return aggregation_.fuse(this->parameters_, points, cameras, nullptr, agreeing);
     const gpu::ConsistencyEvaluator evaluator = prepareFrame();
-    return aggregation_.fuse(this->parameters_, points, cameras, &evaluator);
+    return aggregation_.fuse(this->parameters_, points, cameras, &evaluator, agreeing);
   }
 
  private:
@@ -102,7 +104,11 @@ class AdaptiveHashFusion<PointT, device::Thrust> : public AdaptiveHashFusion<Poi
       DeviceCloud::copyHeader(DeviceCloud(), result_);
       if (first) result_.header = first->header;
     }
-    result_.is_dense = true;
+    // Of clouds whose normals are known all are; of others nobody has looked.
+    result_.is_dense =
+        !gpu::PointLayout<PointT>::has_normal ||
+        std::all_of(device_inputs_.begin(), device_inputs_.end(),
+                    [](const typename DeviceCloud::ConstPtr& cloud) { return !cloud || cloud->is_dense; });
   }
 
   gpu::DeviceFilter device_;

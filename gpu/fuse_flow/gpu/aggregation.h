@@ -32,17 +32,20 @@ class Aggregation {
   Aggregation(Execution& run, StageTimes& times, CounterBuffer& counters)
       : run_(run), times_(times), counters_(counters) {}
 
-  /** \brief Returns how many points there are then; \p points receives them. \param evaluator null: V = 1 */
+  /** \brief Returns how many points there are then; \p points receives them. \param evaluator null: V = 1
+   *  \param wanted what of the cameras of each point  \param crop_box null, or points that views confirm outside of it are dropped */
   std::size_t fuse(const AggregationParameters& parameters, const PointsInCells& in,
-                   const ConsistencyEvaluator* evaluator, FusedPoints& points) {
+                   const ConsistencyEvaluator* evaluator, CamerasWanted wanted, const Box* crop_box,
+                   FusedPoints& points) {
     if (in.cells == 0) return 0;
     parameters_ = parameters;
     in_ = in;
     evaluator_ = evaluator;
+    wanted_ = wanted;
     orderCells(in.cells);
     const std::size_t runs = sortRuns();
     fuseCells(in.cells, runs, points);
-    const std::size_t count = points.compact(run_, times_, counters_, runs);
+    const std::size_t count = points.compact(run_, times_, counters_, runs, confirms() ? crop_box : nullptr);
     if (times_.enabled) setBytes(static_cast<double>(runs));
     return count;
   }
@@ -67,6 +70,7 @@ class Aggregation {
     std::size_t bytes() const { return keys.bytes() + other_keys.bytes() + values.bytes() + other_values.bytes(); }
   };
 
+  bool confirms() const { return evaluator_ != nullptr && evaluator_->refined != nullptr; }
   int maxLevel() const { return host::HashAggregation::maxLevel(parameters_); }
 
   ChildrenOfCell childrenOfCell() const { return {in_.table, order_.data(), parameters_.points_per_cell, maxLevel()}; }
@@ -149,7 +153,7 @@ class Aggregation {
     cells_of_children_.resize(cells);
     ranks_.resize(runs);
     cameras_.resize(runs);
-    points.resize(runs);
+    points.resize(runs, wanted_);
     positions_.resize(runs);
     const AggregationParameters& p = parameters_;
     const Children children{in_.points,
@@ -163,7 +167,8 @@ class Aggregation {
     run_.forEach(
         runs, FindCells{children, first_points_.data(), cells_of_children_.data(), ranks_.data(), positions_.data()});
     times_.mark("cells of children");
-    const FuseChildren fuse{{children, p.representatives, in_.grid}, points.fused.data(), cameras_.data()};
+    const FuseChildren fuse{
+        {children, p.representatives, in_.grid}, points.fused.data(), cameras_.data(), points.view_counts.data()};
 #if FUSE_FLOW_CUDA
     fuseChildrenInBlocks(fuse, runs, run_.stream);
 #else
@@ -187,36 +192,48 @@ class Aggregation {
   /** \brief V, and what it makes of each child. */
   void judge(const FuseChildren& fuse, std::size_t runs, FusedPoints& points) {
     run_.fill(points.states.data(), runs, 0);
-    const JudgeChildren judge{parameters_,
-                              evaluator_ ? *evaluator_ : ConsistencyEvaluator{},
-                              evaluator_ != nullptr,
-                              points.fused.data(),
-                              cameras_.data(),
-                              ranks_.data(),
-                              cells_of_children_.data(),
-                              &counters_.device(run_)->children,
-                              points.weights.data(),
-                              points.states.data()};
+    if (wanted_ == CamerasWanted::Which) {
+      judge<PointCameras>(fuse, runs, points);
+    } else {
+      judge<PointCameraCount>(fuse, runs, points);
+    }
+    times_.mark("consistency");
+  }
+
+  template <typename Cameras>
+  void judge(const FuseChildren& fuse, std::size_t runs, FusedPoints& points) {
+    const JudgeChildren<Cameras> judge{parameters_,
+                                       evaluator_ ? *evaluator_ : ConsistencyEvaluator{},
+                                       evaluator_ != nullptr,
+                                       points.fused.data(),
+                                       cameras_.data(),
+                                       ranks_.data(),
+                                       cells_of_children_.data(),
+                                       &counters_.device(run_)->children,
+                                       points.weights.data(),
+                                       points.states.data(),
+                                       points.view_counts.data(),
+                                       wanted_ == CamerasWanted::Which ? points.cameras.data() : nullptr};
     if (evaluator_ != nullptr && parameters_.consistency_at == ConsistencyAt::Representatives) {
-      run_.forEach(runs, JudgeRepresentatives{fuse.select, judge, points.fused.data()});
+      run_.forEach(runs, JudgeRepresentatives<Cameras>{fuse.select, judge, points.fused.data()});
     } else {
       run_.forEach(runs, judge);
     }
-    times_.mark("consistency");
   }
 
   /** \brief Of what the host knows only now. */
   void setBytes(double runs) {
     const double children = counters_.host().children, gated = counters_.host().points.gated;
     const auto cells = static_cast<double>(in_.cells);
-    const bool confirms = evaluator_ != nullptr && evaluator_->refined != nullptr;
-    const double maps = evaluator_ == nullptr ? 0 : (confirms ? 8.0 : 4.0) * static_cast<double>(in_.size);
+    const double maps = evaluator_ == nullptr ? 0 : (confirms() ? 8.0 : 4.0) * static_cast<double>(in_.size);
     times_.setBytes("children", runs * 4 + children * 4);
     times_.setBytes("cells of children",
                     children * ((4 + 4 + 4 + 4) + (4 + 2)) + cells * (4 + sizeof(CoarseCell) + sizeof(CellOfChildren)));
     times_.setBytes("fuse children", gated * sizeof(WeightedPoint) + runs * 4 +
-                                         children * ((4 + 4) + (sizeof(FusedPoint) + 4)) + cells * sizeof(CoarseCell));
-    const double judged = children * ((sizeof(Vec3) + 4 + 4 + 4) + (4 + 1) + (confirms ? sizeof(Vec3) : 0)) +
+                                         children * ((4 + 4) + (sizeof(FusedPoint) + 4 + 4)) +
+                                         cells * sizeof(CoarseCell));
+    const double judged = children * ((sizeof(Vec3) + 4 + 4 + 4 + 4) + (4 + 4 + 1) + (confirms() ? sizeof(Vec3) : 0) +
+                                      (wanted_ == CamerasWanted::Which ? 8 : 0)) +
                           cells * sizeof(CellOfChildren) + maps;
     times_.setBytes("consistency", judged, judged + runs);  // states are cleared first
     if (!(parameters_.weak_weight > 0)) return;
@@ -239,6 +256,7 @@ class Aggregation {
   AggregationParameters parameters_;
   PointsInCells in_{};
   const ConsistencyEvaluator* evaluator_{nullptr};
+  CamerasWanted wanted_{CamerasWanted::HowMany};
 
   SortBuffers sorted_;
   DeviceBuffer<std::uint32_t> marks_, marks_before_, first_points_, order_;

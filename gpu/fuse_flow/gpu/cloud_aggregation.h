@@ -32,13 +32,18 @@ struct EnterPoints {
 struct GatherFused {
   const FusedPoint* fused;
   const float* weights;
+  const std::uint32_t* view_counts;
+  const std::uint64_t* cameras;
   const std::uint32_t* staying;
   FusedPoint* output;
+  std::uint64_t* output_cameras;
 
   FUSE_FLOW_HD void operator()(std::uint32_t k) const {
     FusedPoint point = fused[staying[k]];
     point.weight = weights[staying[k]];
+    point.views = view_counts[staying[k]];
     output[k] = point;
+    output_cameras[k] = cameras[staying[k]];
   }
 };
 
@@ -86,7 +91,11 @@ struct WriteFusedOfClouds {
   CloudsOfCameras<Layout> clouds;
   const FusedPoint* fused;
   const float* weights;
+  const std::uint32_t* view_counts;
+  /** \brief PointCameras::mask() of each; where Layout has_camera_mask. */
+  const std::uint64_t* cameras;
   const std::uint32_t* staying;
+  bool weight_in_intensity;
   /** \brief Null, or set for each place that represents a fused point. */
   std::uint8_t* represents;
   typename Layout::Words* output;
@@ -95,21 +104,25 @@ struct WriteFusedOfClouds {
     const FusedPoint point = fused[staying[k]];
     int main = 0;
     Vec3 color{};
+    IntensityMean intensity;
     NormalMean normal;
     for (int s = 0; s < kRepresentatives; ++s) {
       if (s >= static_cast<int>(point.count)) continue;
       if (point.share[s] > point.share[main]) main = s;
       const typename Layout::Words& source = *clouds.at(point.source[s]);
       color = color + point.share[s] * Layout::color(source);
+      intensity.add(point.share[s], Layout::intensity(source));
       normal.add(point.share[s], Layout::normal(source));
       if (represents != nullptr) represents[point.source[s]] = 1;
     }
     typename Layout::Words w = *clouds.at(point.source[main]);
     Layout::setPosition(w, point.p);
     Layout::setColor(w, color);
-    Layout::setNormal(w, normal.mean());
-    Layout::setWeight(w, weights[staying[k]]);
-    Layout::setViewCount(w, point.views);
+    if (normal.known()) Layout::setNormal(w, normal.mean());
+    Layout::setIntensity(w, weight_in_intensity ? weights[staying[k]] : intensity.mean());
+    Layout::setConfidence(w, weights[staying[k]]);
+    if (Layout::has_view_count) Layout::setViewCount(w, view_counts[staying[k]]);
+    if (Layout::has_camera_mask) Layout::setCameraMask(w, cameras[staying[k]]);
     output[k] = w;
   }
 };
@@ -119,18 +132,27 @@ class CloudAggregation {
  public:
   explicit CloudAggregation(DeviceFilter& filter) : filter_(filter) {}
 
-  /** \param cameras of each point, ascending  \param evaluator null: V = 1; else cameras are numbers of its views */
+  /** \param cameras of each point, ascending  \param evaluator null: V = 1; else cameras are numbers of its views
+   *  \param agreeing receives PointCameras::mask() of each fused point; without an evaluator nothing */
   std::vector<FusedPoint> fuse(const AggregationParameters& parameters, const std::vector<WeightedPoint>& points,
-                               const std::vector<std::uint32_t>& cameras, const ConsistencyEvaluator* evaluator) {
+                               const std::vector<std::uint32_t>& cameras, const ConsistencyEvaluator* evaluator,
+                               std::vector<std::uint64_t>& agreeing) {
+    agreeing.clear();
     if (points.empty()) return {};
     layOut(points, cameras, evaluator != nullptr);
     filter_.upload(padded_.data(), padded_.size(), points_);
-    const std::size_t count = aggregate(parameters, evaluator);
+    const std::size_t count = aggregate(parameters, evaluator, CamerasWanted::Which);
     output_.resize(count);
-    filter_.run.forEach(count,
-                        GatherFused{fused_.fused.data(), fused_.weights.data(), fused_.staying.data(), output_.data()});
+    output_cameras_.resize(count);
+    filter_.run.forEach(
+        count, GatherFused{fused_.fused.data(), fused_.weights.data(), fused_.view_counts.data(), fused_.cameras.data(),
+                           fused_.staying.data(), output_.data(), output_cameras_.data()});
     std::vector<FusedPoint> result(count);
     filter_.download(output_, count, result.data());
+    if (evaluator != nullptr) {  // else ranges are not numbered as cameras are
+      agreeing.resize(count);
+      filter_.download(output_cameras_, count, agreeing.data());
+    }
     for (FusedPoint& point : result)
       for (std::uint32_t k = 0; k < point.count; ++k) point.source[k] = numbers_[point.source[k]];
     return result;
@@ -142,7 +164,8 @@ class CloudAggregation {
   template <typename PointT>
   void fuse(const AggregationParameters& parameters,
             const std::vector<std::shared_ptr<const DeviceCloud<PointT>>>& clouds, const std::uint8_t* wanted,
-            const ConsistencyEvaluator* evaluator, DeviceCloud<PointT>& output, std::vector<std::uint8_t>* represents) {
+            const ConsistencyEvaluator* evaluator, bool weight_in_intensity, DeviceCloud<PointT>& output,
+            std::vector<std::uint8_t>* represents) {
     using Layout = PointLayout<PointT>;
     using Words = typename Layout::Words;
     Execution& run = filter_.run;
@@ -153,16 +176,17 @@ class CloudAggregation {
     if (places_ > 0) {
       points_.resize(places_);
       run.forEach(places_, TakePoints<Layout>{on_device, wanted, device_begins_, points_.data()});
-      count = aggregate(parameters, evaluator);
+      count = aggregate(parameters, evaluator, Layout::has_camera_mask ? CamerasWanted::Which : CamerasWanted::HowMany);
     }
     output.resize(static_cast<std::uint32_t>(count), 1);
     if (represents && places_ > 0) {
       represents_.resize(places_);
       run.fill(represents_.data(), places_, 0);
     }
-    run.forEach(count,
-                WriteFusedOfClouds<Layout>{on_device, fused_.fused.data(), fused_.weights.data(), fused_.staying.data(),
-                                           represents ? represents_.data() : nullptr, output.words()});
+    run.forEach(count, WriteFusedOfClouds<Layout>{on_device, fused_.fused.data(), fused_.weights.data(),
+                                                  fused_.view_counts.data(), fused_.cameras.data(),
+                                                  fused_.staying.data(), weight_in_intensity,
+                                                  represents ? represents_.data() : nullptr, output.words()});
     if (represents) downloadRepresents(*represents);
   }
 
@@ -170,11 +194,12 @@ class CloudAggregation {
   PixelGrid grid() const { return {nullptr, device_offsets_, static_cast<std::uint32_t>(offsets_.size() - 1)}; }
 
   /** \brief Section 5 over points_. Returns how many fused points there are. */
-  std::size_t aggregate(const AggregationParameters& parameters, const ConsistencyEvaluator* evaluator) {
+  std::size_t aggregate(const AggregationParameters& parameters, const ConsistencyEvaluator* evaluator,
+                        CamerasWanted wanted) {
     enter(parameters);
     return aggregation_.fuse(parameters,
                              {points_.data(), slots_.data(), places_, grid(), table_view_, counters_.host().cells},
-                             evaluator, fused_);
+                             evaluator, wanted, nullptr, fused_);
   }
 
   template <typename PointT>
@@ -304,6 +329,7 @@ class CloudAggregation {
   Aggregation aggregation_{filter_.run, filter_.times, counters_};
   FusedPoints fused_;
   DeviceBuffer<FusedPoint> output_;
+  DeviceBuffer<std::uint64_t> output_cameras_;
 };
 
 }  // namespace gpu

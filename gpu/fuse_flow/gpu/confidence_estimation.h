@@ -89,6 +89,7 @@ class ConfidenceEstimation<PointT, device::Thrust> : public ConfidenceEstimation
    *  its memory is exchanged for memory of the filter; may be the input
    *  \throws pcl::UnorganizedPointCloudException for a cloud that is not organised */
   void filter(DeviceCloud& output) {
+    const detail::OneThread::Inside inside(this->one_thread_, "fuse_flow::ConfidenceEstimation");
     const gpu::HomeDevice::Visit visit = device_.visit();
     const DeviceCloud& input = gpu::DeviceFilter::inputOf("fuse_flow::ConfidenceEstimation", device_input_);
     this->checkOrganized(input);

@@ -4,6 +4,7 @@
 #include <fuse_flow/math/confirmation.h>
 #include <fuse_flow/math/consistency.h>
 #include <fuse_flow/math/multipath.h>
+#include <fuse_flow/math/representatives.h>
 
 namespace fuse_flow {
 namespace gpu {
@@ -72,13 +73,21 @@ struct ConsistencyEvaluator {
    *  one list, that of its first point's camera. What the next view measured is on its way from memory while the last one is
    *  judged. */
   FUSE_FLOW_HD float alongListOf(std::uint32_t first, const Vec3& p_W, std::uint32_t camera) const {
+    PointCameraCount from;
+    return alongListOf(first, p_W, camera, from);
+  }
+
+  /** \brief The same. \param from is given the cameras that agree */
+  template <typename Cameras>
+  FUSE_FLOW_HD float alongListOf(std::uint32_t first, const Vec3& p_W, std::uint32_t camera, Cameras& from) const {
     Confirmation confirmation;
-    return alongListOf(first, p_W, camera, nullptr, confirmation);
+    return alongListOf(first, p_W, camera, nullptr, confirmation, from);
   }
 
   /** \brief The same, and where D^r is given what the views confirm. \param refined_z null: not asked for */
+  template <typename Cameras>
   FUSE_FLOW_HD float alongListOf(std::uint32_t first, const Vec3& p_W, std::uint32_t camera, const float* refined_z,
-                                 Confirmation& confirmation) const {
+                                 Confirmation& confirmation, Cameras& from) const {
     const DeviceView& owner = views[first];
     const std::uint32_t most = static_cast<std::uint32_t>(parameters.max_candidates);
     const std::uint32_t candidates = owner.neighbour_count < most ? owner.neighbour_count : most;
@@ -90,6 +99,7 @@ struct ConsistencyEvaluator {
         const ViewOpinion said = judge(p_W, sight);
         if (refined_z != nullptr && said.verdict == ViewOpinion::Distance && result.agreeing < Confirmation::kViews)
           confirm(p_W, sight, refined_z, confirmation);
+        if (agrees(said)) from.addAgreeing(sight.address.view);
         result.add(said);
       }
       if (k == candidates || result.views() >= parameters.max_views - 1) return consistency(parameters, result);

@@ -60,7 +60,11 @@ struct WriteBackprojected {
       Layout::setPosition(w, view.model.T_world_camera * pointOnRay(view.ray(u, v), z));
       if (input == nullptr)
         Layout::setConfidence(w, view.confidence ? givenConfidence(view.confidence.row(v)[u]) : 1.0f);
-      if (with_color) Layout::setColor(w, appearance.color({0, u, v}).rgb);
+      if (with_color) {
+        const Vec3 rgb = appearance.color({0, u, v}).rgb;
+        Layout::setColor(w, rgb);
+        Layout::setIntensity(w, luminance(rgb));
+      }
     } else {
       Layout::setPosition(w, {user_filter_value, user_filter_value, user_filter_value});
       atomicAddTo(missing_count, 1u);
@@ -123,6 +127,7 @@ class DepthBackprojection<PointT, device::Thrust> : public DepthBackprojection<P
    *  points without a measurement comes back over the bus. \param output may be the input
    *  \throws pcl::BadArgumentException if the image or cloud does not have the camera's size */
   void filter(DeviceCloud& output) {
+    const detail::OneThread::Inside inside(this->one_thread_, "fuse_flow::DepthBackprojection");
     constexpr const char* owner = "fuse_flow::DepthBackprojection";
     using Layout = gpu::PointLayout<PointT>;
     const gpu::HomeDevice::Visit visit = device_.visit();
@@ -144,9 +149,9 @@ class DepthBackprojection<PointT, device::Thrust> : public DepthBackprojection<P
     } else {
       detail::checkView(this->camera_, view);
     }
-    makeDepth(view, Layout::has_color && !from_cloud);
+    makeDepth(view, Layout::shows_color && !from_cloud);
     uploadWanted(size);
-    if (Layout::has_color && !from_cloud) gpu::findHiddenColors(run, views_, maps_.refined());
+    if (Layout::shows_color && !from_cloud) gpu::findHiddenColors(run, views_, maps_.refined());
     removed_.resize(size);
     missing_count_.resize(1);
     run.fill(missing_count_.data(), 1, 0);

@@ -45,6 +45,7 @@ class ExtrinsicEstimation<PointT, device::Thrust> {
 
   /** \brief Forget all frames; their memory stays for those to come. */
   void clear() {
+    const detail::OneThread::Inside inside(one_thread_, "fuse_flow::ExtrinsicEstimation");
     cameras_.clear();
     system_->clear();
   }
@@ -53,6 +54,7 @@ class ExtrinsicEstimation<PointT, device::Thrust> {
    *  \throws pcl::BadArgumentException as on the CPU  \throws pcl::PCLException also where the device's memory does not
    *  suffice */
   void addFrame(const RigFrame& frame) {
+    const detail::OneThread::Inside inside(one_thread_, "fuse_flow::ExtrinsicEstimation");
     const gpu::HomeDevice::Visit visit(home_);
     detail::takeCameras(frame, cameras_);
     system_->add(frame, parameters_);
@@ -70,6 +72,7 @@ class ExtrinsicEstimation<PointT, device::Thrust> {
 
   /** \brief From other poses, one a camera. */
   ExtrinsicResult estimate(const std::vector<Eigen::Isometry3d>& initial) {
+    const detail::OneThread::Inside inside(one_thread_, "fuse_flow::ExtrinsicEstimation");
     const gpu::HomeDevice::Visit visit(home_);
     detail::checkInitialPoses(cameras_, system_->instants(), initial);
     system_->spent = {};
@@ -93,6 +96,7 @@ class ExtrinsicEstimation<PointT, device::Thrust> {
 
  private:
   gpu::HomeDevice home_{"fuse_flow::ExtrinsicEstimation"};  // first: nothing else is made without a device
+  detail::OneThread one_thread_;
   ExtrinsicParameters parameters_;
   std::vector<Camera> cameras_;
   std::unique_ptr<gpu::OwnStream> own_stream_;  // outlives what runs on it

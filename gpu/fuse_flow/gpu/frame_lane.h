@@ -6,6 +6,9 @@
 
 #include <pcl/point_cloud.h>
 
+#include <algorithm>
+#include <atomic>
+
 namespace fuse_flow {
 namespace gpu {
 
@@ -13,10 +16,12 @@ namespace gpu {
 template <typename PointT>
 class FrameLane {
  public:
-  using Words = typename PointLayout<PointT>::Words;
+  using Layout = PointLayout<PointT>;
+  using Words = typename Layout::Words;
 
   FramePipeline pipeline;
   bool compute_normals{false};
+  bool weight_in_intensity{false};
 
   /** \brief The fused points in device memory, once the lane's stream has passed. */
   PointSpan<PointT> fuseOnDevice(const RigFrame& frame) {
@@ -26,11 +31,13 @@ class FrameLane {
 
   /** \copydoc fuseOnDevice */
   void fuseInto(const RigFrame& frame, DeviceCloud<PointT>& output) {
-    const std::size_t size = pipeline.fuse(frame, PointLayout<PointT>::has_color);
+    const std::size_t size = pipeline.fuse(frame, Layout::shows_color,
+                                           Layout::has_camera_mask ? CamerasWanted::Which : CamerasWanted::HowMany);
     DeviceCloud<PointT>::copyHeader(DeviceCloud<PointT>(), output);
     output.header.stamp = frame.stamp;
     output.resize(static_cast<std::uint32_t>(size), 1);
-    pipeline.write(layout_, compute_normals, output.words());
+    output.is_dense = !(compute_normals && Layout::has_normal);  // nobody has looked whether all are known
+    pipeline.write(layout_, compute_normals, weight_in_intensity, output.words());
   }
 
   /** \brief The fused points in pinned host memory, which the lane owns until its next frame. */
@@ -61,22 +68,30 @@ class FrameLane {
   PinnedBuffer<Words> pinned_;
 };
 
-/** \brief A fused frame as a cloud. \param threads to copy with  \param copy the bytes of a block: memcpy, or streamCopy() where
+/** \brief Whether all normals are known. */
+template <typename PointT>
+bool allNormalsKnown(const PointT* points, std::size_t count) {
+  return std::all_of(points, points + count, [](const PointT& p) { return isFinite(point::getNormal(p)); });
+}
+
+/** \brief A fused frame as a cloud. \param with_normals whether some may be unknown  \param threads to copy with  \param copy the bytes of a block: memcpy, or streamCopy() where
  *  other frames need the memory's bandwidth as well */
 template <typename PointT, typename Copy>
-void toCloud(const PointSpan<PointT>& points, std::uint64_t stamp, int threads, const Copy& copy,
+void toCloud(const PointSpan<PointT>& points, std::uint64_t stamp, bool with_normals, int threads, const Copy& copy,
              pcl::PointCloud<PointT>& cloud) {
   cloud.resize(points.size);
+  std::atomic<bool> dense{true};
   constexpr std::size_t block = 1 << 15;
   host::parallelFor(threads, (points.size + block - 1) / block, [&](std::size_t b, int) {
     const std::size_t begin = b * block, count = std::min(block, points.size - begin);
     copy(static_cast<void*>(cloud.data() + begin), points.points + begin, count * sizeof(PointT));
+    if (with_normals && !allNormalsKnown(points.points + begin, count)) dense = false;
   });
   cloud.header = {};
   cloud.header.stamp = stamp;
   cloud.width = static_cast<std::uint32_t>(points.size);
   cloud.height = 1;
-  cloud.is_dense = true;
+  cloud.is_dense = dense;
   cloud.sensor_origin_.setZero();
   cloud.sensor_orientation_.setIdentity();
 }

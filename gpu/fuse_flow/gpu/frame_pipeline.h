@@ -7,6 +7,7 @@
 #include <fuse_flow/gpu/fuse_point_wise.h>
 #include <fuse_flow/gpu/generate_points_kernel.h>
 #include <fuse_flow/gpu/launch_graph.h>
+#include <fuse_flow/gpu/measure_range.h>
 #include <fuse_flow/gpu/too_far.h>
 #include <fuse_flow/gpu/write_points.h>
 
@@ -26,8 +27,8 @@ class FramePipeline {
   Execution run;
   StageTimes times;
 
-  /** \brief Everything up to the fused points; returns how many there are. */
-  std::size_t fuse(const RigFrame& frame, bool with_color) {
+  /** \brief Everything up to the fused points; returns how many there are. \param wanted what of the cameras of each point */
+  std::size_t fuse(const RigFrame& frame, bool with_color, CamerasWanted wanted) {
     checkRigFrame(frame);
     start_ = last_ = Clock::now();
     startStatistics(frame);
@@ -36,6 +37,7 @@ class FramePipeline {
     times.mark("upload", 2.0 * static_cast<double>(views_.uploadedBytes()));
     statistics.preprocess_ms = lap();
     point_count_ = 0;
+    cameras_wanted_ = wanted;
     if (views_.pixels() == 0) return 0;
     generate();
     if (parameters.use_spatial_hash) {
@@ -48,14 +50,15 @@ class FramePipeline {
 
   /** \brief Writes the fused points of the last fuse() to device memory. */
   template <typename Layout>
-  void write(const Layout& layout, bool with_normals, typename Layout::Words* output) {
-    if (Layout::has_color) findHiddenColors(run, views_, maps_.refined());
+  void write(const Layout& layout, bool with_normals, bool weight_in_intensity, typename Layout::Words* output) {
+    if (Layout::shows_color) findHiddenColors(run, views_, maps_.refined());
     const Appearance appearance{views_.grid(), maps_.refined()};
-    run.forEach(point_count_, WritePoints<Layout>{layout, appearance, with_normals, fused_.fused.data(),
-                                                  fused_.weights.data(), fused_.staying.data(), output});
+    run.forEach(point_count_, WritePoints<Layout>{layout, appearance, with_normals, weight_in_intensity,
+                                                  fused_.fused.data(), fused_.weights.data(), fused_.view_counts.data(),
+                                                  fused_.cameras.data(), fused_.staying.data(), output});
     times.mark("write points",
-               static_cast<double>(point_count_) *
-                   (sizeof(FusedPoint) + 4 + 4 + sizeof(typename Layout::Words) + (Layout::has_color ? 9 : 0)));
+               static_cast<double>(point_count_) * (sizeof(FusedPoint) + 4 + 4 + sizeof(typename Layout::Words) +
+                                                    (Layout::shows_color ? 9 : 0) + (Layout::has_camera_mask ? 8 : 0)));
   }
 
   /** \brief After the output has been waited for. */
@@ -71,7 +74,7 @@ class FramePipeline {
   /** \brief Device memory held. */
   std::size_t bytes() const {
     return views_.bytes() + maps_.bytes() + table_.bytes() + weights_.bytes() + points_.bytes() + slots_.bytes() +
-           gated_.bytes() + aggregation_.bytes() + fused_.bytes() + run.scratchBytes();
+           gated_.bytes() + measured_.bytes() + aggregation_.bytes() + fused_.bytes() + run.scratchBytes();
   }
 
  private:
@@ -89,7 +92,10 @@ class FramePipeline {
   void startStatistics(const RigFrame& frame) {
     std::vector<std::size_t> missing_cameras = std::move(statistics.missing_cameras);
     std::vector<float> noise_scales = std::move(statistics.noise_scales);
+    std::vector<DepthOutOfRange> out_of_range = std::move(statistics.out_of_range);
     statistics = {};
+    out_of_range.clear();
+    statistics.out_of_range = std::move(out_of_range);
     missing_cameras.clear();
     for (std::size_t i = 0; i < frame.views.size(); ++i)
       if (frame.views[i].missing()) missing_cameras.push_back(i);
@@ -107,6 +113,8 @@ class FramePipeline {
     slots_.resize(pixels);
     if (detail::asksForSupport(parameters)) weights_.resize(pixels);
     counters_.device(run);  // the first time it starts something of its own
+    measured_.resize(views_.grid().view_count);
+    measured_on_host_.resize(views_.grid().view_count);
     const std::size_t capacity = parameters.use_spatial_hash ? std::max(table_.capacity(), pixels / 64) : 1;
     const auto launches = [&] {
       maps_.make(run, times, views_,
@@ -127,9 +135,22 @@ class FramePipeline {
     const Counters& counted = counters_.host();
     if (parameters.adapt_noise) keepNoiseScales();
     if (counted.points.too_far != 0xffffffffu) throwTooFarPoint(counted.points.too_far);
-    statistics.measured_points = counted.points.measured;
+    for (std::uint32_t i = 0; i < views_.grid().view_count; ++i)
+      statistics.measured_points += measured_on_host_.data()[i];
     statistics.gated_points = counted.points.gated;
+    lookForDepthOutOfRange();
     statistics.generate_ms = lap();
+  }
+
+  /** \brief See host::FramePipeline. */
+  void lookForDepthOutOfRange() {
+    for (std::size_t i = 0; i < views_.grid().view_count; ++i) {
+      const DeviceView& view = views_.hostView(i);
+      if (!view.present || !detail::hardlyAny(measured_on_host_.data()[i], view.model.intrinsics)) continue;
+      const DepthOutOfRange found =
+          range_.measure(run, views_.grid(), i, view.model.intrinsics, parameters.preprocessing);
+      if (detail::nearlyAll(found)) statistics.out_of_range.push_back(found);
+    }
   }
 
   /** \brief Into a table of at least that capacity, which may be too small for the frame's cells. */
@@ -141,6 +162,7 @@ class FramePipeline {
     PointCounts* counts = &counters_.device(run)->points;
     run.fill(counts, 1, 0);
     run.fill(&counts->too_far, 1, 0xff);
+    run.fill(measured_.data(), views_.grid().view_count, 0);
     const bool support = detail::asksForSupport(parameters);
     const GeneratePoints step{views_.grid(),
                               measurement(),
@@ -152,6 +174,7 @@ class FramePipeline {
                               table,
                               points_.data(),
                               slots_.data(),
+                              measured_.data(),
                               counts};
 #if FUSE_FLOW_CUDA
     run.launch("generatePointsKernel", generatePointsKernel, views_.tiles().count, kTileThreads, step, views_.tiles());
@@ -162,6 +185,7 @@ class FramePipeline {
     times.mark("points, cells",
                static_cast<double>(pixels) * (read + sizeof(WeightedPoint) + (parameters.use_spatial_hash ? 4 : 0)));
     counters_.fetch(run);
+    run.copySmall(measured_on_host_.data(), std::as_const(measured_).data(), views_.grid().view_count);
   }
 
   /** \brief Bytes of depth a pixel. */
@@ -176,6 +200,7 @@ class FramePipeline {
             parameters.confidence,
             detail::halfWeightNoise(parameters),
             detail::maxNoise(parameters),
+            parameters.min_confidence,
             parameters.use_measurement_confidence};
   }
 
@@ -220,21 +245,25 @@ class FramePipeline {
   void aggregate() {
     statistics.coarse_cells = counters_.host().cells;
     const ConsistencyEvaluator evaluator = this->evaluator();
+    const Box crop_box = detail::cropBox(parameters);
     point_count_ = aggregation_.fuse(
         parameters.aggregation,
         {points_.data(), slots_.data(), views_.pixels(), views_.grid(), table_view_, statistics.coarse_cells},
-        parameters.use_distance_consistency ? &evaluator : nullptr, fused_);
+        parameters.use_distance_consistency ? &evaluator : nullptr, cameras_wanted_,
+        parameters.crop_box ? &crop_box : nullptr, fused_);
     statistics.fuse_ms = lap();
   }
 
   void fusePointWise() {
     const std::size_t gated = statistics.gated_points;
     gated_.resize(gated + 1);
-    fused_.resize(gated);
+    fused_.resize(gated, cameras_wanted_);
     run.select(views_.pixels(), HasPoint{points_.data()}, gated_.data(), &counters_.device(run)->children);
     run.forEach(gated, FusePointWise{views_.grid(), evaluator(), points_.data(), gated_.data(),
                                      parameters.aggregation.min_weight, parameters.use_distance_consistency,
-                                     fused_.fused.data(), fused_.weights.data(), fused_.states.data()});
+                                     fused_.fused.data(), fused_.weights.data(), fused_.states.data(),
+                                     fused_.view_counts.data(),
+                                     cameras_wanted_ == CamerasWanted::Which ? fused_.cameras.data() : nullptr});
     const auto pixels = static_cast<double>(views_.pixels()), points = static_cast<double>(gated);
     const double bytes = pixels * (sizeof(WeightedPoint) + (parameters.use_distance_consistency ? 4 : 0)) +
                          points * (sizeof(FusedPoint) + 4 + 1);
@@ -253,9 +282,13 @@ class FramePipeline {
   DeviceBuffer<float> weights_;
   DeviceBuffer<WeightedPoint> points_;
   DeviceBuffer<std::uint32_t> slots_, gated_;
+  DeviceBuffer<std::uint32_t> measured_;  ///< of each view, in range
+  PinnedBuffer<std::uint32_t> measured_on_host_;
+  RangeMeasurement range_;
   Aggregation aggregation_{run, times, counters_};
   FusedPoints fused_;
   std::size_t point_count_{0};
+  CamerasWanted cameras_wanted_{CamerasWanted::HowMany};
   Clock::time_point start_, last_;
 };
 

@@ -69,7 +69,7 @@ class FrameViews {
       view.neighbours = neighbours_.data() + i * (n - 1);
       view.neighbour_count = neighbour_counts_[i];
       view.slope = slopeScale(confidence, 1.0f / geometry.intrinsics.fx);
-      view.depth_scale = frame.views[i].depth_scale;
+      view.depth_scale = frame.cameras[i].depth_scale;
       view.present = !frame.views[i].missing();
       has_multipath_ |= view.present && geometry.multipath.modulation_frequency > 0;
     }

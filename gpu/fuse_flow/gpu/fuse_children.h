@@ -94,12 +94,36 @@ struct FindCells {
   }
 };
 
+/** \brief The cameras of a child's representatives but the highest-ranking one, in 32 bits. Of a rig of 65,535 cameras or more the last ones
+ *  are not told apart. */
+struct OtherCameras {
+  static constexpr std::uint32_t kNone = 0xffff;
+
+  FUSE_FLOW_HD static std::uint32_t of(const RepresentativeSelection& chosen) {
+    const int main = chosen.main();
+    std::uint32_t packed = kNone << 16 | kNone;
+    for (int k = 0; k < kRepresentatives; ++k) {
+      if (k >= chosen.count() || k == main) continue;
+      const std::uint32_t camera = chosen[k].camera;
+      packed = packed << 16 | (camera < kNone ? camera : kNone);
+    }
+    return packed;
+  }
+  template <typename Cameras>
+  FUSE_FLOW_HD static void addTo(Cameras& cameras, std::uint32_t packed) {
+    if (packed >> 16 != kNone) cameras.addRepresentative(packed >> 16);
+    if ((packed & kNone) != kNone) cameras.addRepresentative(packed & kNone);
+  }
+};
+
 /** \brief Section 5 (2) a, b and (3): one child, from its points to its fused point with V = 1. */
 struct FuseChildren {
   SelectRepresentatives select;
   FusedPoint* fused;
   /** \brief Of each child's highest-ranking representative. */
   std::uint32_t* cameras;
+  /** \brief OtherCameras of each child. */
+  std::uint32_t* others;
 
   FUSE_FLOW_HD void operator()(std::uint32_t child) const {
     const Children& children = select.children;
@@ -108,6 +132,7 @@ struct FuseChildren {
     const RepresentativeSelection chosen = select(child, corner);
     fused[child] = fuseRepresentatives(chosen, corner, nullptr);
     cameras[child] = chosen.mainCamera();
+    others[child] = OtherCameras::of(chosen);
   }
 };
 
@@ -120,7 +145,8 @@ FUSE_FLOW_HD PointState stateOf(const AggregationParameters& p, float weight) {
 }
 
 /** \brief ConsistencyAt::CellMean: V once a child, at its fused point, which one V does not move; what other views confirm there
- *  does, afterwards. */
+ *  does, afterwards. \tparam Cameras PointCameras, or PointCameraCount where nobody asks for masks */
+template <typename Cameras>
 struct JudgeChildren {
   AggregationParameters parameters;
   ConsistencyEvaluator evaluator;
@@ -132,27 +158,41 @@ struct JudgeChildren {
   const std::uint32_t* count;
   float* weights;
   std::uint8_t* states;
+  /** \brief OtherCameras of each child; becomes PointCameras::count(). */
+  std::uint32_t* view_counts;
+  /** \brief Null, or receives PointCameras::mask(). */
+  std::uint64_t* masks;
+
+  FUSE_FLOW_HD void writeCameras(std::uint32_t child, const Cameras& of) const {
+    view_counts[child] = of.count();
+    if (masks != nullptr) masks[child] = of.mask();
+  }
 
   FUSE_FLOW_HD void operator()(std::uint32_t child) const {
     if (child >= *count) return;
+    Cameras from;
+    from.addRepresentative(cameras[child]);
+    OtherCameras::addTo(from, view_counts[child]);
     const std::uint32_t list = cameras[cells[ranks[child]].first];
     float weight = fused[child].weight;
     if (use_consistency) {
       const Vec3 p = fused[child].p;
       Confirmation confirmation;
-      const float V = evaluator.alongListOf(list, p, cameras[child], evaluator.refined, confirmation);
+      const float V = evaluator.alongListOf(list, p, cameras[child], evaluator.refined, confirmation, from);
       if (evaluator.refined != nullptr) fused[child].p = confirmation.moved(p, weight);
       weight *= V;
     }
+    writeCameras(child, from);
     weights[child] = weight;
     states[child] = stateOf(parameters, weight);
   }
 };
 
 /** \brief ConsistencyAt::Representatives: V of every representative, and the fused point again. */
+template <typename Cameras>
 struct JudgeRepresentatives {
   SelectRepresentatives select;
-  JudgeChildren judge;
+  JudgeChildren<Cameras> judge;
   FusedPoint* fused;
 
   FUSE_FLOW_HD void operator()(std::uint32_t child) const {
@@ -163,13 +203,20 @@ struct JudgeRepresentatives {
     const std::uint32_t first = judge.cells[judge.ranks[child]].first;
     const std::uint32_t list = select(first, corner)[0].camera;
     float V[kRepresentatives] = {1.0f, 1.0f, 1.0f};
+    Cameras from;
+    for (int k = 0; k < kRepresentatives; ++k)
+      if (k < chosen.count()) from.addRepresentative(chosen[k].camera);
+    const int main = chosen.main();
     for (int k = 0; k < kRepresentatives; ++k) {
       if (k >= chosen.count()) continue;  // not break: V then stays in registers
       const Candidate c = chosen[k];
-      V[k] = judge.evaluator.alongListOf(list, corner + (1.0f / c.sum_C) * c.sum, c.camera);
+      const Vec3 p = corner + (1.0f / c.sum_C) * c.sum;
+      V[k] = k == main ? judge.evaluator.alongListOf(list, p, c.camera, from)
+                       : judge.evaluator.alongListOf(list, p, c.camera);
     }
     const FusedPoint point = fuseRepresentatives(chosen, corner, V);
     fused[child] = point;
+    judge.writeCameras(child, from);
     judge.weights[child] = point.weight;
     judge.states[child] = stateOf(judge.parameters, point.weight);
   }

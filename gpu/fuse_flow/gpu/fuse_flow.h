@@ -42,8 +42,11 @@ class FuseFlow<PointT, device::Thrust> {
    *  share them. */
   void setNumberOfThreads(unsigned int threads) { threads_ = static_cast<int>(threads); }
 
-  /** \brief Fill PointT's normal, if it has one, from the depth images; default off. */
+  /** \brief Fill PointT's normal, if it has one, from the depth images; default off. Clouds left on the device are then not called dense. */
   void setComputeNormals(bool compute) { compute_normals_ = compute; }
+
+  /** \brief Write ω into PointT's intensity, if it has one, in place of the luminance; default off. */
+  void setWeightInIntensity(bool weight) { weight_in_intensity_ = weight; }
 
   /** \brief The CUDA stream that fuse() and fuseOnDevice() run on; default the default stream. Frames in flight have streams
    *  of their own, on which each waits for what is on this one when it is submitted: so images on the device may still be
@@ -66,7 +69,7 @@ class FuseFlow<PointT, device::Thrust> {
     const gpu::HomeDevice::Visit visit(home_);
     prepare(*lane_);
     const gpu::PointSpan<PointT> points = lane_->fusePinned(frame);
-    gpu::toCloud(points, frame.stamp, lane_->pipeline.threads, std::memcpy, output);
+    gpu::toCloud(points, frame.stamp, compute_normals_, lane_->pipeline.threads, std::memcpy, output);
     statistics_ = lane_->pipeline.statistics;
   }
 
@@ -137,7 +140,7 @@ class FuseFlow<PointT, device::Thrust> {
       if (copied) {
         output.swap(*copied);
       } else {
-        gpu::toCloud(points, stamp, gpu::copyThreads(threads_), std::memcpy, output);
+        gpu::toCloud(points, stamp, compute_normals_, gpu::copyThreads(threads_), std::memcpy, output);
       }
     });
   }
@@ -191,6 +194,7 @@ class FuseFlow<PointT, device::Thrust> {
     lane.pipeline.parameters = parameters_;
     lane.pipeline.threads = gpu::copyThreads(threads_);
     lane.compute_normals = compute_normals_;
+    lane.weight_in_intensity = weight_in_intensity_;
   }
 
   gpu::HomeDevice home_{"fuse_flow::FuseFlow"};  // first: nothing else is made without a device
@@ -198,6 +202,7 @@ class FuseFlow<PointT, device::Thrust> {
   FuseFlowParameters parameters_;
   int threads_{0};
   bool compute_normals_{false};
+  bool weight_in_intensity_{false};
   bool copy_ahead_{true};
   bool leave_on_device_{false};
   std::size_t frames_in_flight_{3};

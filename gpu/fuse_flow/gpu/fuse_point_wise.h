@@ -23,26 +23,33 @@ struct FusePointWise {
   FusedPoint* fused;
   float* weights;
   std::uint8_t* states;
+  std::uint32_t* view_counts;
+  /** \brief Null, or receives PointCameras::mask(). */
+  std::uint64_t* masks;
 
   FUSE_FLOW_HD void operator()(std::uint32_t k) const {
     const std::uint32_t index = gated[k];
     const WeightedPoint own = points[index];
     PointWiseFusion fusion(own.p);
+    const std::uint32_t i = grid.viewOf(index);
+    std::uint64_t mask = cameraBit(i);
     if (use_consistency) {
-      const std::uint32_t i = grid.viewOf(index);
       fusion.add(index, own.p, own.C * consistency(evaluator.parameters, evaluator(own.p, i)));
       const FusePointWise& self = *this;
-      evaluator.forEachOpinion(own.p, i, [&fusion, &self](const PixelAddress& a, const ViewOpinion& said) {
+      evaluator.forEachOpinion(own.p, i, [&fusion, &self, &mask](const PixelAddress& a, const ViewOpinion& said) {
         const std::uint32_t other = self.grid.views[a.view].indexOf(a.u, a.v);
         const WeightedPoint theirs = self.points[other];
-        if (theirs.C > 0 && said.verdict == ViewOpinion::Distance)
-          fusion.add(other, theirs.p, theirs.C * expOfNegative(-said.squared_distance));
+        if (!(theirs.C > 0) || said.verdict != ViewOpinion::Distance) return;
+        mask |= cameraBit(a.view);
+        fusion.add(other, theirs.p, theirs.C * expOfNegative(-said.squared_distance));
       });
     } else {
       fusion.add(index, own.p, own.C);
     }
     const FusedPoint point = fusion.finish();
     fused[k] = point;
+    view_counts[k] = point.views;
+    if (masks != nullptr) masks[k] = mask;
     weights[k] = point.weight;
     states[k] = point.weight > 0 && !(point.weight < min_weight) ? Kept : Dropped;
   }

@@ -8,9 +8,8 @@
 namespace fuse_flow {
 namespace gpu {
 
-/** \brief How many measurements a frame has, how many pass the gate, and the first point that is too far out. */
+/** \brief How many measurements pass the gate, and the first point that is too far out. */
 struct PointCounts {
-  std::uint32_t measured;
   std::uint32_t gated;
   std::uint32_t too_far;
 };
@@ -25,6 +24,7 @@ struct WeighMeasurement {
   /** \brief See FuseFlowParameters. */
   float half_weight_noise;
   float max_noise;
+  float min_confidence;
   bool use_confidence;
 
   FUSE_FLOW_HD float measurementConfidence(const DeviceView& view, int u, int v, std::uint32_t index) const {
@@ -35,14 +35,15 @@ struct WeighMeasurement {
       C = confidence.form == ConfidenceForm::Published ? confidencePublished(confidence, patch)
                                                        : confidenceSlopeCompensated(confidence, patch, view.slope);
     }
-    return view.confidence ? C * givenConfidence(view.confidence.row(v)[u]) : C;
+    return C;
   }
 
   /** \brief Of a pixel with a measurement; 0: gated. */
   FUSE_FLOW_HD float weight(const DeviceView& view, int u, int v, std::uint32_t index) const {
     const MeasurementGate gate =
         measurementGate(use_confidence ? confidence.threshold : 0.0f, max_noise, half_weight_noise, view.noise_scale);
-    return gate.weight(confidence, measurementConfidence(view, u, v, index), z[index]);
+    const float own = gate.weight(confidence, measurementConfidence(view, u, v, index), z[index]);
+    return view.confidence ? own * givenWeight(view.confidence.row(v)[u], min_confidence) : own;
   }
 };
 
@@ -75,6 +76,8 @@ struct GeneratePoints {
   WeightedPoint* points;
   /** \brief Slot of each point's coarse cell in the table; kNone: no point. */
   std::uint32_t* slots;
+  /** \brief Measurements of each view. */
+  std::uint32_t* measured_of_view;
   PointCounts* counts;
 
   /** \brief Of a pixel with a measurement; 0: it becomes no point. */
@@ -136,7 +139,7 @@ struct GeneratePoints {
       slots[index] = run_slot;
     }
     if (run_key != CellTableView::kEmpty) table.addPoints(run_slot, run_begin, begin + kChunk - run_begin);
-    if (measured_points > 0) atomicAddTo(&counts->measured, measured_points);
+    if (measured_points > 0) atomicAddTo(measured_of_view + a.view, measured_points);
     if (gated_points > 0) atomicAddTo(&counts->gated, gated_points);
   }
 };

@@ -52,7 +52,7 @@ static __global__ void __launch_bounds__(kTileThreads)
   }
   __syncthreads();
   if (threadIdx.x == 0) {
-    atomicAdd(&step.counts->measured, sums[0]);
+    atomicAdd(step.measured_of_view + tiles.viewOf(blockIdx.x), sums[0]);
     atomicAdd(&step.counts->gated, sums[1]);
   }
 }

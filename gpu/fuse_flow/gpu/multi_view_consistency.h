@@ -81,6 +81,7 @@ class MultiViewConsistency<PointT, device::Thrust> : public MultiViewConsistency
    *  for memory of the filter; may be the input
    *  \throws pcl::BadArgumentException if there is no frame, or it contradicts itself */
   void filter(DeviceCloud& output) {
+    const detail::OneThread::Inside inside(this->one_thread_, "fuse_flow::MultiViewConsistency");
     const gpu::HomeDevice::Visit visit = device_.visit();
     const DeviceCloud& input = gpu::DeviceFilter::inputOf("fuse_flow::MultiViewConsistency", device_input_);
     checkRigFrame(this->frame_);

@@ -16,6 +16,9 @@ struct PointLayout {
   static_assert(sizeof(PointT) % 16 == 0 && alignof(PointT) <= 16, "a PCL point is made of 16-byte quarters");
   static constexpr int kWords = static_cast<int>(sizeof(PointT) / 4);
   static constexpr bool has_color = point::has_color<PointT>;
+  static constexpr bool shows_color = point::shows_color<PointT>;
+  static constexpr bool has_camera_mask = point::has_camera_mask<PointT>;
+  static constexpr bool has_view_count = point::has_view_count<PointT>;
   static constexpr bool has_normal = point::has_normal<PointT>;
   static constexpr bool has_confidence = point::has_confidence<PointT>;
 
@@ -30,14 +33,15 @@ struct PointLayout {
     std::memcpy(&blank, static_cast<const void*>(&point), sizeof(blank));
   }
 
-  /** \brief As the CPU's pipeline writes a point. */
-  FUSE_FLOW_HD Words words(const FusedPoint& fused, const Vec3& color, const Vec3& normal) const {
+  /** \brief As the CPU's pipeline writes a point. \param cameras PointCameras::mask() */
+  FUSE_FLOW_HD Words words(const FusedPoint& fused, std::uint64_t cameras, const Vec3& color, float intensity) const {
     Words w = blank;
     setPosition(w, fused.p);
-    setWeight(w, fused.weight);
+    setConfidence(w, fused.weight);
     setViewCount(w, fused.views);
+    setCameraMask(w, cameras);
     setColor(w, color);
-    setNormal(w, normal);
+    setIntensity(w, intensity);
     return w;
   }
 
@@ -63,16 +67,28 @@ struct PointLayout {
     if constexpr (has_confidence) set<pcl::fields::confidence>(w, confidence);
   }
 
-  FUSE_FLOW_HD static void setWeight(Words& w, float weight) {
-    if constexpr (has_confidence) {
-      set<pcl::fields::confidence>(w, weight);
-    } else if constexpr (point::has_intensity<PointT>) {
-      set<pcl::fields::intensity>(w, weight);
+  FUSE_FLOW_HD static void setIntensity(Words& w, float intensity) {
+    if constexpr (point::has_intensity<PointT>) set<pcl::fields::intensity>(w, intensity);
+  }
+  /** \brief 0 where PointT has none. */
+  FUSE_FLOW_HD static float intensity(const Words& w) {
+    if constexpr (point::has_intensity<PointT>) {
+      return get<pcl::fields::intensity, float>(w);
+    } else {
+      (void)w;
+      return 0.0f;
     }
   }
 
   FUSE_FLOW_HD static void setViewCount(Words& w, std::uint32_t views) {
     if constexpr (point::has_view_count<PointT>) set<pcl::fields::view_count>(w, views);
+  }
+
+  FUSE_FLOW_HD static void setCameraMask(Words& w, std::uint64_t mask) {
+    if constexpr (has_camera_mask) {
+      set<pcl::fields::camera_mask>(w, static_cast<std::uint32_t>(mask));
+      set<pcl::fields::camera_mask, 1>(w, static_cast<std::uint32_t>(mask >> 32));
+    }
   }
 
   FUSE_FLOW_HD static Vec3 color(const Words& w) {
@@ -103,10 +119,10 @@ struct PointLayout {
  private:
   FUSE_FLOW_HD static std::uint32_t channel(float value) { return static_cast<std::uint32_t>(value + 0.5f); }
 
-  template <typename Field, typename Value>
+  template <typename Field, int kWord = 0, typename Value>
   FUSE_FLOW_HD static void set(Words& w, const Value& value) {
     static_assert(sizeof(Value) == 4 && pcl::traits::offset<PointT, Field>::value % 4 == 0, "fields are of words");
-    std::memcpy(&w.word[pcl::traits::offset<PointT, Field>::value / 4], &value, 4);
+    std::memcpy(&w.word[pcl::traits::offset<PointT, Field>::value / 4 + kWord], &value, 4);
   }
 
   template <typename Field, typename Value>

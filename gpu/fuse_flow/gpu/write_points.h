@@ -30,23 +30,33 @@ struct WritePoints {
   Layout layout;
   Appearance appearance;
   bool with_normals;
+  bool weight_in_intensity;
   const FusedPoint* fused;
   const float* weights;
+  const std::uint32_t* view_counts;
+  /** \brief PointCameras::mask() of each; where Layout has_camera_mask. */
+  const std::uint64_t* cameras;
   const std::uint32_t* staying;
   typename Layout::Words* output;
 
   FUSE_FLOW_HD void operator()(std::uint32_t k) const {
     FusedPoint point = fused[staying[k]];
     point.weight = weights[staying[k]];
+    if (Layout::has_view_count) point.views = view_counts[staying[k]];
     ColorMean color;
     NormalMean normal;
     for (int s = 0; s < kRepresentatives; ++s) {
-      if (s >= static_cast<int>(point.count) || !(Layout::has_color || (Layout::has_normal && with_normals))) continue;
+      if (s >= static_cast<int>(point.count) || !(Layout::shows_color || (Layout::has_normal && with_normals)))
+        continue;
       const PixelAddress a = appearance.grid.addressOf(point.source[s]);
-      if (Layout::has_color) color.add(point.share[s], appearance.color(a));
+      if (Layout::shows_color) color.add(point.share[s], appearance.color(a));
       if (Layout::has_normal && with_normals) normal.add(point.share[s], appearance.normal(a));
     }
-    output[k] = layout.words(point, color.mean(), normal.mean());
+    const std::uint64_t mask = Layout::has_camera_mask ? cameras[staying[k]] : 0;
+    const float intensity = weight_in_intensity ? point.weight : luminance(color.mean());
+    typename Layout::Words w = layout.words(point, mask, color.mean(), intensity);
+    if (Layout::has_normal && with_normals) Layout::setNormal(w, normal.meanOrNan());
+    output[k] = w;
   }
 };
 

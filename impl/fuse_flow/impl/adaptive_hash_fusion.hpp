@@ -9,6 +9,7 @@
 
 #include <pcl/impl/pcl_base.hpp>  // PCL compiles its base classes for its own point types only
 
+#include <atomic>
 #include <numeric>
 
 namespace fuse_flow {
@@ -39,8 +40,9 @@ void AdaptiveHashFusion<PointT, device::Host>::setPreprocessing(const Preprocess
 }
 
 template <typename PointT>
-std::vector<FusedPoint> AdaptiveHashFusion<PointT, device::Host>::fusePoints(
-    const std::vector<WeightedPoint>& points, const std::vector<std::uint32_t>& cameras) {
+std::vector<FusedPoint> AdaptiveHashFusion<PointT, device::Host>::fusePoints(const std::vector<WeightedPoint>& points,
+                                                                             const std::vector<std::uint32_t>& cameras,
+                                                                             std::vector<std::uint64_t>& agreeing) {
   const int threads = host::resolveThreads(threads_);
   host::HashAggregation aggregation;
   // A stretch ends where the camera changes, so that a run of points is of one camera.
@@ -65,13 +67,15 @@ std::vector<FusedPoint> AdaptiveHashFusion<PointT, device::Host>::fusePoints(
     host::FrameViews views;
     views.assign(*frame_, preprocessing_, threads);
     const host::ConsistencyEvaluator evaluator(consistency_, views.rig, views.depths);
-    aggregation.fuse(parameters_, threads, array, &evaluator, lists);
+    aggregation.fuse(parameters_, threads, array, &evaluator, {}, lists);
   } else {
-    aggregation.fuse(parameters_, threads, array, nullptr, lists);
+    aggregation.fuse(parameters_, threads, array, nullptr, {}, lists);
   }
   std::vector<FusedPoint> fused(aggregation.size());
+  agreeing.resize(fused.size());
   aggregation.forEachBlock(threads, [&](std::size_t position, int thread, std::size_t begin, std::size_t n) {
-    std::copy_n(lists[thread].data() + begin, n, fused.data() + position);
+    std::copy_n(lists[thread].points.data() + begin, n, fused.data() + position);
+    std::copy_n(lists[thread].cameras.data() + begin, n, agreeing.data() + position);
   });
   return fused;
 }
@@ -105,33 +109,42 @@ void AdaptiveHashFusion<PointT, device::Host>::applyFilter(PointCloud& output) {
 
   std::vector<std::uint32_t> cameras(order.size());
   for (std::size_t k = 0; k < order.size(); ++k) cameras[k] = camera_of_input(order[k]);
-  const std::vector<FusedPoint> all_fused = fusePoints(points, cameras);
+  std::vector<std::uint64_t> agreeing;
+  const std::vector<FusedPoint> all_fused = fusePoints(points, cameras, agreeing);
+  agreeing.resize(all_fused.size(), 0);
 
   PointCloud result;
   result.resize(all_fused.size());
-  const auto write = [&](const FusedPoint& fused, PointT& point) {
+  std::atomic<bool> all_finite{true};
+  const auto write = [&](const FusedPoint& fused, std::uint64_t mask, PointT& point) {
     const auto source = [&](std::size_t k) -> const PointT& {
       return (*input_)[static_cast<std::size_t>(order[fused.source[k]])];
     };
     std::size_t main = 0;
     Vec3 color{};
+    IntensityMean intensity;
     NormalMean normal;
     for (std::size_t k = 0; k < fused.count; ++k) {
       if (fused.share[k] > fused.share[main]) main = k;
       color = color + fused.share[k] * point::getColor(source(k));
+      intensity.add(fused.share[k], point::getIntensity(source(k)));
       normal.add(fused.share[k], point::getNormal(source(k)));
+      mask |= cameraBit(cameras[fused.source[k]]);
     }
     point = source(main);
     point::setPosition(point, fused.p);
     point::setColor(point, color);
-    point::setNormal(point, normal.mean());
-    point::setWeight(point, fused.weight);
+    if (normal.known()) point::setNormal(point, normal.mean());
+    point::setIntensity(point, weight_in_intensity_ ? fused.weight : intensity.mean());
+    point::setConfidence(point, fused.weight);
     point::setViewCount(point, fused.views);
+    point::setCameraMask(point, mask);
+    if (!isFinite(point::getNormal(point))) all_finite = false;
   };
   constexpr std::size_t block = 1024;
   host::parallelFor(host::resolveThreads(threads_), (all_fused.size() + block - 1) / block, [&](std::size_t b, int) {
     for (std::size_t k = b * block; k < std::min(all_fused.size(), (b + 1) * block); ++k)
-      write(all_fused[k], result[k]);
+      write(all_fused[k], agreeing[k], result[k]);
   });
 
   removed_indices_->clear();
@@ -145,7 +158,7 @@ void AdaptiveHashFusion<PointT, device::Host>::applyFilter(PointCloud& output) {
   result.header = input_->header;
   result.sensor_origin_ = input_->sensor_origin_;
   result.sensor_orientation_ = input_->sensor_orientation_;
-  result.is_dense = true;
+  result.is_dense = all_finite;
   output = std::move(result);
 }
 

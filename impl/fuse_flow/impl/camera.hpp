@@ -88,6 +88,8 @@ inline void checkMultipath(const Owner& owner, const Multipath& multipath) {
 inline void checkCamera(const Camera& camera) {
   const detail::Owner owner{"fuse_flow::Camera '", camera.name, "'"};
   detail::checkIntrinsics(owner, camera.intrinsics);
+  if (!(std::isfinite(camera.depth_scale) && camera.depth_scale > 0))
+    detail::throwBadArgument(owner, ": depth_scale is ", camera.depth_scale, ", must be positive");
   detail::checkPose(owner, "T_world_camera", camera.T_world_camera);
   detail::checkDepthCorrection(owner, camera.depth_correction);
   detail::checkMultipath(owner, camera.multipath);
@@ -111,8 +113,8 @@ namespace detail {
 
 /** \brief Whether all of the calibration but the pose in the world is the same. */
 inline bool sameInside(const Camera& a, const Camera& b) {
-  if (!sameIntrinsics(a.intrinsics, b.intrinsics) || a.depth_correction != b.depth_correction ||
-      a.multipath != b.multipath)
+  if (!sameIntrinsics(a.intrinsics, b.intrinsics) || a.depth_scale != b.depth_scale ||
+      a.depth_correction != b.depth_correction || a.multipath != b.multipath)
     return false;
   if (a.color.has_value() != b.color.has_value()) return false;
   return !a.color || (sameIntrinsics(a.color->intrinsics, b.color->intrinsics) &&

@@ -104,7 +104,7 @@ void DepthBackprojection<PointT, device::Host>::applyFilter(PointCloud& output) 
   host::ViewGeometry geometry;
   geometry.assign(camera_);
   host::ColorDepthMap color_depth;
-  if (point::has_color<PointT> && !from_cloud && view_.color && geometry.own_color_camera)
+  if (point::shows_color<PointT> && !from_cloud && view_.color && geometry.own_color_camera)
     color_depth.assign(geometry, detail::DepthOfPixels{depth.data(), geometry});
   PointCloud result(static_cast<std::uint32_t>(K.width), static_cast<std::uint32_t>(K.height));
   std::vector<std::uint8_t> missing(size, 0);
@@ -126,10 +126,12 @@ void DepthBackprojection<PointT, device::Host>::applyFilter(PointCloud& output) 
       point::setPosition(point, points[index]);
       if (from_cloud) continue;
       point::setConfidence(point, view_.confidence ? givenConfidence(view_.confidence.row(v)[u]) : 1.0f);
-      if constexpr (point::has_color<PointT>)
-        if (view_.color)
-          point::setColor(point,
-                          viewColor(geometry, view_.color, color_depth.cells(), u, v, geometry.ray(u, v), z[u]).rgb);
+      if constexpr (point::shows_color<PointT>)
+        if (view_.color) {
+          const Vec3 rgb = viewColor(geometry, view_.color, color_depth.cells(), u, v, geometry.ray(u, v), z[u]).rgb;
+          point::setColor(point, rgb);
+          point::setIntensity(point, luminance(rgb));
+        }
     }
   });
   removed_indices_->clear();

@@ -160,7 +160,6 @@ void ExtrinsicTracking<PointT, Device>::Copy::assign(const RigFrame& from, bool 
   // By two threads, since whoever pushes a frame waits for it; by no more, since the fusion of frames in flight needs the cores.
   const int threads = std::min({2, host::resolveThreads(0), static_cast<int>(from.views.size())});
   host::parallelFor(threads, from.views.size(), [&](std::size_t i, int) {
-    frame.views[i].depth_scale = from.views[i].depth_scale;
     frame.views[i].depth16 = detail::copyImage(from.views[i].depth16, depth16[i]);
     frame.views[i].depth32 = detail::copyImage(from.views[i].depth32, depth32[i]);
     if (with_color) frame.views[i].color = detail::copyImage(from.views[i].color, color[i]);

@@ -37,6 +37,7 @@ inline void checkParameters(const FuseFlowParameters& p) {
   detail::checkLengthOrNone("fuse_flow::FuseFlow", "half_weight_noise", p.half_weight_noise);
   detail::checkLengthOrNone("fuse_flow::FuseFlow", "max_noise", p.max_noise);
   detail::checkRange("fuse_flow::FuseFlow", "min_support", p.min_support, 0, 8);
+  detail::checkRange("fuse_flow::FuseFlow", "min_confidence", p.min_confidence, 0.0f, 1.0f);
   if (p.crop_box && (p.crop_box->isEmpty() || !p.crop_box->min().allFinite() || !p.crop_box->max().allFinite()))
     detail::throwBadArgument("fuse_flow::FuseFlow: crop_box is empty or not finite");
 }
@@ -71,6 +72,11 @@ void FuseFlow<PointT, device::Host>::setComputeNormals(bool compute) {
 }
 
 template <typename PointT>
+void FuseFlow<PointT, device::Host>::setWeightInIntensity(bool weight) {
+  writer_->setWeightInIntensity(weight);
+}
+
+template <typename PointT>
 const FrameStatistics& FuseFlow<PointT, device::Host>::getStatistics() const {
   return pipeline_->statistics;
 }
@@ -100,7 +106,7 @@ void FuseFlow<PointT, device::Host>::fuseFrame(const RigFrame& frame, PointCloud
   using host::FramePipeline;
   const FramePipeline::Clock::time_point start = FramePipeline::Clock::now();
   FramePipeline& pipeline = *pipeline_;
-  pipeline.with_color = point::has_color<PointT>;
+  pipeline.with_color = point::shows_color<PointT>;
   pipeline.generate(frame);
 
   host::PointWriter<PointT>& writer = *writer_;
@@ -117,10 +123,11 @@ void FuseFlow<PointT, device::Host>::fuseFrame(const RigFrame& frame, PointCloud
   } else {
     fused_at = FramePipeline::Clock::now();
     output.clear();
-    pipeline.fusePointWise([&](const FusedPoint& fused) {
+    writer.start(1);
+    pipeline.fusePointWise([&](const FusedPoint& fused, std::uint64_t cameras) {
       if (!(fused.weight > 0) || fused.weight < pipeline.parameters.aggregation.min_weight) return;
       output.emplace_back();
-      writer.write(fused, output.back());
+      writer.write(0, fused, cameras, output.back());
     });
     pipeline.statistics.fuse_ms = FramePipeline::since(fused_at);
   }
@@ -128,7 +135,7 @@ void FuseFlow<PointT, device::Host>::fuseFrame(const RigFrame& frame, PointCloud
   output.header.stamp = frame.stamp;
   output.width = static_cast<std::uint32_t>(output.size());
   output.height = 1;
-  output.is_dense = true;
+  output.is_dense = !writer.anyUnknownNormal();
   output.sensor_origin_.setZero();
   output.sensor_orientation_.setIdentity();
   pipeline.statistics.fused_points = output.size();

@@ -18,8 +18,6 @@ void checkImage(const Owner& owner, const char* what, const ImageView<Pixel>& im
 inline void checkView(const Camera& camera, const DepthView& view) {
   const Owner owner{"fuse_flow::DepthView of camera '", camera.name, "'"};
   if (view.depth16 && view.depth32) throwBadArgument(owner, ": both depth16 and depth32 are set, must be one");
-  if (view.depth16 && !(std::isfinite(view.depth_scale) && view.depth_scale > 0))
-    throwBadArgument(owner, ": depth_scale is ", view.depth_scale, ", must be positive");
   checkImage(owner, "depth", view.depth16, camera.intrinsics);
   checkImage(owner, "depth", view.depth32, camera.intrinsics);
   checkImage(owner, "confidence", view.confidence, camera.intrinsics);

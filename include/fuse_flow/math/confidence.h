@@ -169,8 +169,15 @@ FUSE_FLOW_HD int surfaceSupport(const ConfidenceParameters& p, const SlopeScale&
   return count;
 }
 
-/** \brief What a sensor's own confidence multiplies C by; NaN counts as none. */
+/** \brief A sensor's own confidence in [0, 1]; NaN counts as none. */
 FUSE_FLOW_HD float givenConfidence(float given) { return given > 0 ? (given < 1.0f ? given : 1.0f) : 0.0f; }
+
+/** \brief What a sensor's own confidence multiplies the weight of its measurement by, after the gate of eq. 9; 0: it becomes no point.
+ *  \param min_confidence see FuseFlowParameters */
+FUSE_FLOW_HD float givenWeight(float given, float min_confidence) {
+  const float confidence = givenConfidence(given);
+  return confidence < min_confidence ? 0.0f : confidence;
+}
 
 /** \brief Slope-compensated form. Second differences r = z₋ − 2 z₀ + z₊ in the four directions through the pixel nearly
  *  vanish on a plane (depth is 1 / an affine function of the pixel there: r ≈ 2 s² / z for a step s between neighbours), and of independent noise they have variance 6 σ². What the slope itself exceeds a surface at

@@ -62,6 +62,11 @@ struct ViewOpinion {
   float squared_distance{0};
 };
 
+/** \brief Whether the view's own measurement stands for the point too: it is no farther from it than σ. */
+FUSE_FLOW_HD bool agrees(const ViewOpinion& opinion) {
+  return opinion.verdict == ViewOpinion::Distance && opinion.squared_distance <= 1.0f;
+}
+
 /** \brief How far a measurement may lie from a point along the ray and still be of its surface, in σ: nearer it hides the point,
  *  farther it has seen through it. Infinite where occlusion does not matter. */
 FUSE_FLOW_HD float occlusionMargin(const ConsistencyParameters& p) {

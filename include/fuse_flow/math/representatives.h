@@ -24,9 +24,53 @@ struct alignas(16) FusedPoint {
   std::uint32_t source[kRepresentatives]{};  ///< numbers of the representatives' points
   float share[kRepresentatives]{};           ///< of each in eq. 11; they add up to 1
   std::uint32_t count{0};                    ///< of representatives
-  /** \brief Different cameras among the representatives. */
+  /** \brief Different cameras that it is from, see PointCameras. */
   std::uint32_t views{0};
 };
+
+/** \brief The bit of a camera in a mask of 64; cameras from number 64 on have none. */
+FUSE_FLOW_HD std::uint64_t cameraBit(std::uint32_t camera) { return camera < 64 ? std::uint64_t{1} << camera : 0; }
+
+/** \brief The cameras that a fused point is from, each once: those of its representatives, and those that measured the surface within σ of
+ *  it, see agrees(). \tparam kWithMask whether mask() is asked for, too */
+template <bool kWithMask>
+class CamerasOfPoint {
+ public:
+  /** \brief Before the agreeing ones; of up to kRepresentatives, in any order, repeated or not. */
+  FUSE_FLOW_HD void addRepresentative(std::uint32_t camera) {
+    if (isRepresentative(camera)) return;
+    for (std::uint32_t k = 0; k < kRepresentatives; ++k)  // only constants index them: registers on a GPU
+      if (k == count_) camera_[k] = camera;
+    add(camera);
+  }
+  /** \brief Each camera at most once; it may be one of the representatives'. */
+  FUSE_FLOW_HD void addAgreeing(std::uint32_t camera) {
+    if (!isRepresentative(camera)) add(camera);
+  }
+
+  /** \brief How many there are. */
+  FUSE_FLOW_HD std::uint32_t count() const { return count_; }
+  /** \brief A cameraBit() each. */
+  FUSE_FLOW_HD std::uint64_t mask() const { return mask_; }
+
+ private:
+  static constexpr std::uint32_t kNone = 0xffffffffu;
+
+  FUSE_FLOW_HD bool isRepresentative(std::uint32_t camera) const {
+    return (camera == camera_[0]) | (camera == camera_[1]) | (camera == camera_[2]);
+  }
+  FUSE_FLOW_HD void add(std::uint32_t camera) {
+    ++count_;
+    if (kWithMask) mask_ |= cameraBit(camera);
+  }
+
+  static_assert(kRepresentatives == 3, "as many are compared with");
+  std::uint32_t camera_[kRepresentatives] = {kNone, kNone, kNone};
+  std::uint32_t count_{0};
+  std::uint64_t mask_{0};
+};
+using PointCameras = CamerasOfPoint<true>;
+using PointCameraCount = CamerasOfPoint<false>;
 
 /** \brief A measurement, or one camera's measurements, that may stand for a cell. Left uninitialised: there are
  *  hundreds of thousands, and filling them with zeros costs more than filling them in. */
@@ -83,13 +127,15 @@ class RepresentativeSelection {
     return candidate;
   }
 
-  /** \brief Camera of the highest-ranking one. */
-  FUSE_FLOW_HD std::uint32_t mainCamera() const {
-    Candidate best = kept_[0];
-    if (count_ > 1 && outranks(kept_[1], best)) best = kept_[1];
-    if (count_ > 2 && outranks(kept_[2], best)) best = kept_[2];
-    return best.camera;
+  /** \brief Number of the highest-ranking one. */
+  FUSE_FLOW_HD int main() const {
+    int best = 0;
+    if (count_ > 1 && outranks(kept_[1], kept_[0])) best = 1;
+    if (count_ > 2 && outranks(kept_[2], (*this)[best])) best = 2;
+    return best;
   }
+  /** \brief Its camera. */
+  FUSE_FLOW_HD std::uint32_t mainCamera() const { return (*this)[main()].camera; }
 
   /** \brief Their confidence-weighted mean, from the coarse cell's corner. */
   FUSE_FLOW_HD Vec3 mean() const {

@@ -5,6 +5,8 @@
 #include <fuse_flow/math/pinhole.h>
 #include <fuse_flow/multipath.h>
 
+#include <cfloat>
+
 namespace fuse_flow {
 
 /** \brief What the per-pixel maths needs to know of one calibrated view. */
@@ -95,12 +97,34 @@ struct NormalMean {
   FUSE_FLOW_HD void add(float share, const Vec3& normal) {
     if (isFinite(normal)) sum = sum + share * normal;
   }
+  /** \brief Whether there is a mean. */
+  FUSE_FLOW_HD bool known() const { return squaredNorm(sum) > 0; }
   /** \brief Of length 1; zero where none was known. */
   FUSE_FLOW_HD Vec3 mean() const {
     const float norm = std::sqrt(squaredNorm(sum));
     return norm > 0 ? (1.0f / norm) * sum : Vec3{};
   }
+  /** \brief Of length 1; NaN where none was known, as in PCL's clouds. */
+  FUSE_FLOW_HD Vec3 meanOrNan() const { return known() ? mean() : Vec3{NAN, NAN, NAN}; }
 };
+
+/** \brief The mean of the intensities that are known. */
+struct IntensityMean {
+  float sum{0};    ///< Σ share · intensity
+  float total{0};  ///< Σ share
+
+  /** \brief One more. \param share its weight  \param intensity not finite: not known */
+  FUSE_FLOW_HD void add(float share, float intensity) {
+    if (!(std::fabs(intensity) <= FLT_MAX)) return;
+    sum += share * intensity;
+    total += share;
+  }
+  /** \brief NaN where none was known. */
+  FUSE_FLOW_HD float mean() const { return total > 0 ? sum / total : NAN; }
+};
+
+/** \brief How bright a colour is, as pcl::PointXYZRGBtoXYZI() has it (Rec. 601). \param rgb channels 0 … 255 \returns 0 … 255 */
+FUSE_FLOW_HD float luminance(const Vec3& rgb) { return 0.299f * rgb.x + 0.587f * rgb.y + 0.114f * rgb.z; }
 
 /** \brief What an image shows at a pixel. */
 FUSE_FLOW_HD ViewColor pixelColor(const ImageView<Rgb8>& image, int u, int v) {

@@ -4,6 +4,7 @@
 #include <fuse_flow/impl/host/coarse_grid.hpp>
 #include <fuse_flow/impl/host/consistency_evaluator.hpp>
 #include <fuse_flow/math/adaptive_hash.h>
+#include <fuse_flow/math/box.h>
 #include <fuse_flow/math/representatives.h>
 
 #include <algorithm>
@@ -80,6 +81,7 @@ struct CellScratch {
   std::vector<WeakPoint> weak;
   ChildBits occupied;  // by points that stay
   std::vector<FusedPoint> output;
+  std::vector<std::uint64_t> output_cameras;  // PointCameras::mask() of each
 };
 
 /** \brief Receives the fused points of a frame, those of one coarse cell at a time. */
@@ -88,8 +90,8 @@ class FusedPointSink {
   virtual ~FusedPointSink() = default;
   /** \brief Before the first point of a frame. */
   virtual void start(int threads) = 0;
-  /** \brief Points that a thread has fused, after those that it has added before. */
-  virtual void add(int thread, const std::vector<FusedPoint>& points) = 0;
+  /** \brief Points that a thread has fused, after those that it has added before. \param cameras PointCameras::mask() of each */
+  virtual void add(int thread, const std::vector<FusedPoint>& points, const std::vector<std::uint64_t>& cameras) = 0;
   /** \brief Room for so many points on every thread, so that a warm frame allocates nothing. */
   virtual void reserve(std::size_t points) = 0;
 };
@@ -215,11 +217,23 @@ void collect(Representatives mode, const CoarseGrid& grid, const CoarseGrid::Cel
   }
 }
 
+/** \brief The cameras of a child's point. \param judged its number in scratch.judged, or of its first representative's
+ *  \param asked whether other views were */
+inline PointCameras camerasOf(const Child& child, bool each_judged, std::size_t judged, bool asked,
+                              const CellOpinions& opinions) {
+  PointCameras cameras;
+  for (int k = 0; k < child.chosen.count(); ++k) cameras.addRepresentative(child.chosen[k].camera);
+  if (asked)
+    opinions.forEachNear(judged + static_cast<std::size_t>(each_judged ? child.chosen.main() : 0),
+                         [&](std::uint32_t view) { cameras.addAgreeing(view); });
+  return cameras;
+}
+
 /** \brief All of section 5 for one coarse cell; appends to scratch.output. Nothing here depends on the rest of the
- *  frame. \param points FramePoints, or a PointArray */
+ *  frame. \param points FramePoints, or a PointArray  \param crop_box points that views confirm outside of it are dropped */
 template <typename Points>
 void fuseCell(const AggregationParameters& p, int max_level, const CoarseGrid& grid, const CoarseGrid::Cell& cell,
-              const Points& points, const ConsistencyEvaluator* evaluator, CellScratch& scratch) {
+              const Points& points, const ConsistencyEvaluator* evaluator, const Box& crop_box, CellScratch& scratch) {
   const int level = refinementLevel(cell.points, p.points_per_cell, max_level);
   const Vec3 corner = cellCorner(cell.key, p.cell_size);
   if (scratch.slot.size() < (std::size_t{1} << 3 * level)) scratch.slot.resize(std::size_t{1} << 3 * level, 0);
@@ -242,13 +256,21 @@ void fuseCell(const AggregationParameters& p, int max_level, const CoarseGrid& g
   }
   selectPoints(p, level, scratch);
   if (confirmed) readConfirmed(*evaluator, scratch);
-  std::size_t share = 0;
+  std::size_t share = 0, judged = 0;
   for (std::size_t k = 0; k < scratch.fused.size(); ++k) {
+    const Child& child = scratch.children[k];
+    const std::size_t first = judged;
+    judged += each ? static_cast<std::size_t>(child.chosen.count()) : 1;
     if (!scratch.kept[k]) continue;
-    scratch.output.push_back(scratch.fused[k]);
-    if (!confirmed) continue;
-    Vec3& p_W = scratch.output.back().p;
-    p_W = evaluator->confirmed(p_W, scratch.omega[k], scratch.opinions, k, scratch.confirmations, share);
+    FusedPoint& fused = scratch.fused[k];
+    if (confirmed) {
+      fused.p = evaluator->confirmed(fused.p, scratch.omega[k], scratch.opinions, k, scratch.confirmations, share);
+      if (!crop_box.contains(fused.p)) continue;
+    }
+    const PointCameras cameras = camerasOf(child, each, first, evaluator != nullptr, scratch.opinions);
+    fused.views = cameras.count();
+    scratch.output.push_back(fused);
+    scratch.output_cameras.push_back(cameras.mask());
   }
   for (const Child& child : scratch.children) scratch.slot[child.position] = 0;
 }
@@ -256,18 +278,25 @@ void fuseCell(const AggregationParameters& p, int max_level, const CoarseGrid& g
 /** \brief The fused points as they are. */
 class FusedPointLists : public FusedPointSink {
  public:
+  /** \brief Of one thread. */
+  struct List {
+    std::vector<FusedPoint> points;
+    std::vector<std::uint64_t> cameras;  ///< PointCameras::mask() of each
+  };
+
   void start(int threads) override { lists_.assign(static_cast<std::size_t>(threads), {}); }
-  void add(int thread, const std::vector<FusedPoint>& points) override {
-    std::vector<FusedPoint>& list = lists_[static_cast<std::size_t>(thread)];
-    list.insert(list.end(), points.begin(), points.end());
+  void add(int thread, const std::vector<FusedPoint>& points, const std::vector<std::uint64_t>& cameras) override {
+    List& list = lists_[static_cast<std::size_t>(thread)];
+    list.points.insert(list.points.end(), points.begin(), points.end());
+    list.cameras.insert(list.cameras.end(), cameras.begin(), cameras.end());
   }
   void reserve(std::size_t) override {}
 
   /** \brief Those that a thread fused. */
-  const std::vector<FusedPoint>& operator[](int thread) const { return lists_[static_cast<std::size_t>(thread)]; }
+  const List& operator[](int thread) const { return lists_[static_cast<std::size_t>(thread)]; }
 
  private:
-  std::vector<std::vector<FusedPoint>> lists_;
+  std::vector<List> lists_;
 };
 
 /** \brief Section 5 over a whole frame, on many threads, with the memory it keeps. */
@@ -283,10 +312,10 @@ class HashAggregation {
   }
 
   /** \brief Fuses the merged grid's cells; V = 1 without an evaluator. The result's order, which forEachBlock() tells, is that of the
-   *  cells, whoever fused them. */
+   *  cells, whoever fused them. \param crop_box points that views confirm outside of it are dropped */
   template <typename Points>
   void fuse(const AggregationParameters& p, int threads, const Points& points, const ConsistencyEvaluator* evaluator,
-            FusedPointSink& sink) {
+            const Box& crop_box, FusedPointSink& sink) {
     constexpr std::size_t cells_per_block = 8;
     const int max_level = maxLevel(p);
     const std::vector<CoarseGrid::Cell>& cells = grid.cells();
@@ -301,9 +330,10 @@ class HashAggregation {
       const std::size_t end = std::min(cells.size(), (block + 1) * cells_per_block);
       for (std::size_t c = block * cells_per_block; c < end; ++c) {
         s.output.clear();
-        fuseCell(p, max_level, grid, cells[c], points, evaluator, s);
+        s.output_cameras.clear();
+        fuseCell(p, max_level, grid, cells[c], points, evaluator, crop_box, s);
         done.count += s.output.size();
-        sink.add(thread, s.output);
+        sink.add(thread, s.output, s.output_cameras);
       }
       fused_[static_cast<std::size_t>(thread)] += done.count;
       blocks_[block] = done;
@@ -345,6 +375,7 @@ class HashAggregation {
     }
     for (CellScratch& s : scratch_) {
       s.output.reserve(children);
+      s.output_cameras.reserve(children);
       s.children.reserve(children);
       s.judged.reserve(judged);
       s.judged_camera.reserve(judged);

@@ -30,6 +30,7 @@ class CellOpinions {
   void assign(const Vec3* p, std::size_t n) {
     reserve(n, places_.size());
     n_ = n;
+    located_ = 0;
     for (std::size_t k = 0; k < n; ++k) {
       X_[k] = p[k].x;
       Y_[k] = p[k].y;
@@ -55,6 +56,7 @@ class CellOpinions {
       at.pixel.resize(n);
     }
     confirming_.resize(n * kConfirming);
+    near_.resize(n * ((places_.size() + kPlacesPerWord - 1) / kPlacesPerWord));
   }
 
   /** \brief Projects the points into view j, and sends for what it measured there: that is on its way from memory while
@@ -65,6 +67,8 @@ class CellOpinions {
     if (place >= places_.size()) reserve(n_, place + 1);
     Places& to = places_[place];
     to.view = j;
+    located_ = place + 1;
+    if (place % kPlacesPerWord == 0) std::fill_n(nearWords(place), n_, 0u);
     if (view.ideal) {
       inWideVectors([&] {
         locateIdeal(n_, view.P, view.intrinsics, X_.data(), Y_.data(), Z_.data(), to.x.data(), to.y.data(), to.z.data(),
@@ -114,8 +118,8 @@ class CellOpinions {
   void addAlongRay(const ConsistencyParameters& p, const ConfidenceParameters& noise_model, float noise_scale,
                    std::size_t place) {
     inWideVectors([&] {
-      addAlongRay(n_, p, noise_model, noise_scale, places_[place].z.data(), depth_.data(), sum_.data(),
-                  agreeing_.data(), seeing_through_.data());
+      addAlongRay(n_, p, noise_model, noise_scale, places_[place].z.data(), depth_.data(), nearBit(place), sum_.data(),
+                  agreeing_.data(), seeing_through_.data(), nearWords(place));
     });
   }
 
@@ -126,7 +130,9 @@ class CellOpinions {
     for (std::size_t k = 0; k < n_; ++k) {
       if (!(depth_[k] > 0)) continue;
       Consistency sum = (*this)[k];
-      sum.add(opinion(k, static_cast<int>(at.x[k]), static_cast<int>(at.y[k]), at.z[k], depth_[k]));
+      const ViewOpinion said = opinion(k, static_cast<int>(at.x[k]), static_cast<int>(at.y[k]), at.z[k], depth_[k]);
+      sum.add(said);
+      if (agrees(said)) nearWords(place)[k] |= nearBit(place);
       sum_[k] = sum.sum_squared_distance;
       agreeing_[k] = sum.agreeing;
       seeing_through_[k] = sum.seeing_through;
@@ -142,6 +148,16 @@ class CellOpinions {
 
   /** \brief All that was said about a point. */
   Consistency operator[](std::size_t k) const { return {sum_[k], agreeing_[k], seeing_through_[k]}; }
+
+  /** \brief Calls visit(view) for each that agrees() with a point. */
+  template <typename Visit>
+  void forEachNear(std::size_t k, const Visit& visit) const {
+    for (std::size_t first = 0; first < located_; first += kPlacesPerWord) {
+      std::uint32_t bits = near_[first / kPlacesPerWord * capacity() + k];
+      for (std::size_t place = first; bits != 0; ++place, bits >>= 1)
+        if (bits & 1u) visit(places_[place].view);
+    }
+  }
 
   /** \brief Where a point falls in the a-th view that measured a surface there; a < Confirmation::kViews. */
   Sight sight(std::size_t k, int a) const {
@@ -159,6 +175,10 @@ class CellOpinions {
   /** \brief In the border of every depth map, left of its first pixel: 0. */
   static constexpr std::int32_t kNowhere = -1;
   static constexpr std::size_t kConfirming = Confirmation::kViews + 1;  ///< and one that is not kept
+  static constexpr std::size_t kPlacesPerWord = 32;
+
+  std::uint32_t* nearWords(std::size_t place) { return near_.data() + place / kPlacesPerWord * capacity(); }
+  static std::uint32_t nearBit(std::size_t place) { return 1u << place % kPlacesPerWord; }
 
   static void locateIdeal(std::size_t n, ProjectionMatrix P, Intrinsics K, const float* __restrict X,
                           const float* __restrict Y, const float* __restrict Z, float* __restrict x,
@@ -175,26 +195,31 @@ class CellOpinions {
   }
 
   static void addAlongRay(std::size_t n, ConsistencyParameters p, ConfidenceParameters noise_model, float noise_scale,
-                          const float* __restrict z, const float* __restrict depth, float* __restrict sum,
-                          std::int32_t* __restrict agreeing, std::int32_t* __restrict seeing_through) {
+                          const float* __restrict z, const float* __restrict depth, std::uint32_t near_bit,
+                          float* __restrict sum, std::int32_t* __restrict agreeing,
+                          std::int32_t* __restrict seeing_through, std::uint32_t* __restrict near) {
     const float margin = occlusionMargin(p);
     for (std::size_t k = 0; k < n; ++k) {
       const float D = depth[k];
       const float behind = (z[k] - D) * (1.0f / consistencySigma(p, noise_scale * axialNoise(noise_model, D)));
       const bool agrees = (D > 0) & (behind <= margin) & (behind >= -margin);
-      sum[k] += agrees ? behind * behind : 0.0f;
+      const float square = behind * behind;
+      sum[k] += agrees ? square : 0.0f;
       agreeing[k] += agrees;
+      near[k] |= (agrees & (square <= 1.0f)) ? near_bit : 0u;
       seeing_through[k] += (D > 0) & (behind < -margin);
     }
   }
 
   std::size_t n_{0};
+  std::size_t located_{0};        ///< places, from 0 on
   std::vector<float> X_, Y_, Z_;  // world, metres
   std::vector<Places> places_;    ///< view by view, as they are asked
   std::vector<float> depth_;
   std::vector<float> sum_;
   std::vector<std::int32_t> agreeing_, seeing_through_;
   std::vector<std::uint32_t> confirming_;  ///< of each point the places of the first views that agreed
+  std::vector<std::uint32_t> near_;        ///< of each point a bit for each place whose view agrees()
 };
 
 }  // namespace host

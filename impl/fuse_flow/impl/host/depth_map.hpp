@@ -1,5 +1,6 @@
 #pragma once
 
+#include <fuse_flow/depth_out_of_range.h>
 #include <fuse_flow/depth_view.h>
 #include <fuse_flow/impl/host/wide_vectors.hpp>
 #include <fuse_flow/math/confidence.h>
@@ -7,6 +8,7 @@
 #include <fuse_flow/math/depth_correction.h>
 #include <fuse_flow/math/noise_scale.h>
 #include <fuse_flow/math/smoothing.h>
+#include <fuse_flow/preprocessing.h>
 
 #include <cmath>
 #include <limits>
@@ -52,14 +54,15 @@ class DepthMap {
   std::vector<float> z_;
 };
 
-/** \brief One row of a view in metres; what is outside [min_range, max_range] becomes 0. \param terms of the row's pixels; null: none */
-inline void convertDepthRow(const DepthView& view, float min_range, float max_range, int v,
+/** \brief One row of a view in metres; what is outside [min_range, max_range] becomes 0. \param depth_scale of its camera
+ *  \param terms of the row's pixels; null: none */
+inline void convertDepthRow(const DepthView& view, float depth_scale, float min_range, float max_range, int v,
                             const DepthCorrectionTerms* terms, float* z) {
   inWideVectors([=, &view] {
     const int width = view.width();
     if (view.depth16) {
       const std::uint16_t* raw = view.depth16.row(v);
-      const float scale = view.depth_scale;
+      const float scale = depth_scale;
       for (int u = 0; u < width; ++u) z[u] = metres(raw[u], scale, min_range, max_range);
     } else {
       const float* raw = view.depth32.row(v);
@@ -70,6 +73,31 @@ inline void convertDepthRow(const DepthView& view, float min_range, float max_ra
     float* __restrict corrected = z;
     for (int u = 0; u < width; ++u) corrected[u] = correctedDepth(corrected[u], of_pixel[u]);
   });
+}
+
+/** \brief What a view measures, in range or not. \param depth_scale of its camera  \param camera its number */
+inline DepthOutOfRange depthOutOfRange(const DepthView& view, float depth_scale, std::size_t camera,
+                                       const PreprocessingParameters& p) {
+  DepthOutOfRange found;
+  found.camera = camera;
+  const auto see = [&](float z, bool in_range) {
+    if (!(z > 0)) return;
+    ++found.measured;
+    found.in_range += in_range ? 1 : 0;
+    found.nearest = found.measured == 1 || z < found.nearest ? z : found.nearest;
+    found.farthest = z > found.farthest ? z : found.farthest;
+  };
+  constexpr float any = std::numeric_limits<float>::max();
+  for (int v = 0; v < view.height(); ++v)
+    for (int u = 0; u < view.width(); ++u)
+      if (view.depth16) {
+        const std::uint16_t raw = view.depth16.row(v)[u];
+        see(metres(raw, depth_scale, 0, any), metres(raw, depth_scale, p.min_range, p.max_range) > 0);
+      } else {
+        const float raw = view.depth32.row(v)[u];
+        see(metres(raw, 0, any), metres(raw, p.min_range, p.max_range) > 0);
+      }
+  return found;
 }
 
 /** \brief The rows above, at and below one, at a spacing. */

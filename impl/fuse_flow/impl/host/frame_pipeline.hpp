@@ -24,6 +24,14 @@ inline Box cropBox(const FuseFlowParameters& parameters) {
   return {{low.x(), low.y(), low.z()}, {high.x(), high.y(), high.z()}};
 }
 
+/** \brief Whether so few pixels of an image are measured in range that it is worth a look at the others. */
+inline bool hardlyAny(std::size_t in_range, const Intrinsics& K) {
+  return 50 * in_range < static_cast<std::size_t>(K.width) * static_cast<std::size_t>(K.height);
+}
+
+/** \brief Whether what is in range is the exception. */
+inline bool nearlyAll(const DepthOutOfRange& found) { return found.measured > 10 * found.in_range; }
+
 /** \brief Whether measurements need others around them. */
 inline bool asksForSupport(const FuseFlowParameters& parameters) {
   return parameters.use_measurement_confidence && parameters.min_support > 0;
@@ -59,12 +67,16 @@ class FramePipeline {
   FUSE_FLOW_INLINE void aggregate(FusedPointSink& sink);
 
   /** \brief The ablation's point-wise fusion: every gated point, of weight C V, with the points that other views have in
-   *  its place, each of weight C exp(−d²/σ²). Calls emit(fused point) in the order of the pixels. */
+   *  its place, each of weight C exp(−d²/σ²). Calls emit(fused point, PointCameras::mask()) in the order of the pixels. */
   template <typename Emit>
   void fusePointWise(const Emit& emit) const {
     const ConsistencyEvaluator evaluator = makeEvaluator();
     for (std::uint32_t index = 0; index < points_.size(); ++index)
-      if (points_.C(index) > 0) emit(fusePoint(index, evaluator));
+      if (points_.C(index) > 0) {
+        std::uint64_t cameras = 0;
+        const FusedPoint fused = fusePoint(index, evaluator, cameras);
+        emit(fused, cameras);
+      }
   }
 
   const HashAggregation& aggregation() const { return aggregation_; }
@@ -112,12 +124,16 @@ class FramePipeline {
     const std::size_t n = frame_->cameras.size();
     std::vector<float> noise_scales = std::move(statistics.noise_scales);  // their memory
     std::vector<std::size_t> missing_cameras = std::move(statistics.missing_cameras);
+    std::vector<DepthOutOfRange> out_of_range = std::move(statistics.out_of_range);
     statistics = {};
     noise_scales.assign(n, 1.0f);
     statistics.noise_scales = std::move(noise_scales);
     missing_cameras.clear();
     missing_cameras.reserve(n);
     statistics.missing_cameras = std::move(missing_cameras);
+    out_of_range.clear();
+    out_of_range.reserve(n);
+    statistics.out_of_range = std::move(out_of_range);
     depths_.resize(n);
     multipath_.resize(n);
     refined_.resize(n);
@@ -146,6 +162,17 @@ class FramePipeline {
     tasks_.layOut(views_, passes, threads_);
     counts_.assign(tasks_.stretches().size(), {});
     if (passes > 0) reserveScratch();
+  }
+
+  /** \brief Only where hardly anything is in range, which costs a look at all of the image: more often than not its unit is wrong. */
+  void lookForDepthOutOfRange() {
+    for (std::size_t i = 0; i < views_.size(); ++i) {
+      const Intrinsics& K = frame_->cameras[i].intrinsics;
+      if (views_[i].missing || !detail::hardlyAny(measured_[i], K)) continue;
+      const DepthOutOfRange found =
+          depthOutOfRange(frame_->views[i], frame_->cameras[i].depth_scale, i, parameters.preprocessing);
+      if (detail::nearlyAll(found)) statistics.out_of_range.push_back(found);
+    }
   }
 
   /** \brief What stands before the colour cameras that are not the depth cameras. */
@@ -184,7 +211,8 @@ class FramePipeline {
         break;
       case Step::Convert:
         forEachRow(task, [&](int v) {
-          convertDepthRow(frame_->views[i], p.min_range, p.max_range, v, rig_[i].corrections(v), depths_[i].row(v));
+          convertDepthRow(frame_->views[i], rig_[i].depth_scale, p.min_range, p.max_range, v, rig_[i].corrections(v),
+                          depths_[i].row(v));
           if (parameters.smoothing.passes > 0 && !views_[i].whole_image) invert(i, v);  // while it is at hand
         });
         break;
@@ -283,11 +311,20 @@ class FramePipeline {
 
   /** \brief Eq. 3 and 9. \returns how many measurements there are */
   std::size_t weighRow(std::uint32_t i, int v, float* weights) const {
-    measurementConfidence(i, v, weights);
+    const int width = depths_[i].width();
+    if (parameters.use_measurement_confidence) {
+      confidenceRow(parameters.confidence, depths_[i], 1.0f / rig_[i].intrinsics.fx, statistics.noise_scales[i], v,
+                    weights);
+    } else {
+      std::fill(weights, weights + width, 1.0f);
+    }
     const MeasurementGate gate =
         measurementGate(parameters.use_measurement_confidence ? parameters.confidence.threshold : 0.0f,
                         detail::maxNoise(parameters), detail::halfWeightNoise(parameters), statistics.noise_scales[i]);
-    return PointRow::weigh(gate, parameters.confidence, refined(i).row(v), depths_[i].width(), weights);
+    const std::size_t measured = PointRow::weigh(gate, parameters.confidence, refined(i).row(v), width, weights);
+    if (const ImageView<float>& given = frame_->views[i].confidence)
+      for (int u = 0; u < width; ++u) weights[u] *= givenWeight(given.row(v)[u], parameters.min_confidence);
+    return measured;
   }
 
   /** \brief Eq. 8. \returns how many points there are */
@@ -300,18 +337,6 @@ class FramePipeline {
     return gated;
   }
 
-  void measurementConfidence(std::uint32_t i, int v, float* C) const {
-    const int width = depths_[i].width();
-    if (parameters.use_measurement_confidence) {
-      confidenceRow(parameters.confidence, depths_[i], 1.0f / rig_[i].intrinsics.fx, statistics.noise_scales[i], v, C);
-    } else {
-      std::fill(C, C + width, 1.0f);
-    }
-    const ImageView<float>& given = frame_->views[i].confidence;
-    if (!given) return;
-    for (int u = 0; u < width; ++u) C[u] *= givenConfidence(given.row(v)[u]);
-  }
-
   ConsistencyEvaluator makeEvaluator() const {
     ConsistencyEvaluator evaluator(parameters.consistency, rig_, depths_);
     evaluator.setNoise(parameters.confidence, statistics.noise_scales);
@@ -320,16 +345,18 @@ class FramePipeline {
     return evaluator;
   }
 
-  FusedPoint fusePoint(std::uint32_t index, const ConsistencyEvaluator& evaluator) const {
+  FusedPoint fusePoint(std::uint32_t index, const ConsistencyEvaluator& evaluator, std::uint64_t& cameras) const {
     const std::uint32_t i = points_.viewOf(index);
+    cameras = cameraBit(i);
     const WeightedPoint own{points_.position(index), points_.C(index)};
     PointWiseFusion fusion(own.p);
     if (parameters.use_distance_consistency) {
       fusion.add(index, own.p, own.C * consistency(parameters.consistency, evaluator(own.p, i)));
       evaluator.forEachOpinion(own.p, i, [&](std::uint32_t j, int u, int v, const ViewOpinion& opinion) {
         const std::uint32_t other = offsets_[j] + static_cast<std::uint32_t>(v * depths_[j].width() + u);
-        if (points_.C(other) > 0 && opinion.verdict == ViewOpinion::Distance)
-          fusion.add(other, points_.position(other), points_.C(other) * expOfNegative(-opinion.squared_distance));
+        if (!(points_.C(other) > 0) || opinion.verdict != ViewOpinion::Distance) return;
+        cameras |= cameraBit(j);
+        fusion.add(other, points_.position(other), points_.C(other) * expOfNegative(-opinion.squared_distance));
       });
     } else {
       fusion.add(index, own.p, own.C);
@@ -350,6 +377,7 @@ class FramePipeline {
   FrameTasks tasks_;
   FramePoints points_;
   std::vector<Counts> counts_;
+  std::vector<std::size_t> measured_;  ///< of each view, in range
   std::vector<BusyTimes> busy_;
   Box crop_box_;
   std::vector<PointRow> rows_;
@@ -385,10 +413,13 @@ FUSE_FLOW_INLINE void FramePipeline::generate(const RigFrame& frame) {
   statistics.generate_ms = all > 0 ? together * static_cast<double>(busy.generate.count()) / all : 0;
   statistics.preprocess_ms = since(start) - statistics.generate_ms;
   findHiddenColors();
-  for (const Counts& counts : counts_) {
-    statistics.measured_points += counts.measured;
-    statistics.gated_points += counts.gated;
+  measured_.assign(rig_.size(), 0);
+  for (std::size_t s = 0; s < counts_.size(); ++s) {
+    measured_[tasks_.stretches()[s].view] += counts_[s].measured;
+    statistics.measured_points += counts_[s].measured;
+    statistics.gated_points += counts_[s].gated;
   }
+  lookForDepthOutOfRange();
 }
 
 FUSE_FLOW_INLINE void FramePipeline::aggregate(FusedPointSink& sink) {
@@ -399,9 +430,9 @@ FUSE_FLOW_INLINE void FramePipeline::aggregate(FusedPointSink& sink) {
   const Clock::time_point merged = Clock::now();
   if (parameters.use_distance_consistency) {
     const ConsistencyEvaluator evaluator = makeEvaluator();
-    aggregation_.fuse(parameters.aggregation, threads_, points_, &evaluator, sink);
+    aggregation_.fuse(parameters.aggregation, threads_, points_, &evaluator, crop_box_, sink);
   } else {
-    aggregation_.fuse(parameters.aggregation, threads_, points_, nullptr, sink);
+    aggregation_.fuse(parameters.aggregation, threads_, points_, nullptr, crop_box_, sink);
   }
   statistics.fuse_ms = since(merged);
 }

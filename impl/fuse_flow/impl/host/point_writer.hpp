@@ -21,24 +21,30 @@ class PointWriter : public FusedPointSink {
   explicit PointWriter(const FramePipeline& pipeline) : pipeline_(pipeline) {}
 
   void setComputeNormals(bool compute) { with_normals_ = compute; }
+  void setWeightInIntensity(bool weight) { weight_in_intensity_ = weight; }
+  /// Whether a normal of the frame is NaN.
+  bool anyUnknownNormal() const {
+    return std::any_of(lanes_.begin(), lanes_.end(), [](const Lane& lane) { return lane.unknown_normal; });
+  }
 
   void start(int threads) override {
     if (lanes_.size() < static_cast<std::size_t>(threads)) lanes_.resize(static_cast<std::size_t>(threads));
     for (Lane& lane : lanes_) {
       lane.chunks.clear();
       lane.points = 0;
+      lane.unknown_normal = false;
     }
     taken_ = 0;
   }
 
-  void add(int thread, const std::vector<FusedPoint>& fused) override {
+  void add(int thread, const std::vector<FusedPoint>& fused, const std::vector<std::uint64_t>& cameras) override {
     Lane& lane = lanes_[static_cast<std::size_t>(thread)];
     for (std::size_t done = 0; done < fused.size();) {
       const std::size_t place = (lane.points + done) % kChunk;
       if (place == 0) lane.chunks.push_back(takeChunk());
       PointT* const points = lane.chunks.back()->data() + place;
       const std::size_t count = std::min(fused.size() - done, kChunk - place);
-      for (std::size_t k = 0; k < count; ++k) write(fused[done + k], points[k]);
+      for (std::size_t k = 0; k < count; ++k) write(thread, fused[done + k], cameras[done + k], points[k]);
       done += count;
     }
     lane.points += fused.size();  // once a cell: neighbouring lanes share a cache line
@@ -66,24 +72,28 @@ class PointWriter : public FusedPointSink {
     }
   }
 
-  void write(const FusedPoint& fused, PointT& point) const {
+  void write(int thread, const FusedPoint& fused, std::uint64_t cameras, PointT& point) {
     point = PointT();
     point::setPosition(point, fused.p);
-    point::setWeight(point, fused.weight);
+    point::setConfidence(point, fused.weight);
     point::setViewCount(point, fused.views);
+    point::setCameraMask(point, cameras);
     ColorMean color;
     NormalMean normal;
-    if constexpr (point::has_color<PointT> || point::has_normal<PointT>) {
+    if constexpr (point::shows_color<PointT> || point::has_normal<PointT>) {
       for (std::size_t k = 0; k < fused.count; ++k) {
         const FramePoints::Pixel source = pipeline_.locate(fused.source[k]);
-        if constexpr (point::has_color<PointT>) color.add(fused.share[k], pipeline_.color(source));
+        if constexpr (point::shows_color<PointT>) color.add(fused.share[k], pipeline_.color(source));
         if constexpr (point::has_normal<PointT>) {
           if (with_normals_) normal.add(fused.share[k], pipeline_.normal(source));
         }
       }
     }
     point::setColor(point, color.mean());
-    point::setNormal(point, normal.mean());
+    point::setIntensity(point, weight_in_intensity_ ? fused.weight : luminance(color.mean()));
+    if (!with_normals_ || !point::has_normal<PointT>) return;
+    point::setNormal(point, normal.meanOrNan());
+    if (!normal.known()) lanes_[static_cast<std::size_t>(thread)].unknown_normal = true;
   }
 
  private:
@@ -95,6 +105,7 @@ class PointWriter : public FusedPointSink {
   struct Lane {
     std::vector<Chunk*> chunks;
     std::size_t points{0};
+    bool unknown_normal{false};
   };
 
   Chunk* takeChunk() {
@@ -107,6 +118,7 @@ class PointWriter : public FusedPointSink {
 
   const FramePipeline& pipeline_;
   bool with_normals_{false};
+  bool weight_in_intensity_{false};
   std::vector<Lane> lanes_;
   std::mutex mutex_;
   std::vector<std::unique_ptr<Chunk>> chunks_;

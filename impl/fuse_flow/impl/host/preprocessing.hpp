@@ -78,7 +78,7 @@ inline void makeDepthMap(const PreprocessingParameters& p, const ViewGeometry& g
                          DepthMap& depth) {
   depth.resize(view.width(), view.height());
   for (int v = 0; v < view.height(); ++v)
-    convertDepthRow(view, p.min_range, p.max_range, v, geometry.corrections(v), depth.row(v));
+    convertDepthRow(view, geometry.depth_scale, p.min_range, p.max_range, v, geometry.corrections(v), depth.row(v));
   MultipathCorrection multipath;
   preprocessDepthMap(p, geometry, multipath, depth);
 }

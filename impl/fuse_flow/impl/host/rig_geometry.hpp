@@ -31,6 +31,7 @@ struct ViewGeometry : ViewModel {
   /** \brief The other cameras, nearest first: the order in which a point asks them (section 5 (2) b). */
   std::vector<std::uint32_t> neighbours;
   ViewFrustum frustum;
+  float depth_scale{0};  ///< metres per unit of 16-bit depth
 
   /** \param with_tables of every pixel; false: for a camera that is missing, none of whose pixels anyone asks for */
   void assign(const Camera& camera, bool with_tables = true) {
@@ -38,6 +39,7 @@ struct ViewGeometry : ViewModel {
     const bool same_correction = same_lens && depth_correction_ == camera.depth_correction;
     if (!same_correction) has_tables_ = false;
     intrinsics = camera.intrinsics;
+    depth_scale = camera.depth_scale;
     T_world_camera = toRigidTransform(camera.T_world_camera);
     T_camera_world = toRigidTransform(camera.T_world_camera.inverse());
     multipath = camera.multipath;
