@@ -47,7 +47,7 @@ const std::vector<Option>& options() {
       {"--smoothing-shrink", "0.45", [](const P& p) { return p.smoothing.shrink; }, 0.45, "1.5"},
       {"--smoothing-wide-above", "2.5", [](const P& p) { return p.smoothing.wide_above; }, 2.5, "-1"},
       {"--adapt-noise", "false", [](const P& p) { return p.adapt_noise; }, 0, "0.5"},
-      {"--min-confidence", "0.5", [](const P& p) { return p.min_confidence; }, 0.5, "1.5"},
+      {"--min-confidence", "0.25", [](const P& p) { return p.min_confidence; }, 0.25, "1.5"},
       {"--half-weight-noise", "0.5", [](const P& p) { return p.half_weight_noise; }, 0.5, "-1"},
       {"--max-noise", "0.5", [](const P& p) { return p.max_noise; }, 0.5, "-1"},
       {"--min-support", "5", [](const P& p) { return p.min_support; }, 5, "9"},
