@@ -3,7 +3,7 @@
 set -euo pipefail
 cd "$(dirname "$0")"
 
-packages=(build-essential cmake ninja-build clang-format
+packages=(build-essential cmake ninja-build clang-format pkg-config
           libpcl-dev libeigen3-dev libflann-dev libvtk9-dev libpng-dev libopenmpi-dev libtbb-dev libembree-dev
           libcli11-dev nlohmann-json3-dev libyaml-cpp-dev libgtest-dev libbenchmark-dev
           xvfb xauth xdotool libgl1-mesa-dri libx11-dev libgl-dev libopengl-dev)
@@ -49,13 +49,28 @@ install_missing() {
   fi
 }
 
+configure() { cmake --preset release "$@" > /dev/null || cmake --preset release "$@"; }
+
 build() {  # build [TARGET…]
-  local preset=release
   # Ninja configures again by itself when what CMake has read changes; the presets it does not know.
-  if [ ! -e build/build.ninja ] || [ CMakePresets.json -nt build/build.ninja ]; then
-    cmake --preset "$preset" > /dev/null || cmake --preset "$preset"
+  if [ -e build/demo_without_cuda ]; then
+    configure -DFUSE_FLOW_CUDA=AUTO
+    rm build/demo_without_cuda
+  elif [ ! -e build/build.ninja ] || [ CMakePresets.json -nt build/build.ninja ]; then
+    configure
   fi
-  if [ $# -gt 0 ]; then cmake --build --preset "$preset" --target "$@"; else cmake --build --preset "$preset"; fi
+  if [ $# -gt 0 ]; then cmake --build --preset release --target "$@"; else cmake --build --preset release; fi
+}
+
+gpu_at_hand() { [ -e /dev/nvidiactl ] || nvidia-smi -L > /dev/null 2>&1; }
+
+# What the demo runs. Without a GPU nothing is compiled for one, until the next build() that is not the demo's.
+build_demo() {
+  if [ ! -e build/build.ninja ] && ! gpu_at_hand; then
+    configure -DFUSE_FLOW_CUDA=OFF
+    touch build/demo_without_cuda
+  fi
+  if [ -e build/demo_without_cuda ]; then cmake --build --preset release --target "$@"; else build "$@"; fi
 }
 
 with_display() { if [ -n "${DISPLAY:-}" ]; then "$@"; else xvfb-run -a -s "-screen 0 1600x900x24" "$@"; fi; }
@@ -93,8 +108,10 @@ fuse_demo() {  # fuse_demo RECORDING OUT METHOD
 }
 
 demo() {
+  echo "The demo takes about five minutes on two cores, the first time. Where nothing of what it installs is there, 400 MB are"
+  echo "downloaded before."
   install_missing
-  build fuse_flow_fuse fuse_flow_evaluate fuse_flow_simulate fuse_flow_picture fuse_flow_viewer
+  build_demo fuse_flow_fuse fuse_flow_evaluate fuse_flow_simulate fuse_flow_picture fuse_flow_viewer
   local out=build/demo bin=build/bin method
   local recording=$out/recording
   local clouds=("$out"/{concatenate,voxel_grid,fuse_flow}) logs=("$out"/{concatenate,voxel_grid,fuse_flow}.log)
@@ -117,6 +134,7 @@ demo() {
   echo "Report:         $PWD/$out/fuse_flow.json"
   echo
   echo "See it move:    build/bin/fuse_flow_viewer $recording"
+  echo "The rest:       cmake --build build --target tools samples"
 }
 
 # The pictures of doc/viewer.md, of the demo's recording.

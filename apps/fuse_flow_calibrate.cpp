@@ -8,20 +8,22 @@
 #include "drawing/clouds.h"
 #include "drawing/display.h"
 #include "io/board.h"
-#include "io/file_io.h"
-#include "io/input_files.h"
 #include "io/method.h"
 #include "io/pose_frames.h"
 #include "io/poses.h"
-#include "io/range.h"
-#include "io/recording.h"
 #include "io/report.h"
-#include "io/rig_json.h"
-#include "io/still_there.h"
+#include "recordings/cut_short.h"
+#include "recordings/file_io.h"
+#include "recordings/image_io.h"
+#include "recordings/range.h"
+#include "recordings/still_there.h"
 
 #include <fuse_flow/coarse_alignment.h>
 #include <fuse_flow/depth_correction_estimation.h>
 #include <fuse_flow/impl/host/parallel.hpp>
+#include <fuse_flow/recordings/input_files.h>
+#include <fuse_flow/recordings/recording.h>
+#include <fuse_flow/recordings/rig_json.h>
 
 #include <nlohmann/json.hpp>
 

@@ -9,16 +9,17 @@
 #include "drawing/clouds.h"
 #include "drawing/display.h"
 #include "io/cloud_io.h"
-#include "io/file_io.h"
-#include "io/input_files.h"
-#include "io/readers.h"
-#include "io/recording.h"
 #include "io/report.h"
-#include "io/still_there.h"
+#include "recordings/file_io.h"
+#include "recordings/image_io.h"
+#include "recordings/readers.h"
+#include "recordings/still_there.h"
 #include "simulation/truth.h"
 #include "simulation/truth_report.h"
 
 #include <fuse_flow/impl/host/parallel.hpp>
+#include <fuse_flow/recordings/input_files.h>
+#include <fuse_flow/recordings/recording.h>
 
 #include <pcl/point_types.h>
 

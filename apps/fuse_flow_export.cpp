@@ -4,10 +4,11 @@
 #include "command_line/recording_arguments.h"
 #include "command_line/tool.h"
 #include "io/cloud_io.h"
-#include "io/input_files.h"
-#include "io/organized_cloud.h"
-#include "io/recording.h"
-#include "io/still_there.h"
+#include "recordings/still_there.h"
+
+#include <fuse_flow/recordings/input_files.h>
+#include <fuse_flow/recordings/organized_cloud.h>
+#include <fuse_flow/recordings/recording.h>
 
 #include <cmath>
 #include <cstdio>

@@ -10,13 +10,15 @@
 #include "io/cloud_io.h"
 #include "io/color_check.h"
 #include "io/depth_in_range.h"
-#include "io/file_io.h"
-#include "io/input_files.h"
 #include "io/live_extrinsics.h"
-#include "io/range.h"
+#include "io/message_of.h"
 #include "io/report.h"
-#include "io/still_there.h"
 #include "io/view_overlap.h"
+#include "recordings/file_io.h"
+#include "recordings/range.h"
+#include "recordings/still_there.h"
+
+#include <fuse_flow/recordings/input_files.h>
 
 #include <unistd.h>
 

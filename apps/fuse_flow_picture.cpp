@@ -5,9 +5,10 @@
 #include "drawing/clouds.h"
 #include "drawing/display.h"
 #include "io/cloud_io.h"
-#include "io/file_io.h"
-#include "io/image_io.h"
-#include "io/input_files.h"
+#include "recordings/file_io.h"
+#include "recordings/image_io.h"
+
+#include <fuse_flow/recordings/input_files.h>
 
 #include <pcl/point_types.h>
 

@@ -3,10 +3,10 @@
 #include "command_line/option_checks.h"
 #include "command_line/simulation_arguments.h"
 #include "command_line/tool.h"
-#include "io/rig_writer.h"
 #include "simulation/truth.h"
 
 #include <fuse_flow/impl/host/parallel.hpp>
+#include <fuse_flow/recordings/rig_writer.h>
 
 #include <filesystem>
 

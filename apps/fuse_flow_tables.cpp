@@ -6,8 +6,8 @@
 #include "drawing/charts.h"
 #include "drawing/clouds.h"
 #include "drawing/display.h"
-#include "io/file_io.h"
-#include "io/input_files.h"
+#include "recordings/file_io.h"
+#include "recordings/image_io.h"
 #include "tables/comparison.h"
 #include "tables/markdown.h"
 #include "tables/measure_ranking.h"
@@ -15,6 +15,7 @@
 #include "tables/place_means.h"
 
 #include <fuse_flow/impl/host/parallel.hpp>
+#include <fuse_flow/recordings/input_files.h>
 
 #include <filesystem>
 #include <fstream>

@@ -7,12 +7,12 @@
 #include "command_line/simulation_arguments.h"
 #include "command_line/tool.h"
 #include "drawing/display.h"
-#include "io/input_files.h"
 #include "viewer/capture.h"
 #include "viewer/key_bindings.h"
 #include "viewer/viewer.h"
 
 #include <fuse_flow/impl/host/parallel.hpp>
+#include <fuse_flow/recordings/input_files.h>
 
 #include <algorithm>
 #include <array>

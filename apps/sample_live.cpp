@@ -2,10 +2,10 @@
 //   sample_live FOLDER FOLDER …              organised PCD files, a folder a camera; its pose is its first file's VIEWPOINT
 //   sample_live rig.json '#1' '#2' …         OpenNI2 devices, where PCL has them; a calibration goes before sources without poses
 #include "io/grabber.h"
-#include "io/rig_json.h"
 
 #include <fuse_flow/fuse_flow.h>
 #include <fuse_flow/point_types.h>
+#include <fuse_flow/recordings/rig_json.h>
 #include <fuse_flow/view_synchronizer.h>
 
 #include <pcl/io/pcd_grabber.h>

@@ -1,12 +1,12 @@
 // The library's filters one by one, in a pipeline of PCL's: between PassThrough and StatisticalOutlierRemoval.
 //   sample_pcl_pipeline RECORDING fused.pcd
-#include "io/input_files.h"
-#include "io/organized_cloud.h"
 
 #include <fuse_flow/adaptive_hash_fusion.h>
 #include <fuse_flow/confidence_estimation.h>
 #include <fuse_flow/depth_backprojection.h>
 #include <fuse_flow/multi_view_consistency.h>
+#include <fuse_flow/recordings/input_files.h>
+#include <fuse_flow/recordings/organized_cloud.h>
 
 #include <pcl/common/point_tests.h>
 #include <pcl/filters/passthrough.h>

@@ -2,10 +2,10 @@
 //   sample_visualize RECORDING                  in a window; q ends it, PCL's other keys work as ever
 //   sample_visualize RECORDING picture.png      into a picture
 #include "drawing/display.h"
-#include "io/input_files.h"
-#include "io/recording.h"
 
 #include <fuse_flow/fuse_flow.h>
+#include <fuse_flow/recordings/input_files.h>
+#include <fuse_flow/recordings/recording.h>
 
 #include <pcl/point_types.h>
 #include <pcl/visualization/pcl_visualizer.h>

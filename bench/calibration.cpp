@@ -9,10 +9,8 @@
 #include "rig_error.h"
 
 #include "io/board.h"
-#include "io/error.h"
 #include "io/instances.h"
 #include "io/pose_frames.h"
-#include "io/recording.h"
 #include "simulation/simulator.h"
 
 #include <fuse_flow/coarse_alignment.h>
@@ -22,6 +20,8 @@
 #include <fuse_flow/impl/host/parallel.hpp>
 #include <fuse_flow/multi_camera_consistency.h>
 #include <fuse_flow/point_types.h>
+#include <fuse_flow/recordings/error.h>
+#include <fuse_flow/recordings/recording.h>
 
 #include <algorithm>
 #include <chrono>

@@ -2,8 +2,9 @@
 // present, else on simulated ones.
 
 #include "io/method.h"
-#include "io/recording.h"
 #include "simulation/simulator.h"
+
+#include <fuse_flow/recordings/recording.h>
 
 #include <benchmark/benchmark.h>
 

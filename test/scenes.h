@@ -3,11 +3,11 @@
 /** \file
  *  \brief Scenes whose geometry is known by hand, rendered to depth by meeting rays with surfaces. */
 
-#include "io/image_io.h"
 #include "sanitized.h"
 
 #include <fuse_flow/fuse_flow.h>
 #include <fuse_flow/point_types.h>
+#include <fuse_flow/recordings/image.h>
 
 #include <pcl/point_cloud.h>
 

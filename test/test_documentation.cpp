@@ -60,23 +60,52 @@ std::string joined(const std::vector<std::string>& lines) {
   return text;
 }
 
+/** \brief All lines of a file. */
+std::vector<std::string> linesOf(const fs::path& file) {
+  std::ifstream stream(file);
+  return codeLines(stream);
+}
+
+const fs::path examples = root / "doc/examples";
+const std::vector<fs::path> pages{root / "README.md", root / "doc/tutorial.md"};
+
+// Programs, which whoever reads them copies whole: nothing around them is needed.
+TEST(Documentation, TheReadmesCppIsWholeExamplesAsTheyStand) {
+  const auto programs = blocks(root / "README.md", "cpp");
+  ASSERT_EQ(programs.size(), 2u);
+  EXPECT_EQ(joined(programs[0]), joined(linesOf(examples / "ten_lines.cpp")));
+  EXPECT_EQ(joined(programs[1]), joined(linesOf(examples / "fuse_recording.cpp")));
+}
+
 TEST(Documentation, ShowsOnlyCppThatAnExampleCompiles) {
-  const fs::path examples = root / "doc/examples";
-  std::size_t count = 0;
-  for (const fs::path& page : {root / "README.md", root / "doc/tutorial.md"})
-    for (const auto& block : blocks(page, "cpp")) {
-      ++count;
-      EXPECT_TRUE(quotes(block, examples / "fuse_frame.cpp") || quotes(block, examples / "filters_in_a_pipeline.cpp"))
-          << page << " shows what no example has:\n"
-          << joined(block);
-    }
-  EXPECT_GT(count, 10u);
+  const auto shown = blocks(root / "doc/tutorial.md", "cpp");
+  for (const auto& block : shown)
+    EXPECT_TRUE(quotes(block, examples / "fuse_frame.cpp") || quotes(block, examples / "filters_in_a_pipeline.cpp"))
+        << "the tutorial shows what no example has:\n"
+        << joined(block);
+  EXPECT_GT(shown.size(), 10u);
 }
 
 TEST(Documentation, ShowsOnlyCMakeThatTheExamplesAreBuiltWith) {
-  const auto cmake = blocks(root / "doc/tutorial.md", "cmake");
-  ASSERT_EQ(cmake.size(), 1u);
-  EXPECT_TRUE(quotes(cmake[0], root / "doc/examples/CMakeLists.txt")) << joined(cmake[0]);
+  for (const fs::path& page : pages) {
+    const auto cmake = blocks(page, "cmake");
+    ASSERT_EQ(cmake.size(), 1u) << page;
+    EXPECT_TRUE(quotes(cmake[0], examples / "CMakeLists.txt")) << page << "\n" << joined(cmake[0]);
+  }
+}
+
+// What is no program, no CMake and no command is checked by nothing.
+TEST(Documentation, EveryBlockIsOfALanguageThatIsChecked) {
+  for (const fs::path& page : pages) {
+    std::ifstream stream(page);
+    bool inside = false;
+    for (std::string line; std::getline(stream, line);) {
+      if (line.rfind("```", 0) != 0) continue;
+      inside = !inside;
+      EXPECT_TRUE(!inside || line == "```cpp" || line == "```cmake" || line == "```sh") << page << ": " << line;
+    }
+    EXPECT_FALSE(inside) << page << " has a block without an end";
+  }
 }
 
 TEST(Documentation, TheSamplesAreAsShortAsTheReadmeSays) {

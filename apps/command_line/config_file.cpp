@@ -1,6 +1,8 @@
 #include "command_line/config_file.h"
 
-#include "io/error.h"
+#include "recordings/cut_short.h"
+
+#include <fuse_flow/recordings/error.h>
 
 #include <sstream>
 #include <string>

@@ -1,7 +1,8 @@
 #include "command_line/parameter_options.h"
 
 #include "command_line/option_checks.h"
-#include "io/error.h"
+
+#include <fuse_flow/recordings/error.h>
 
 #include <algorithm>
 #include <limits>

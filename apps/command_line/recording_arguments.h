@@ -1,6 +1,6 @@
 #pragma once
 
-#include "io/recording.h"
+#include <fuse_flow/recordings/recording.h>
 
 #include <CLI/CLI.hpp>
 

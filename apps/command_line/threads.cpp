@@ -1,8 +1,7 @@
 #include "command_line/threads.h"
 
-#include "io/error.h"
-
 #include <fuse_flow/impl/host/parallel.hpp>
+#include <fuse_flow/recordings/error.h>
 
 #include <future>
 #include <string>

@@ -1,7 +1,8 @@
 #pragma once
 
-#include "io/error.h"
-#include "io/interrupt.h"
+#include "recordings/interrupt.h"
+
+#include <fuse_flow/recordings/error.h>
 
 #include <CLI/CLI.hpp>
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "io/image_io.h"
+#include <fuse_flow/recordings/image.h>
 
 #include <Eigen/Core>
 

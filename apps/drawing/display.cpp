@@ -1,6 +1,6 @@
 #include "drawing/display.h"
 
-#include "io/error.h"
+#include <fuse_flow/recordings/error.h>
 
 #include <vtkRenderWindow.h>
 

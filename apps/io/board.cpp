@@ -1,6 +1,6 @@
 #include "io/board.h"
 
-#include "io/error.h"
+#include <fuse_flow/recordings/error.h>
 
 #include <cmath>
 #include <cstdio>

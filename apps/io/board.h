@@ -2,7 +2,8 @@
 
 #include "io/marker_detector.h"
 #include "io/marker_rig.h"
-#include "io/recording.h"
+
+#include <fuse_flow/recordings/recording.h>
 
 #include <string>
 #include <vector>

@@ -1,8 +1,8 @@
 #include "io/cloud_io.h"
 
-#include "io/file_io.h"
-#include "io/pcd_file.h"
 #include "io/ply_header.h"
+#include "recordings/file_io.h"
+#include "recordings/pcd_file.h"
 
 #include <pcl/common/io.h>
 #include <pcl/io/ply_io.h>
@@ -174,24 +174,6 @@ SensorPose readPly(const std::string& path, pcl::PCLPointCloud2& cloud) {
   return pose;
 }
 
-/** \brief Doubles become floats in their place, which PCL's point types have: Open3D's PLY holds doubles. */
-void toSinglePrecision(pcl::PCLPointCloud2& cloud) {
-  const std::size_t points = static_cast<std::size_t>(cloud.width) * cloud.height;
-  for (pcl::PCLPointField& field : cloud.fields) {
-    if (field.datatype != pcl::PCLPointField::FLOAT64) continue;
-    for (std::size_t i = 0; i < points; ++i) {
-      std::uint8_t* at = cloud.data.data() + i * cloud.point_step + field.offset;
-      for (std::size_t k = 0; k < valueCount(field); ++k) {
-        double value = 0;
-        std::memcpy(&value, at + k * sizeof value, sizeof value);
-        const auto single = static_cast<float>(value);
-        std::memcpy(at + k * sizeof single, &single, sizeof single);
-      }
-    }
-    field.datatype = pcl::PCLPointField::FLOAT32;
-  }
-}
-
 }  // namespace
 
 void writeCloud(const std::string& path, const pcl::PCLPointCloud2& cloud, const SensorPose& pose) {
@@ -212,16 +194,7 @@ SensorPose readCloud(const std::string& path, pcl::PCLPointCloud2& cloud, EmptyC
   if (!std::filesystem::exists(path, error)) throw InputError(path + ": not found, must be a .ply or .pcd file");
   if (!std::filesystem::is_regular_file(path, error)) throw InputError(path + ": is not a file");
   const SensorPose pose = extension == ".ply" ? readPly(path, cloud) : readPcd(path, cloud);
-  const std::size_t points = static_cast<std::size_t>(cloud.width) * cloud.height;
-  if (cloud.data.size() < points * cloud.point_step) throw InputError(path + ": is cut short");
-  toSinglePrecision(cloud);
-  for (const char* axis : {"x", "y", "z"}) {
-    const int index = pcl::getFieldIndex(cloud, axis);
-    if (index < 0) throw InputError(path + ": has no field " + axis + ", must have x, y and z");
-    if (cloud.fields[static_cast<std::size_t>(index)].datatype != pcl::PCLPointField::FLOAT32)
-      throw InputError(path + ": field " + axis + " is not of floating point, must be float or double");
-  }
-  if (points == 0 && empty == EmptyCloud::Refused) throw InputError(path + ": has no points, must have one at least");
+  checkCloud(path, cloud, empty);
   return pose;
 }
 

@@ -1,4 +1,3 @@
-#include "io/error.h"
 #include "io/fusion_with_normals.h"
 #include "io/gpu_method.h"
 
@@ -7,6 +6,7 @@
 #include <fuse_flow/gpu/depth_backprojection.h>
 #include <fuse_flow/gpu/fuse_flow.h>
 #include <fuse_flow/gpu/multi_view_consistency.h>
+#include <fuse_flow/recordings/error.h>
 
 #include <pcl/point_types.h>
 

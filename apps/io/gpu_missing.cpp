@@ -1,8 +1,9 @@
 // In place of gpu_method.cu and gpu_poses.cu where the tools are built without CUDA.
 
-#include "io/error.h"
 #include "io/gpu_method.h"
 #include "io/gpu_poses.h"
+
+#include <fuse_flow/recordings/error.h>
 
 namespace fuse_flow::io {
 

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "io/organized_cloud.h"
-#include "io/recording.h"
+#include <fuse_flow/recordings/organized_cloud.h>
+#include <fuse_flow/recordings/recording.h>
 
 #include <pcl/io/grabber.h>
 

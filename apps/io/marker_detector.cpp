@@ -1,6 +1,6 @@
 #include "io/marker_detector.h"
 
-#include "io/error.h"
+#include <fuse_flow/recordings/error.h>
 
 #include <apriltag/apriltag.h>
 #include <apriltag/tag16h5.h>

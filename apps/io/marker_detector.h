@@ -1,8 +1,7 @@
 #pragma once
 
-#include "io/image_io.h"
-
 #include <fuse_flow/math/pinhole.h>
+#include <fuse_flow/recordings/image.h>
 
 #include <array>
 #include <memory>

@@ -1,7 +1,8 @@
 // In place of marker_detector.cpp where libapriltag is not there.
 
-#include "io/error.h"
 #include "io/marker_detector.h"
+
+#include <fuse_flow/recordings/error.h>
 
 namespace fuse_flow::io {
 

@@ -1,11 +1,11 @@
 #include "io/method.h"
 
-#include "io/error.h"
 #include "io/fusion_with_normals.h"
 #include "io/gpu_method.h"
 #include "io/instances.h"
 
 #include <fuse_flow/depth_backprojection.h>
+#include <fuse_flow/recordings/error.h>
 
 #include <pcl/common/common.h>
 #include <pcl/filters/approximate_voxel_grid.h>
@@ -40,8 +40,8 @@ template TemporalFlicker temporalFlicker(const pcl::PointCloud<PointFused>&, con
 template TemporalFlicker temporalFlicker(const pcl::PointCloud<pcl::PointXYZ>&, const RigFrame&,
                                          const pcl::PointCloud<pcl::PointXYZ>&, const RigFrame&,
                                          const SurfaceQualityParameters&, unsigned int);
-// See organized_cloud.cpp.
-template class DepthBackprojection<pcl::PointXYZRGB>;
+// Compiled in recordings/instances.cpp.
+extern template class DepthBackprojection<pcl::PointXYZRGB>;
 
 }  // namespace fuse_flow
 

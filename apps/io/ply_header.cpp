@@ -1,7 +1,9 @@
 #include "io/ply_header.h"
 
-#include "io/error.h"
-#include "io/text_header.h"
+#include "recordings/cut_short.h"
+#include "recordings/text_header.h"
+
+#include <fuse_flow/recordings/error.h>
 
 #include <filesystem>
 #include <set>

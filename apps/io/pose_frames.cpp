@@ -1,6 +1,7 @@
 #include "io/pose_frames.h"
 
 #include <fuse_flow/impl/host/depth_map.hpp>
+#include <fuse_flow/impl/host/preprocessing.hpp>
 
 #include <algorithm>
 

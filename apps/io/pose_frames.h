@@ -1,8 +1,7 @@
 #pragma once
 
-#include "io/recording.h"
-
 #include <fuse_flow/extrinsic_parameters.h>
+#include <fuse_flow/recordings/recording.h>
 
 #include <cstddef>
 #include <vector>

@@ -1,6 +1,6 @@
 #include "io/view_overlap.h"
 
-#include "io/posed_recording.h"
+#include "recordings/posed_recording.h"
 
 #include <fuse_flow/impl/host/preprocessing.hpp>
 #include <fuse_flow/impl/host/rig_geometry.hpp>

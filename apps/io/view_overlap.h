@@ -1,8 +1,7 @@
 #pragma once
 
-#include "io/recording.h"
-
 #include <fuse_flow/preprocessing.h>
+#include <fuse_flow/recordings/recording.h>
 
 #include <string>
 #include <vector>

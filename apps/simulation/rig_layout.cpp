@@ -1,8 +1,9 @@
 #include "simulation/rig_layout.h"
 
-#include "io/error.h"
 #include "simulation/pi.h"
 #include "simulation/portable_math.h"
+
+#include <fuse_flow/recordings/error.h>
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,8 @@
 #include "simulation/scene.h"
 
-#include "io/error.h"
 #include "simulation/scenes.h"
+
+#include <fuse_flow/recordings/error.h>
 
 namespace fuse_flow::simulation {
 

@@ -1,6 +1,5 @@
 #include "simulation/sensor.h"
 
-#include "io/error.h"
 #include "simulation/detours.h"
 #include "simulation/pi.h"
 #include "simulation/portable_math.h"
@@ -8,6 +7,7 @@
 #include "simulation/true_view.h"
 
 #include <fuse_flow/impl/host/parallel.hpp>
+#include <fuse_flow/recordings/error.h>
 
 #include <algorithm>
 #include <cmath>

@@ -1,9 +1,9 @@
 #pragma once
 
-#include "io/image_io.h"
 #include "simulation/ray_scene.h"
 
 #include <fuse_flow/camera.h>
+#include <fuse_flow/recordings/image.h>
 
 #include <cstdint>
 #include <memory>

@@ -1,11 +1,12 @@
 #include "simulation/simulator.h"
 
-#include "io/error.h"
 #include "simulation/depth_distortion.h"
 #include "simulation/marker.h"
 #include "simulation/portable_math.h"
 #include "simulation/random.h"
 #include "simulation/rig_layout.h"
+
+#include <fuse_flow/recordings/error.h>
 
 #include <cmath>
 #include <sstream>

@@ -1,10 +1,11 @@
 #pragma once
 
-#include "io/recording.h"
-#include "io/rig_json.h"
 #include "simulation/ray_scene.h"
 #include "simulation/scene.h"
 #include "simulation/sensor.h"
+
+#include <fuse_flow/recordings/recording.h>
+#include <fuse_flow/recordings/rig_json.h>
 
 #include <cstddef>
 #include <cstdint>

@@ -1,12 +1,14 @@
 #include "simulation/truth.h"
 
 #include "io/cloud_io.h"
-#include "io/error.h"
-#include "io/file_io.h"
-#include "io/json_file.h"
 #include "io/ply_header.h"
-#include "io/rig_json.h"
-#include "io/view_files.h"
+#include "recordings/cut_short.h"
+#include "recordings/file_io.h"
+#include "recordings/json_file.h"
+#include "recordings/view_files.h"
+
+#include <fuse_flow/recordings/error.h>
+#include <fuse_flow/recordings/rig_json.h>
 
 #include <nlohmann/json.hpp>
 #include <pcl/PolygonMesh.h>

@@ -2,9 +2,10 @@
 
 #include "drawing/image_of.h"
 #include "io/cloud_io.h"
-#include "io/error.h"
-#include "io/file_io.h"
-#include "io/image_io.h"
+#include "recordings/file_io.h"
+#include "recordings/image_io.h"
+
+#include <fuse_flow/recordings/error.h>
 
 #include <pcl/io/ifs_io.h>
 #include <pcl/io/obj_io.h>

@@ -1,12 +1,13 @@
 #include "viewer/frame_fuser.h"
 
-#include "io/error.h"
-#include "io/view_files.h"
+#include "io/message_of.h"
+#include "recordings/view_files.h"
 #include "viewer/empty_cloud.h"
 #include "viewer/point_data.h"
 #include "viewer/thumbnail.h"
 
 #include <fuse_flow/impl/host/parallel.hpp>
+#include <fuse_flow/recordings/error.h>
 
 #include <algorithm>
 #include <chrono>

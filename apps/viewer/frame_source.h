@@ -1,7 +1,8 @@
 #pragma once
 
-#include "io/recording.h"
 #include "simulation/simulator.h"
+
+#include <fuse_flow/recordings/recording.h>
 
 #include <memory>
 #include <optional>

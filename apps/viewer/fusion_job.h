@@ -1,11 +1,11 @@
 #pragma once
 
-#include "io/image_io.h"
 #include "io/instances.h"
 #include "io/method.h"
 #include "viewer/coloring.h"
 
 #include <fuse_flow/pose_filter.h>
+#include <fuse_flow/recordings/image.h>
 
 #include <vtkPolyData.h>
 #include <vtkSmartPointer.h>

@@ -1,7 +1,7 @@
 #include "viewer/viewer.h"
 
 #include "drawing/display.h"
-#include "io/interrupt.h"
+#include "recordings/interrupt.h"
 
 #include <algorithm>
 #include <thread>

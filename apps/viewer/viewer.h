@@ -19,6 +19,7 @@
 #include "viewer/world_axes.h"
 
 #include <chrono>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>

@@ -1,7 +1,8 @@
-#include "io/error.h"
-#include "io/view_files.h"
+#include "recordings/view_files.h"
 #include "viewer/key_bindings.h"
 #include "viewer/viewer.h"
+
+#include <fuse_flow/recordings/error.h>
 
 #include <algorithm>
 #include <cmath>

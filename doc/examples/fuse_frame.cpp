@@ -1,4 +1,4 @@
-// A frame of three cameras to one cloud: the README's lines, and the tutorial's.
+// A frame of three cameras to one cloud: the tutorial's lines.
 #include "scene.h"
 
 #include <fuse_flow/fuse_flow.h>
@@ -11,6 +11,8 @@ int main() {
   std::vector<std::vector<std::uint16_t>> buffers;
   for (const fuse_flow::Camera& camera : my_cameras) buffers.push_back(exampleDepth(camera));
   const std::uint16_t* depth_millimetres = buffers[0].data();
+  const std::vector<fuse_flow::Rgb8> pixels(buffers[0].size(), {200, 120, 40});
+  const fuse_flow::Rgb8* rgb = pixels.data();
 
   // A camera as your calibration knows it.
   fuse_flow::Camera camera;
@@ -20,11 +22,12 @@ int main() {
   camera.T_world_camera = Eigen::Translation3d(-0.1, 0, 0) * Eigen::AngleAxisd(0.1, Eigen::Vector3d::UnitY());
   fuse_flow::checkCamera(camera);  // throws and says what is wrong
 
-  // The README's.
+  // A frame.
   fuse_flow::RigFrame frame;   // once: one Camera a view, from your calibration
   frame.cameras = my_cameras;  // intrinsics, distortion, T_world_camera
   frame.views.resize(frame.cameras.size());
-  frame.views[0].depth16 = {depth_millimetres, 640, 480};  // non-owning; color and a row stride are optional
+  frame.views[0].depth16 = {depth_millimetres, 640, 480};  // const std::uint16_t*; a row stride in bytes may follow
+  frame.views[0].color = {rgb, 640, 480};                  // const Rgb8*, three bytes a pixel: r, g, b; optional
   fuse_flow::FuseFlow<fuse_flow::PointFused> fusion;
   pcl::PointCloud<fuse_flow::PointFused> cloud;
   fusion.fuse(frame, cloud);  // position, colour, confidence, number of cameras

@@ -1,5 +1,6 @@
-# cmake -Dmode=install|build_tree|add_subdirectory -Dsource=… -Dbinary=… -Dgenerator=… -Dc_compiler=… -Dcxx_compiler=…
-#       -Dlauncher=… -P check.cmake
+# cmake -Dmode=install|headers_alone|build_tree|add_subdirectory -Dsource=… -Dbinary=… -Dgenerator=… -Dc_compiler=… -Dcxx_compiler=…
+#       -Dlauncher=… -Doptions=… -P check.cmake
+cmake_minimum_required(VERSION 3.22)
 set(work ${binary}/consumer/${mode})
 file(REMOVE_RECURSE ${work})
 function(run)
@@ -8,26 +9,80 @@ function(run)
     message(FATAL_ERROR "failed with ${status}: ${ARGN}")
   endif()
 endfunction()
+set(how -G ${generator} -DCMAKE_C_COMPILER=${c_compiler} -DCMAKE_CXX_COMPILER=${cxx_compiler}
+        -DCMAKE_CXX_COMPILER_LAUNCHER=${launcher})
 function(configure from to build_type)
-  run(${CMAKE_COMMAND} -S ${from} -B ${to} -G ${generator} -DCMAKE_BUILD_TYPE=${build_type} -DCMAKE_C_COMPILER=${c_compiler}
-      -DCMAKE_CXX_COMPILER=${cxx_compiler} -DCMAKE_CXX_COMPILER_LAUNCHER=${launcher}
+  run(${CMAKE_COMMAND} -S ${from} -B ${to} ${how} -DCMAKE_BUILD_TYPE=${build_type}
       "-DCMAKE_CXX_FLAGS=$ENV{CXXFLAGS} -Wall -Wextra -Wpedantic -Wshadow -Werror" -DCMAKE_CXX_FLAGS_DEBUG=-O0 ${ARGN})
+endfunction()
+# run_saying(TEXT COMMAND…): what is printed, by a command that succeeds, or fails, must hold the text.
+function(run_saying text)
+  execute_process(COMMAND ${ARGN} OUTPUT_VARIABLE said ERROR_VARIABLE said)
+  string(REGEX REPLACE "[ \n]+" " " said "${said}")  # CMake breaks lines
+  if(NOT said MATCHES "${text}")
+    message(FATAL_ERROR "does not say '${text}': ${ARGN}\n${said}")
+  endif()
 endfunction()
 
 if(mode STREQUAL "install")
+  run(${CMAKE_COMMAND} --install ${binary} --prefix ${work}/installed)
   set(prefix ${work}/prefix)
-  run(${CMAKE_COMMAND} --install ${binary} --prefix ${prefix})
+  file(RENAME ${work}/installed ${prefix})  # nothing of it says where it was
   run(${prefix}/bin/fuse_flow_fuse --help OUTPUT_QUIET)
   configure(${source}/test/consumer ${work}/test/consumer Release -DCMAKE_PREFIX_PATH=${prefix})
   configure(${source}/doc/examples ${work}/doc/examples Debug -DCMAKE_PREFIX_PATH=${prefix})
   run(${CMAKE_COMMAND} --build ${work}/test/consumer --target consumer)
   run(${CMAKE_COMMAND} --build ${work}/doc/examples)
   run(${work}/test/consumer/consumer)
-  run(${work}/doc/examples/fuse_frame)
-  run(${work}/doc/examples/filters_in_a_pipeline)
+  foreach(example ten_lines fuse_frame filters_in_a_pipeline)
+    run(${work}/doc/examples/${example})
+  endforeach()
+  # The demo's recording, in small.
+  run(${prefix}/bin/fuse_flow_simulate --scene person --rig ring-4 --frames 2 --scale 0.1 -o ${work}/recording)
+  run(${work}/doc/examples/fuse_recording ${work}/recording WORKING_DIRECTORY ${work})
+  foreach(frame 0 1)
+    file(SIZE ${work}/fused_${frame}.pcd bytes)
+    if(bytes LESS 10000)
+      message(FATAL_ERROR "fused_${frame}.pcd has hardly a point: ${bytes} bytes")
+    endif()
+  endforeach()
+  run_saying("nowhere: not found" ${work}/doc/examples/fuse_recording ${work}/nowhere)
+
+  # Without CMake.
+  file(GLOB_RECURSE module ${prefix}/fuse_flow.pc)
+  get_filename_component(folder ${module} DIRECTORY)
+  find_program(pkg_config pkg-config)
+  if(NOT pkg_config)
+    message(FATAL_ERROR "fuse_flow.pc cannot be tested: there is no pkg-config")
+  endif()
+  set(ENV{PKG_CONFIG_PATH} ${folder})
+  foreach(what cflags libs)
+    execute_process(COMMAND ${pkg_config} --${what} fuse_flow OUTPUT_VARIABLE ${what} COMMAND_ERROR_IS_FATAL ANY)
+    separate_arguments(${what} UNIX_COMMAND "${${what}}")
+  endforeach()
+  foreach(option ${options})
+    if(NOT option IN_LIST cflags)
+      message(FATAL_ERROR "fuse_flow.pc lacks ${option}, which the CMake target has: ${cflags}")
+    endif()
+  endforeach()
+  run(${cxx_compiler} -std=c++17 ${cflags} ${source}/test/consumer/found.cpp ${libs} -o ${work}/found_by_pkg_config)
+  run(${work}/found_by_pkg_config)
+elseif(mode STREQUAL "headers_alone")  # from a build of nothing, by a project that has nothing but PCL
+  set(without)
+  foreach(package PNG yaml-cpp nlohmann_json CLI11 embree GTest benchmark)
+    list(APPEND without -DCMAKE_DISABLE_FIND_PACKAGE_${package}=ON)
+  endforeach()
+  foreach(part APPS TESTS BENCH GPU_TESTS)
+    list(APPEND off -DFUSE_FLOW_BUILD_${part}=OFF)
+  endforeach()
+  run(${CMAKE_COMMAND} -S ${source} -B ${work}/build ${how} ${without} ${off})
+  run_saying("Without tools" ${CMAKE_COMMAND} --install ${work}/build --prefix ${work}/prefix)
+  configure(${source}/test/consumer ${work}/consumer Debug -DCMAKE_PREFIX_PATH=${work}/prefix ${without})
+  run_saying("built without the library that reads recordings" ${CMAKE_COMMAND} -S ${source}/doc/examples -B
+             ${work}/examples ${how} -DCMAKE_PREFIX_PATH=${work}/prefix)
 else()  # differ in how it is found
   if(mode STREQUAL "build_tree")
-    set(found_in -DFuseFlow_DIR=${binary})
+    set(found_in -DFuseFlow_DIR=${binary} -DFUSE_FLOW_RECORDINGS=ON)
   else()
     set(found_in -DFUSE_FLOW_SOURCE=${source})
   endif()

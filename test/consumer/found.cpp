@@ -4,11 +4,23 @@
 
 #include <pcl/conversions.h>
 
+#ifdef HAS_RECORDINGS
+#include <fuse_flow/recordings/error.h>
+#include <fuse_flow/recordings/rig_json.h>
+#endif
+
 #ifndef __NO_MATH_ERRNO__
 #error "the library's options for the compiler are missing"
 #endif
 
 int main() {
+#ifdef HAS_RECORDINGS
+  try {
+    fuse_flow::io::readRigJson("/");
+    return 1;
+  } catch (const fuse_flow::io::InputError&) {
+  }
+#endif
   fuse_flow::Camera camera;
   camera.intrinsics = {64, 48, 60.0f, 60.0f, 31.5f, 23.5f, {}};
   fuse_flow::checkCamera(camera);

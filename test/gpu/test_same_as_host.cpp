@@ -4,7 +4,8 @@
 
 #if defined(FUSE_FLOW_TEST_HAS_RECORDINGS)
 #include "../simulated_recording.h"
-#include "io/recording.h"
+
+#include <fuse_flow/recordings/recording.h>
 
 #include <filesystem>
 #endif

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "io/error.h"
+#include <fuse_flow/recordings/error.h>
 
 #include <gtest/gtest.h>
 #include <unistd.h>

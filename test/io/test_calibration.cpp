@@ -1,4 +1,4 @@
-#include "io/calibration.h"
+#include "recordings/calibration.h"
 
 #include "io_fixture.h"
 

@@ -1,7 +1,7 @@
 #include "io/cloud_io.h"
 
-#include "io/file_io.h"
 #include "io_fixture.h"
+#include "recordings/file_io.h"
 
 #include <fuse_flow/point_types.h>
 

@@ -1,4 +1,4 @@
-#include "io/file_io.h"
+#include "recordings/file_io.h"
 
 #include "io_fixture.h"
 

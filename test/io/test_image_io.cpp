@@ -1,4 +1,4 @@
-#include "io/image_io.h"
+#include "recordings/image_io.h"
 
 #include "io_fixture.h"
 #include "jpeg_file.h"

@@ -1,9 +1,10 @@
-#include "io/input_files.h"
 
-#include "io/file_io.h"
-#include "io/recording.h"
 #include "io_fixture.h"
+#include "recordings/file_io.h"
 #include "room.h"
+
+#include <fuse_flow/recordings/input_files.h>
+#include <fuse_flow/recordings/recording.h>
 
 namespace {
 

@@ -1,4 +1,4 @@
-#include "io/intrinsics_file.h"
+#include "recordings/intrinsics_file.h"
 
 #include "io_fixture.h"
 

@@ -1,4 +1,4 @@
-#include "io/range.h"
+#include "recordings/range.h"
 
 #include "io_fixture.h"
 

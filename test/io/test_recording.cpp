@@ -1,9 +1,10 @@
-#include "io/file_io.h"
-#include "io/recording.h"
+#include "recordings/file_io.h"
 
 #include "io_fixture.h"
 #include "room.h"
 #include "tools/png_file.h"
+
+#include <fuse_flow/recordings/recording.h>
 
 #include <algorithm>
 #include <sstream>

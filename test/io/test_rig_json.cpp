@@ -1,7 +1,8 @@
-#include "io/rig_json.h"
 
-#include "io/file_io.h"
 #include "io_fixture.h"
+#include "recordings/file_io.h"
+
+#include <fuse_flow/recordings/rig_json.h>
 
 #include <nlohmann/json.hpp>
 

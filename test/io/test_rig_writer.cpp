@@ -1,6 +1,7 @@
-#include "io/rig_writer.h"
 
 #include "io_fixture.h"
+
+#include <fuse_flow/recordings/rig_writer.h>
 
 namespace {
 

@@ -1,6 +1,6 @@
 #include "io/color_check.h"
-#include "io/unknown_keys.h"
 #include "io/view_overlap.h"
+#include "recordings/unknown_keys.h"
 
 #include "io_fixture.h"
 #include "room.h"

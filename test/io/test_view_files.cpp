@@ -1,4 +1,4 @@
-#include "io/view_files.h"
+#include "recordings/view_files.h"
 
 #include "io_fixture.h"
 #include "tools/png_file.h"

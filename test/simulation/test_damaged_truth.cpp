@@ -1,7 +1,8 @@
-#include "io/error.h"
-#include "io/file_io.h"
+#include "recordings/file_io.h"
 #include "simulation/simulator.h"
 #include "simulation/truth.h"
+
+#include <fuse_flow/recordings/error.h>
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,6 @@
-#include "io/error.h"
 #include "simulation/rig_layout.h"
+
+#include <fuse_flow/recordings/error.h>
 
 #include <gtest/gtest.h>
 

@@ -1,11 +1,12 @@
 #include "../test_length.h"
 #include "mesh_checks.h"
 
-#include "io/error.h"
 #include "simulation/person_body.h"
 #include "simulation/ray_scene.h"
 #include "simulation/rig_layout.h"
 #include "simulation/scene.h"
+
+#include <fuse_flow/recordings/error.h>
 
 #include <map>
 #include <memory>

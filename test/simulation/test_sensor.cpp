@@ -1,8 +1,9 @@
 #include "mesh_checks.h"
 
-#include "io/error.h"
 #include "simulation/ray_scene.h"
 #include "simulation/sensor.h"
+
+#include <fuse_flow/recordings/error.h>
 
 #include <cmath>
 #include <vector>

@@ -1,9 +1,10 @@
 #include "mesh_checks.h"
 
-#include "io/error.h"
-#include "io/file_io.h"
+#include "recordings/file_io.h"
 #include "simulation/simulator.h"
 #include "simulation/truth.h"
+
+#include <fuse_flow/recordings/error.h>
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,5 @@
 #include "io/cloud_io.h"
+#include "recordings/image_io.h"
 #include "viewer/slider_look.h"
 #include "viewer_fixture.h"
 

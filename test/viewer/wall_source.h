@@ -1,7 +1,8 @@
 #pragma once
 
-#include "io/error.h"
 #include "viewer/frame_source.h"
+
+#include <fuse_flow/recordings/error.h>
 
 #include <atomic>
 #include <optional>

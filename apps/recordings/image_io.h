@@ -1,0 +1,34 @@
+#pragma once
+
+#include <fuse_flow/recordings/image.h>
+
+#include <functional>
+#include <optional>
+#include <string>
+
+namespace fuse_flow::io {
+
+/** \brief Is told the width and height that a file claims, pixels, before memory is taken for them; throws where they are wrong. */
+using SizeCheck = std::function<void(int width, int height)>;
+
+/** \brief Reads a 16-bit grey PNG into image, whose buffer is reused. Throws InputError if the file is missing,
+ *  damaged, cut short, or of another type. */
+void readDepthPng(const std::string& path, DepthImage& image, const SizeCheck& check = {});
+
+/** \brief Reads an 8-bit PNG or JPEG, chosen by content; grey is spread over the three channels, alpha dropped. Throws
+ *  InputError. */
+void readColor(const std::string& path, ColorImage& image, const SizeCheck& check = {});
+
+/** \brief Reads an 8-bit or 16-bit grey PNG. Throws InputError.
+ *  \param scale confidence per step; absent: the largest value of the file's type, 255 or 65535, is 1
+ *  \returns the confidence per step */
+float readConfidencePng(const std::string& path, FloatImage& image, std::optional<float> scale = {},
+                        const SizeCheck& check = {});
+
+/** \brief Writes a 16-bit grey PNG. Throws OutputError. */
+void writeDepthPng(const std::string& path, const DepthImage& image);
+
+/** \brief Writes an 8-bit RGB PNG. Throws OutputError. */
+void writeColorPng(const std::string& path, const ColorImage& image);
+
+}  // namespace fuse_flow::io

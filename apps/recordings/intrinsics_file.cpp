@@ -1,0 +1,326 @@
+#include "recordings/intrinsics_file.h"
+
+#include "recordings/calibration.h"
+#include "recordings/cut_short.h"
+#include "recordings/file_io.h"
+#include "recordings/json_file.h"
+
+#include <fuse_flow/recordings/error.h>
+
+#include <nlohmann/json.hpp>
+#include <yaml-cpp/yaml.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <map>
+#include <sstream>
+#include <vector>
+
+namespace fs = std::filesystem;
+
+namespace fuse_flow::io {
+namespace {
+
+using IntrinsicsJson = nlohmann::json;
+
+std::string sizeText(int width, int height) { return std::to_string(width) + "x" + std::to_string(height); }
+
+/** \brief A number of pixels; 0 where it is left out. */
+int side(const std::string& path, const char* key, double value) {
+  if (value >= 0 && value <= 65535 && value == std::floor(value)) return static_cast<int>(value);
+  std::ostringstream message;
+  message << path << ": " << key << " is " << value << ", must be a whole number of pixels, 65535 at most";
+  throw InputError(message.str());
+}
+
+/** \brief k1 k2 p1 p2 [k3 [k4 k5 k6]], the order of OpenCV and ROS. */
+Distortion distortionOf(const std::string& path, const std::vector<double>& k) {
+  const auto zero = [](double x) { return x == 0; };  // OpenCV's thin prisms and tilted sensors come behind
+  const bool fits = k.empty() || k.size() == 4 || k.size() == 5 || k.size() == 8 ||
+                    (k.size() > 8 && std::all_of(k.begin() + 8, k.end(), zero));
+  if (!fits)
+    throw InputError(path + ": has " + std::to_string(k.size()) +
+                     " distortion coefficients, must be 4, 5 or 8: k1 k2 p1 p2 k3 k4 k5 k6");
+  float d[8] = {};
+  for (std::size_t i = 0; i < std::min<std::size_t>(8, k.size()); ++i) d[i] = static_cast<float>(k[i]);
+  return {d[0], d[1], d[2], d[3], d[4], d[5], d[6], d[7]};
+}
+
+/** \brief Nine numbers row by row, or sixteen of a 4×4 matrix whose last row and column say nothing. */
+Intrinsics fromMatrix(const std::string& path, std::vector<double> m) {
+  if (m.size() == 16) {
+    if (m[3] != 0 || m[7] != 0 || m[11] != 0 || m[12] != 0 || m[13] != 0 || m[14] != 0 || m[15] != 1)
+      throw InputError(path + ": the 4x4 matrix has a last row or column, must be 3x3 intrinsics and 0 0 0 1");
+    m = {m[0], m[1], m[2], m[4], m[5], m[6], m[8], m[9], m[10]};
+  }
+  if (m.size() != 9)
+    throw InputError(path + ": has " + std::to_string(m.size()) + " numbers, must be 9: a 3x3 matrix, row by row");
+  if (m[6] != 0 || m[7] != 0 || m[8] != 1) {
+    std::ostringstream row;
+    row << m[6] << ' ' << m[7] << ' ' << m[8];
+    throw InputError(path + ": the last row is " + row.str() + ", must be 0 0 1");
+  }
+  for (const double skew : {m[1], m[3]}) checkSkew(path, skew, m[0]);
+  Intrinsics K;
+  K.fx = static_cast<float>(m[0]);
+  K.fy = static_cast<float>(m[4]);
+  K.cx = static_cast<float>(m[2]);
+  K.cy = static_cast<float>(m[5]);
+  return K;
+}
+
+/** \brief Throws unless a lens is of the kind that Distortion expresses. */
+void checkModel(const std::string& path, std::string model, const Distortion& distortion) {
+  std::transform(model.begin(), model.end(), model.begin(), [](unsigned char c) { return std::tolower(c); });
+  for (const char* known : {"", "plumb_bob", "rational_polynomial", "pinhole", "none", "brown_conrady", "brown-conrady",
+                            "radial-tangential", "radtan", "opencv"})
+    if (model == known) return;
+  if (isIdeal(distortion)) return;  // of whichever kind, it distorts nothing
+  throw InputError(path + ": the lens model is " + cutShort(model) +
+                   ", must be plumb_bob or rational_polynomial; undistort the images, or give a lens of that kind");
+}
+
+// ---- JSON
+
+std::vector<double> flatNumbers(const IntrinsicsJson& json) {
+  std::vector<double> numbers;
+  for (const IntrinsicsJson& entry : json)
+    if (entry.is_array())
+      for (const IntrinsicsJson& number : entry) numbers.push_back(number.get<double>());
+    else
+      numbers.push_back(entry.get<double>());
+  return numbers;
+}
+
+std::optional<Intrinsics> fromJson(const std::string& path) {
+  const auto json = readJson<IntrinsicsJson>(path, "a camera as Open3D writes it");
+  try {
+    if (!json.is_object()) return std::nullopt;
+    Intrinsics K;
+    if (json.contains("intrinsic_matrix")) {
+      const IntrinsicsJson& matrix = json["intrinsic_matrix"];
+      std::vector<double> m = flatNumbers(matrix);
+      const bool by_columns = !matrix.empty() && !matrix.front().is_array();  // Open3D's flat list
+      if (m.size() != 9 || (by_columns && (m[2] != 0 || m[5] != 0 || m[8] != 1)))
+        throw InputError(path + ": intrinsic_matrix must have 9 numbers, column by column: fx 0 0 0 fy 0 cx cy 1");
+      if (by_columns) m = {m[0], m[3], m[6], m[1], m[4], m[7], m[2], m[5], m[8]};
+      K = fromMatrix(path, m);
+    } else if (json.contains("fx") && json.contains("fy")) {
+      K.fx = json["fx"].get<float>();
+      K.fy = json["fy"].get<float>();
+      K.cx = json.contains("cx") ? json["cx"].get<float>() : json.at("ppx").get<float>();
+      K.cy = json.contains("cy") ? json["cy"].get<float>() : json.at("ppy").get<float>();
+    } else {
+      return std::nullopt;
+    }
+    K.width = side(path, "width", json.value("width", 0.0));
+    K.height = side(path, "height", json.value("height", 0.0));
+    for (const char* key : {"distortion", "distortion_coefficients", "coeffs"})
+      if (json.contains(key)) K.distortion = distortionOf(path, flatNumbers(json[key]));
+    for (const char* key : {"distortion_model", "model"})
+      if (json.contains(key) && json[key].is_string()) checkModel(path, json[key].get<std::string>(), K.distortion);
+    return K;
+  } catch (const IntrinsicsJson::exception&) {
+    throw InputError(path +
+                     ": is not a camera as Open3D writes it: width, height, intrinsic_matrix of 9 numbers, or fx, fy, "
+                     "cx, cy");
+  }
+}
+
+// ---- YAML
+
+/** \brief A list, or the data of what ROS and OpenCV write as a matrix. */
+std::vector<double> yamlNumbers(const YAML::Node& node) {
+  const YAML::Node list = node.IsMap() ? node["data"] : node;
+  std::vector<double> numbers;
+  if (!list || !list.IsSequence()) return numbers;
+  for (const YAML::Node& entry : list)
+    if (entry.IsSequence())
+      for (const YAML::Node& number : entry) numbers.push_back(number.as<double>());
+    else
+      numbers.push_back(entry.as<double>());
+  return numbers;
+}
+
+template <typename... Keys>
+YAML::Node firstOf(const YAML::Node& node, const Keys&... keys) {
+  YAML::Node found;
+  for (const char* key : {keys...})
+    if (!found.IsDefined() || found.IsNull())
+      if (node[key]) found.reset(node[key]);
+  return found;
+}
+
+std::optional<Intrinsics> fromYaml(const std::string& path, std::string text) {
+  // OpenCV begins its files with "%YAML:1.0", which is no directive of YAML's.
+  if (text.rfind("%YAML:", 0) == 0) text.erase(0, text.find('\n'));
+  try {
+    YAML::Node root = YAML::Load(text);
+    if (root.IsMap() && root["camera_info"]) root.reset(root["camera_info"]);
+    if (!root.IsMap()) return std::nullopt;
+    const YAML::Node matrix = firstOf(root, "camera_matrix", "K", "k", "Camera_Matrix");
+    if (!matrix.IsDefined() || matrix.IsNull()) return std::nullopt;
+    Intrinsics K = fromMatrix(path, yamlNumbers(matrix));
+    if (const YAML::Node node = firstOf(root, "image_width", "width"); node.IsScalar())
+      K.width = side(path, "image_width", node.as<double>());
+    if (const YAML::Node node = firstOf(root, "image_height", "height"); node.IsScalar())
+      K.height = side(path, "image_height", node.as<double>());
+    if (const YAML::Node node = firstOf(root, "distortion_coefficients", "Distortion_Coefficients", "D", "d");
+        node.IsDefined() && !node.IsNull())
+      K.distortion = distortionOf(path, yamlNumbers(node));
+    if (const YAML::Node node = firstOf(root, "distortion_model", "camera_model"); node.IsScalar())
+      checkModel(path, node.as<std::string>(), K.distortion);
+    return K;
+  } catch (const YAML::Exception& error) {
+    std::string line = error.mark.is_null() ? "" : " at line " + std::to_string(error.mark.line + 1);
+    throw InputError(path + ": is not a camera_info as ROS writes it" + line +
+                     ": image_width, image_height, camera_matrix, distortion_coefficients");
+  }
+}
+
+// ---- Text
+
+/** \brief One line of COLMAP's cameras.txt, behind the camera's number: MODEL WIDTH HEIGHT PARAMS… */
+Intrinsics fromColmapLine(const std::string& path, std::istringstream& words) {
+  std::string model;
+  double width = 0, height = 0;
+  words >> model >> width >> height;
+  std::vector<double> p;
+  for (double x; words >> x;) p.push_back(x);
+  struct Layout {
+    std::size_t focal_lengths, distortion;
+  };
+  static const std::map<std::string, Layout> known = {{"SIMPLE_PINHOLE", {1, 0}}, {"PINHOLE", {2, 0}},
+                                                      {"SIMPLE_RADIAL", {1, 1}},  {"RADIAL", {1, 2}},
+                                                      {"OPENCV", {2, 4}},         {"FULL_OPENCV", {2, 8}}};
+  const auto layout = known.find(model);
+  if (layout == known.end())
+    throw InputError(path + ": the camera model is " + cutShort(model) +
+                     ", must be SIMPLE_PINHOLE, PINHOLE, SIMPLE_RADIAL, RADIAL, OPENCV or FULL_OPENCV");
+  const auto [focal_lengths, distortion] = layout->second;
+  const std::size_t wanted = focal_lengths + 2 + distortion;
+  if (p.size() != wanted)
+    throw InputError(path + ": the camera of model " + model + " has " + std::to_string(p.size()) +
+                     " parameters, must be " + std::to_string(wanted));
+  Intrinsics K;
+  K.width = side(path, "width", width);
+  K.height = side(path, "height", height);
+  K.fx = static_cast<float>(p[0]);
+  K.fy = static_cast<float>(p[focal_lengths - 1]);
+  // COLMAP's first pixel reaches from 0 to 1, ours from -0.5 to 0.5.
+  K.cx = static_cast<float>(p[focal_lengths] - 0.5);
+  K.cy = static_cast<float>(p[focal_lengths + 1] - 0.5);
+  std::vector<double> d(p.end() - static_cast<std::ptrdiff_t>(distortion), p.end());
+  if (!d.empty() && d.size() < 4) d.resize(4, 0.0);  // k1, k2 alone
+  K.distortion = distortionOf(path, d);
+  return K;
+}
+
+/** \brief Whether a line is one of COLMAP's: a number, then a model's name in capitals. */
+bool isColmapLine(const std::string& line) {
+  std::istringstream words(line);
+  std::string number, model;
+  words >> number >> model;
+  return !model.empty() && std::isupper(static_cast<unsigned char>(model[0])) &&
+         std::all_of(number.begin(), number.end(), [](unsigned char c) { return std::isdigit(c); });
+}
+
+bool same(const Intrinsics& a, const Intrinsics& b) {
+  const auto numbers = [](const Intrinsics& K) {
+    const Distortion& d = K.distortion;
+    return std::vector<float>{K.fx, K.fy, K.cx, K.cy, d.k1, d.k2, d.p1, d.p2, d.k3, d.k4, d.k5, d.k6};
+  };
+  return numbers(a) == numbers(b);
+}
+
+Intrinsics fromText(const std::string& path, const std::string& text, int width, int height) {
+  std::vector<Intrinsics> cameras;
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) {
+    line.erase(std::find(line.begin(), line.end(), '#'), line.end());
+    if (line.find_first_not_of(" \t\r") == std::string::npos) continue;
+    if (!isColmapLine(line)) {
+      cameras.clear();
+      break;
+    }
+    std::istringstream words(line);
+    std::string number;
+    words >> number;
+    const Intrinsics K = fromColmapLine(path, words);
+    if (width > 0 && (K.width != width || K.height != height)) continue;
+    if (std::none_of(cameras.begin(), cameras.end(), [&](const Intrinsics& other) { return same(K, other); }))
+      cameras.push_back(K);
+  }
+  if (cameras.size() == 1) return cameras[0];
+  if (cameras.size() > 1)
+    throw InputError(path + ": has " + std::to_string(cameras.size()) +
+                     " different cameras for these images, must be one: keep the line of the one that took them");
+  std::vector<double> numbers = readNumbers(path);
+  if (numbers.size() == 4) numbers = {numbers[0], 0, numbers[2], 0, numbers[1], numbers[3], 0, 0, 1};
+  return fromMatrix(path, numbers);
+}
+
+bool isText(const fs::path& file) {
+  static const std::vector<std::string> names = {
+      "camera-intrinsics", "camera_intrinsics", "intrinsics",       "intrinsic", "intrinsic_depth", "intrinsics_depth",
+      "depth_intrinsics",  "depth_intrinsic",   "camera_intrinsic", "K",         "cameras"};
+  return file.extension() == ".txt" && std::find(names.begin(), names.end(), file.stem().string()) != names.end();
+}
+
+std::optional<Intrinsics> tryFile(const std::string& path, int width, int height) {
+  const fs::path file(path);
+  const std::string extension = file.extension().string();
+  if (extension == ".json") return fromJson(path);
+  if (extension == ".yaml" || extension == ".yml") return fromYaml(path, readFile(path, kMostTextBytes));
+  return fromText(path, readFile(path, kMostTextBytes), width, height);
+}
+
+}  // namespace
+
+Intrinsics readIntrinsicsFile(const std::string& path, int width, int height) {
+  const std::optional<Intrinsics> K = tryFile(path, width, height);
+  if (!K)
+    throw InputError(path +
+                     ": has no camera intrinsics, must be a camera_info .yaml, a .json with intrinsic_matrix, a 3x3 "
+                     "matrix as text, or COLMAP's cameras.txt");
+  return *K;
+}
+
+std::optional<FoundIntrinsics> findIntrinsics(const std::string& folder, int width, int height) {
+  struct Found {
+    std::string path;
+    Intrinsics K;
+    bool of_depth;
+  };
+  std::vector<Found> found;
+  for (const std::string& name : filesIn(folder)) {
+    const fs::path file(name);
+    const std::string extension = file.extension().string();
+    if (extension != ".json" && extension != ".yaml" && extension != ".yml" && !isText(file)) continue;
+    const std::string path = (fs::path(folder) / name).string();
+    if (const auto K = tryFile(path, width, height))
+      found.push_back({path, *K, name.find("depth") != std::string::npos});
+  }
+  if (found.empty()) return std::nullopt;
+  const auto keep = [&](const auto& wanted) {
+    std::vector<Found> kept;
+    std::copy_if(found.begin(), found.end(), std::back_inserter(kept), wanted);
+    if (!kept.empty()) found = std::move(kept);
+  };
+  keep([&](const Found& f) { return f.K.width == 0 || (f.K.width == width && f.K.height == height); });
+  keep([](const Found& f) { return f.of_depth; });
+  for (const Found& other : found)
+    if (!same(found[0].K, other.K))
+      throw InputError(folder + ": " + fs::path(found[0].path).filename().string() + " and " +
+                       fs::path(other.path).filename().string() +
+                       " have different intrinsics for these images; --intrinsics says which");
+  const Intrinsics& K = found[0].K;
+  if (K.width != 0 && (K.width != width || K.height != height))
+    throw InputError(found[0].path + ": is of a camera of " + sizeText(K.width, K.height) +
+                     " pixels, the depth images are " + sizeText(width, height) +
+                     "; must be that of the depth images, or --intrinsics gives another file");
+  return FoundIntrinsics{K, found[0].path};
+}
+
+}  // namespace fuse_flow::io

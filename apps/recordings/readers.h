@@ -1,0 +1,33 @@
+#pragma once
+
+#include <fuse_flow/recordings/recording.h>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace fuse_flow::io {
+
+// Each format in a file of its own, reader_FORMAT.cpp: how to recognise its folder, and how to open it.
+
+bool isRigFolder(const std::string& folder);
+/** \brief rig.json and NAME/{depth,color,confidence}/NNNNNN.png */
+std::unique_ptr<Recording> openRig(const std::string& json_path, const RecordingOptions& options);
+
+bool isSevenScenesFolder(const std::string& folder);
+/** \brief frame-NNNNNN.{depth.png,color.jpg,pose.txt} */
+std::unique_ptr<Recording> openSevenScenes(const std::string& folder, const RecordingOptions& options);
+
+bool isTumFolder(const std::string& folder);
+/** \brief depth.txt, rgb.txt, groundtruth.txt */
+std::unique_ptr<Recording> openTum(const std::string& folder, const RecordingOptions& options);
+
+bool isRedwoodFolder(const std::string& folder);
+/** \brief depth/, color/ or image/, a trajectory .log, an intrinsics .json */
+std::unique_ptr<Recording> openRedwood(const std::string& folder, const RecordingOptions& options);
+
+bool isPcdFile(const std::string& path);
+/** \brief Organised PCD files, each a camera of the one instant. */
+std::unique_ptr<Recording> openPcd(const std::vector<std::string>& paths, const RecordingOptions& options);
+
+}  // namespace fuse_flow::io

@@ -1,0 +1,67 @@
+#include <fuse_flow/recordings/recording.h>
+
+#include "recordings/posed_recording.h"
+#include "recordings/range.h"
+#include "recordings/readers.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <numeric>
+
+namespace fs = std::filesystem;
+
+namespace fuse_flow::io {
+namespace {
+
+constexpr const char* recognised =
+    "recognised are a rig recording (rig.json), 7-Scenes (frame-000000.pose.txt), TUM RGB-D (depth.txt, "
+    "groundtruth.txt), "
+    "Redwood/Open3D (depth/, a .log) and organised .pcd files";
+
+std::unique_ptr<Recording> openFolder(const std::string& folder, const RecordingOptions& options) {
+  if (isRigFolder(folder)) return openRig((fs::path(folder) / "rig.json").string(), options);
+  if (isSevenScenesFolder(folder)) return openSevenScenes(folder, options);
+  if (isTumFolder(folder)) return openTum(folder, options);
+  if (isRedwoodFolder(folder)) return openRedwood(folder, options);
+  throw InputError(folder + (fs::is_empty(folder) ? ": is an empty folder; " : ": is not a recording; ") + recognised);
+}
+
+std::unique_ptr<Recording> openUnposed(const std::vector<std::string>& inputs, const RecordingOptions& options) {
+  if (inputs.empty()) throw InputError(std::string("no input was given; ") + recognised);
+  if (options.depth_scale && !(*options.depth_scale > 0 && std::isfinite(*options.depth_scale)))
+    throw OptionError("--depth-scale is " + std::to_string(*options.depth_scale) +
+                      ", must be positive: metres per depth unit");
+  std::error_code error;
+  for (const std::string& input : inputs)
+    if (!fs::exists(input, error)) throw InputError(input + ": not found; " + recognised);
+  if (std::all_of(inputs.begin(), inputs.end(), isPcdFile)) return openPcd(inputs, options);
+  if (inputs.size() > 1)
+    throw InputError(
+        inputs[1] +
+        ": several inputs must all be .pcd files, one for each camera; of recordings only one can be given");
+  if (fs::is_directory(inputs[0])) return openFolder(inputs[0], options);
+  if (fs::path(inputs[0]).extension() == ".json") return openRig(inputs[0], options);
+  if (fs::path(inputs[0]).extension() == ".ply")
+    throw InputError(inputs[0] + ": is a cloud, which pcl_viewer shows, and no recording; " + recognised);
+  throw InputError(inputs[0] + ": is not a recording; " + recognised);
+}
+
+}  // namespace
+
+std::vector<std::size_t> Recording::frames() const {
+  std::vector<std::size_t> numbers(frameCount());
+  std::iota(numbers.begin(), numbers.end(), std::size_t{0});
+  return numbers;
+}
+
+std::vector<std::size_t> chooseFrames(const Recording& recording, const std::string& spec, const std::string& option) {
+  return spec.empty() ? recording.frames() : parseRangeOf(spec, recording.frames(), option);
+}
+
+std::unique_ptr<Recording> openRecording(const std::vector<std::string>& inputs, const RecordingOptions& options) {
+  std::unique_ptr<Recording> recording = withConvention(openUnposed(inputs, options), options.pose_convention);
+  return options.poses.empty() ? std::move(recording) : withPoses(std::move(recording), options.poses);
+}
+
+}  // namespace fuse_flow::io

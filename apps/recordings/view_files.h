@@ -1,0 +1,38 @@
+#pragma once
+
+#include <fuse_flow/recordings/recording.h>
+
+#include <optional>
+#include <string>
+
+namespace fuse_flow::io {
+
+/** \brief Where one camera's images of one instant are; a path may be empty, and its file may not exist. */
+struct ViewFiles {
+  std::string depth;
+  std::string color;
+  std::string confidence;
+  bool depth_was_there{false};  ///< when the recording was opened: if it is not any more, no camera has missed a frame
+};
+
+/** \brief How a rig recording names the files of a frame, without the extension: "000042". */
+std::string frameStem(std::size_t frame);
+
+/** \brief folder/stem.png, .jpg or .jpeg, whichever exists; else "". */
+std::string findImage(const std::string& folder, const std::string& stem);
+
+/** \brief A camera's folder of colour images: color, or, where there is none, rgb or image; "" if it has neither. */
+std::string colorFolder(const std::string& folder);
+
+/** \brief Reads what is there into images and points view at it. Without a depth file the view is missing, whatever
+ *  else exists. Throws InputError on a damaged file, on an image whose size is not its camera's, and where the depth file is gone.
+ *  \param confidence_scale confidence per step of its image; absent: the largest value of the file's type is 1 */
+void loadView(const ViewFiles& files, const Camera& camera, std::optional<float> confidence_scale, LoadedView& images,
+              DepthView& view);
+
+/** \brief The same for one view of a frame, whose cameras must be there and whose views and images must be as many.
+ *  \param skip_damaged what would be thrown is added to out.damaged, and the view is missing */
+void loadView(const ViewFiles& files, std::optional<float> confidence_scale, std::size_t number, bool skip_damaged,
+              LoadedFrame& out);
+
+}  // namespace fuse_flow::io

@@ -1,0 +1,22 @@
+# fuse_flow.pc, for who builds without CMake: the headers' folder, relative to where the file lies, so that an install can be moved,
+# with the target's options and PCL's modules.
+find_package(PkgConfig QUIET)
+set(fuse_flow_pc_requires "")
+foreach(module common filters kdtree search)
+  set(name pcl_${module})
+  if(PkgConfig_FOUND)  # PCL's own builds, and older packages, have the version in the name
+    foreach(other pcl_${module}-${PCL_VERSION_MAJOR}.${PCL_VERSION_MINOR} pcl_${module})
+      execute_process(COMMAND ${PKG_CONFIG_EXECUTABLE} --exists ${other} RESULT_VARIABLE missing ERROR_QUIET)
+      if(missing EQUAL 0)
+        set(name ${other})
+      endif()
+    endforeach()
+  endif()
+  string(APPEND fuse_flow_pc_requires "${name} ")
+endforeach()
+string(STRIP "${fuse_flow_pc_requires}" fuse_flow_pc_requires)
+list(JOIN fuse_flow_options " " fuse_flow_pc_options)
+file(RELATIVE_PATH fuse_flow_prefix_from_pc /${CMAKE_INSTALL_LIBDIR}/pkgconfig /)
+string(REGEX REPLACE "/$" "" fuse_flow_prefix_from_pc "${fuse_flow_prefix_from_pc}")
+configure_file(cmake/fuse_flow.pc.in ${PROJECT_BINARY_DIR}/fuse_flow.pc @ONLY)
+install(FILES ${PROJECT_BINARY_DIR}/fuse_flow.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
