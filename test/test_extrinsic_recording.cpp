@@ -1,9 +1,9 @@
-#include "io/recording.h"
 #include "rigs.h"
 
 #include <fuse_flow/coarse_alignment.h>
 #include <fuse_flow/extrinsic_estimation.h>
 #include <fuse_flow/multi_camera_consistency.h>
+#include <fuse_flow/recordings/recording.h>
 
 #include <filesystem>
 

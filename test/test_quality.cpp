@@ -1,9 +1,9 @@
-#include "io/recording.h"
 #include "scenes.h"
 #include "simulated_recording.h"
 #include "simulation/true_view.h"
 
 #include <fuse_flow/multi_camera_consistency.h>
+#include <fuse_flow/recordings/recording.h>
 
 #include <pcl/filters/voxel_grid.h>
 

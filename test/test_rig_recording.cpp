@@ -1,9 +1,10 @@
 #include "io/cloud_io.h"
-#include "io/file_io.h"
-#include "io/range.h"
-#include "io/recording.h"
-#include "io/rig_writer.h"
+#include "recordings/file_io.h"
+#include "recordings/range.h"
 #include "simulated_recording.h"
+
+#include <fuse_flow/recordings/recording.h>
+#include <fuse_flow/recordings/rig_writer.h>
 
 #include <gtest/gtest.h>
 #include <unistd.h>
