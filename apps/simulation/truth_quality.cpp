@@ -6,6 +6,7 @@
 
 #include <fuse_flow/impl/host/parallel.hpp>
 #include <fuse_flow/impl/host/rig_geometry.hpp>
+#include <fuse_flow/impl/quality/point_index.hpp>
 
 #include <pcl/kdtree/kdtree_flann.h>
 #include <pcl/point_cloud.h>
@@ -66,9 +67,11 @@ bool sees(const RayScene& scene, const host::ViewGeometry& view, const Vector3f&
   return point.normal.dot(towards) > portable::cos(limits.max_incidence) && !scene.occluded(centre, p, 2e-3f);
 }
 
+/** \brief Nearly all that are asked for are near. PCL's tree finds any, but one at a time: FLANN opens a parallel region for each search, and
+ *  where several threads search, they wait for each other there. */
 class NearestPoint {
  public:
-  explicit NearestPoint(const std::vector<Vector3f>& points) {
+  explicit NearestPoint(const std::vector<Vector3f>& points) : near_(toVec3(points), kNear) {
     const auto cloud = std::make_shared<pcl::PointCloud<pcl::PointXYZ>>();
     // Squares of distances of 1e20 m and more are infinite, and the tree then finds whatever it found last.
     constexpr float far = 1e9f;
@@ -82,6 +85,18 @@ class NearestPoint {
   /** \brief Distance to the nearest point, metres; infinite if there is none. */
   float operator()(const Vector3f& p, std::size_t* number = nullptr) const {
     if (empty_) return std::numeric_limits<float>::infinity();
+    const Vec3 place{p.x(), p.y(), p.z()};
+    float least = std::numeric_limits<float>::infinity();
+    std::uint32_t nearest = 0;
+    near_.visit(place, kNear, [&](std::uint32_t k, const Vec3& point) {
+      const float square = squaredNorm(point - place);
+      if (square < least || (square == least && k < nearest)) least = square, nearest = k;
+      return false;
+    });
+    if (least <= kNear * kNear) {
+      if (number != nullptr) *number = nearest;
+      return std::sqrt(least);
+    }
     thread_local pcl::Indices index(1);
     thread_local std::vector<float> squared(1);
     tree_.nearestKSearch(pcl::PointXYZ(p.x(), p.y(), p.z()), 1, index, squared);
@@ -90,6 +105,16 @@ class NearestPoint {
   }
 
  private:
+  static constexpr float kNear = 0.01f;  // metres
+
+  static std::vector<Vec3> toVec3(const std::vector<Vector3f>& points) {
+    std::vector<Vec3> result;
+    result.reserve(points.size());
+    for (const Vector3f& p : points) result.push_back({p.x(), p.y(), p.z()});
+    return result;
+  }
+
+  detail::PointIndex near_;
   pcl::KdTreeFLANN<pcl::PointXYZ> tree_{false};
   bool empty_{true};
 };
