@@ -66,9 +66,14 @@ gpu_at_hand() { [ -e /dev/nvidiactl ] || nvidia-smi -L > /dev/null 2>&1; }
 
 # What the demo runs. Without a GPU nothing is compiled for one, until the next build() that is not the demo's.
 build_demo() {
-  if [ ! -e build/build.ninja ] && ! gpu_at_hand; then
+  if [ ! -e build/build.ninja ]; then
+    rm -f build/demo_without_cuda
+    if ! gpu_at_hand; then
+      configure -DFUSE_FLOW_CUDA=OFF
+      touch build/demo_without_cuda
+    fi
+  elif [ -e build/demo_without_cuda ] && [ CMakePresets.json -nt build/build.ninja ]; then
     configure -DFUSE_FLOW_CUDA=OFF
-    touch build/demo_without_cuda
   fi
   if [ -e build/demo_without_cuda ]; then cmake --build --preset release --target "$@"; else build "$@"; fi
 }

@@ -151,7 +151,8 @@ class Progress {
 /** \brief What is wrong with the input, though it can be read: for the end, when all of it was seen. */
 class InputChecks {
  public:
-  explicit InputChecks(const PreprocessingParameters& range) : depth_(range), overlap_(range) {}
+  explicit InputChecks(const FuseFlowParameters& parameters)
+      : depth_(parameters.preprocessing), confidence_(parameters.min_confidence), overlap_(parameters.preprocessing) {}
 
   void look(const io::LoadedFrame& frame) {
     depth_.look(frame.rig);
@@ -195,7 +196,7 @@ int run(const Options& options) {
   std::set<std::string> written;
   const io::StillThere still_there(*recording);
   std::map<std::size_t, std::string> ended;  // by camera
-  InputChecks checks(options.method_options.parameters.preprocessing);
+  InputChecks checks(options.method_options.parameters);
   for (const std::size_t frame : frames) {
     if (io::interrupt_requested) break;
     const std::string path = outputPath(options, frame, frames.size());

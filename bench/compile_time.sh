@@ -47,7 +47,8 @@ seconds() {
     awk 'END {printf "%.2f\n", $1 + $2}' >> "$work/$name.times"
 }
 
-names=("pcl/point_types.h, parsed" "fuse_flow.h, parsed" "VoxelGrid, of PCL's library" "VoxelGrid, compiled" "fuse, -O0" "fuse, -O2" "fuse, -O3")
+names=("pcl/point_types.h, parsed" "fuse_flow.h, parsed" "VoxelGrid, of PCL's library" "VoxelGrid, compiled" "fuse, -O0" "fuse, -O2" "fuse, -O3"
+       "fuse, with FuseFlow::compiled, -O3")
 for _ in 1 2 3 4 5; do
   seconds 0 parse_pcl -fsyntax-only
   seconds 1 parse_fuse -fsyntax-only
@@ -56,6 +57,7 @@ for _ in 1 2 3 4 5; do
   seconds 4 fuse -O0
   seconds 5 fuse -O2
   seconds 6 fuse -O3
+  seconds 7 fuse -O3 -DFUSE_FLOW_PRECOMPILED
 done
 echo "| $("$compiler" --version | head -1) | s |"
 echo "|---|---|"

@@ -3,6 +3,10 @@
 
 #include <fuse_flow/point_traits.h>
 
+#include <pcl/conversions.h>
+
+#include <algorithm>
+
 // Compiled once, in instances.cpp.
 extern template class fuse_flow::FuseFlow<pcl::PointXYZ>;
 extern template class fuse_flow::FuseFlow<conformance::OddPoint>;
@@ -49,6 +53,26 @@ TEST(PointTraits, AFieldOfAnotherTypeIsLeftAlone) {
   EXPECT_EQ(p.ring, 9);
   EXPECT_EQ(p.confidence, 10.0);
   EXPECT_EQ(point::getConfidence(p), 1.0f);  // as of a point without
+}
+
+TEST(PointTraits, ThePointsMaskGoesThroughPclsMessagesAndBack) {
+  using PointT = fuse_flow::PointFusedCameras;
+  pcl::PointCloud<PointT> cloud(2, 1), back;
+  fuse_flow::point::setCameraMask(cloud[1], std::uint64_t{1} << 63 | 5u);
+  cloud[1].view_count = 3;
+  pcl::PCLPointCloud2 message;
+  pcl::toPCLPointCloud2(cloud, message);
+  const auto field = std::find_if(message.fields.begin(), message.fields.end(),
+                                  [](const pcl::PCLPointField& f) { return f.name == "camera_mask"; });
+  ASSERT_NE(field, message.fields.end());
+  EXPECT_EQ(field->count, 2u);
+  EXPECT_EQ(field->datatype, pcl::PCLPointField::UINT32);
+  pcl::fromPCLPointCloud2(message, back);
+  ASSERT_EQ(back.size(), 2u);
+  EXPECT_EQ(fuse_flow::point::getCameraMask(back[0]), 0u);
+  EXPECT_EQ(fuse_flow::point::getCameraMask(back[1]), std::uint64_t{1} << 63 | 5u);
+  EXPECT_EQ(back[1].view_count, 3u);
+  EXPECT_TRUE(back[1].isFrom(0) && !back[1].isFrom(1) && back[1].isFrom(2) && back[1].isFrom(63));
 }
 
 template <typename P>

@@ -1,6 +1,7 @@
 #include "io/color_check.h"
 
 #include <fuse_flow/impl/host/rig_geometry.hpp>
+#include <fuse_flow/math/confidence.h>
 
 #include <algorithm>
 #include <cmath>
@@ -73,27 +74,46 @@ std::vector<std::string> ColorCheck::complaints() const {
 void ConfidenceCheck::look(const LoadedFrame& frame) {
   cameras_.resize(frame.rig.cameras.size());
   for (std::size_t i = 0; i < cameras_.size(); ++i) {
-    const float step = frame.images[i].assumed_confidence_step;
-    const ImageView<float>& image = frame.rig.views[i].confidence;
-    if (!image || !(step > 0) || cameras_[i].largest >= 0.5f) continue;
-    cameras_[i].name = frame.rig.cameras[i].name;
-    cameras_[i].step = step;
-    for (int v = 0; v < image.height; ++v)
-      cameras_[i].largest = std::max(cameras_[i].largest, *std::max_element(image.row(v), image.row(v) + image.width));
+    Seen& seen = cameras_[i];
+    const Camera& camera = frame.rig.cameras[i];
+    const DepthView& view = frame.rig.views[i];
+    if (!view.confidence || view.missing()) continue;
+    seen.name = camera.name;
+    seen.step = frame.images[i].assumed_confidence_step;
+    for (int v = 0; v < view.height(); ++v)
+      for (int u = 0; u < view.width(); ++u) {
+        const float given = view.confidence.row(v)[u];
+        seen.largest = std::max(seen.largest, given);
+        if (!(depthAt(camera, view, u, v) > 0)) continue;
+        ++seen.measured;
+        seen.dropped += givenWeight(given, min_confidence_) > 0 ? 0 : 1;
+      }
   }
 }
 
 std::vector<std::string> ConfidenceCheck::complaints() const {
   std::vector<std::string> lines;
   for (const Seen& seen : cameras_) {
-    if (!(seen.step > 0) || seen.largest >= 0.5f) continue;
-    const long largest = std::lround(seen.largest / seen.step), most = std::lround(1 / seen.step);
     std::ostringstream line;
-    line << "camera '" << seen.name << "' has " << largest << " as the largest value of its confidence images, of "
-         << most << ", so that it is never surer than " << seen.largest;
-    if (largest > 0)
-      line << "; if " << largest << " means certain, confidence_scale in rig.json must be "
-           << 1.0 / static_cast<double>(largest);
+    line << "camera '" << seen.name << "' has ";
+    if (seen.step > 0 && seen.largest < 0.5f) {
+      const long largest = std::lround(seen.largest / seen.step), most = std::lround(1 / seen.step);
+      line << largest << " as the largest value of its confidence images, of " << most
+           << ", so that it is never surer than " << seen.largest;
+      if (largest > 0)
+        line << "; if " << largest << " means certain, confidence_scale in rig.json must be "
+             << 1.0 / static_cast<double>(largest);
+    } else if (2 * seen.dropped > seen.measured) {
+      line << std::lround(100.0 * static_cast<double>(seen.dropped) / static_cast<double>(seen.measured))
+           << " % of its measurements dropped: their confidence is ";
+      if (min_confidence_ > 0) {
+        line << "below --min-confidence " << min_confidence_;
+      } else {
+        line << "0";
+      }
+    } else {
+      continue;
+    }
     lines.push_back(line.str());
   }
   return lines;

@@ -29,18 +29,24 @@ class ColorCheck {
 };
 
 /** \brief Finds the cameras whose confidence images, taken by the largest value of their type, never say more than half: more often
- *  than not they count in a unit of their own. */
+ *  than not they count in a unit of their own. And those of whose measurements more than half are dropped for their confidence. */
 class ConfidenceCheck {
  public:
+  /** \param min_confidence FuseFlowParameters::min_confidence */
+  explicit ConfidenceCheck(float min_confidence) : min_confidence_(min_confidence) {}
+
   void look(const LoadedFrame& frame);
   std::vector<std::string> complaints() const;
 
  private:
   struct Seen {
     std::string name;
-    float step{0};     ///< what was assumed
-    float largest{0};  ///< confidence
+    float step{0};            ///< what was assumed
+    float largest{0};         ///< confidence
+    std::size_t measured{0};  ///< pixels with depth and a confidence image
+    std::size_t dropped{0};   ///< of those, with a confidence below min_confidence
   };
+  float min_confidence_;
   std::vector<Seen> cameras_;
 };
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <fuse_flow/depth_out_of_range.h>
 #include <fuse_flow/preprocessing.h>
 #include <fuse_flow/rig_frame.h>
 
@@ -8,25 +9,24 @@
 
 namespace fuse_flow::io {
 
-/** \brief Finds the cameras none of whose depth is ever in range: more often than not their unit is wrong. */
+/** \brief Finds the cameras nearly none of whose depth is in range, in none of their images: more often than not their unit is wrong. */
 class DepthInRange {
  public:
   explicit DepthInRange(const PreprocessingParameters& range) : range_(range) {}
 
-  /** \brief Looks at a frame; cheap, since most cameras are found right in their first row. */
+  /** \brief Looks at a frame; at a camera only until one of its images is right. */
   void look(const RigFrame& frame);
 
-  /** \brief A line for each camera that had images, but nothing in range in any of them. */
+  /** \brief A line for each camera that had images, but none that is right. */
   std::vector<std::string> complaints() const;
 
  private:
   struct Seen {
     std::string name;
     bool images{false};
-    bool in_range{false};
-    /** \brief Of what is out of range, metres. */
-    float nearest{0}, farthest{0};
-    float scale{0};  ///< metres per unit; 0: the images are in metres
+    bool right{false};
+    DepthOutOfRange depth;  ///< of all images so far
+    float scale{0};         ///< metres per unit; 0: the images are in metres
   };
   PreprocessingParameters range_;
   std::vector<Seen> cameras_;

@@ -10,6 +10,7 @@
 
 #include <pcl/type_traits.h>
 
+#include <array>
 #include <cstring>
 #include <type_traits>
 
@@ -128,24 +129,22 @@ void setViewCount(PointT& point, std::uint32_t views) {
   if constexpr (has_view_count<PointT>) setField<pcl::fields::view_count>(point, views);
 }
 
+/** \brief The field camera_mask: bits of cameras 0 to 31, then of 32 to 63. */
+using CameraMaskWords = std::array<std::uint32_t, 2>;
+
 /** \brief To camera_mask if the point has it. \param mask a cameraBit() each */
 template <typename PointT>
 void setCameraMask(PointT& point, std::uint64_t mask) {
-  if constexpr (has_camera_mask<PointT>) {
-    const std::uint32_t words[2] = {static_cast<std::uint32_t>(mask), static_cast<std::uint32_t>(mask >> 32)};
-    std::memcpy(reinterpret_cast<char*>(&point) + pcl::traits::offset<PointT, pcl::fields::camera_mask>::value, words,
-                sizeof words);
-  }
+  if constexpr (has_camera_mask<PointT>)
+    setField<pcl::fields::camera_mask>(
+        point, CameraMaskWords{static_cast<std::uint32_t>(mask), static_cast<std::uint32_t>(mask >> 32)});
 }
 
 /** \brief As stored; 0 where PointT has none. */
 template <typename PointT>
 std::uint64_t getCameraMask(const PointT& point) {
-  std::uint32_t words[2] = {0, 0};
-  if constexpr (has_camera_mask<PointT>)
-    std::memcpy(words,
-                reinterpret_cast<const char*>(&point) + pcl::traits::offset<PointT, pcl::fields::camera_mask>::value,
-                sizeof words);
+  CameraMaskWords words{};
+  if constexpr (has_camera_mask<PointT>) words = getField<pcl::fields::camera_mask, CameraMaskWords>(point);
   return std::uint64_t{words[1]} << 32 | words[0];
 }
 

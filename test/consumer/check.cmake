@@ -29,11 +29,17 @@ if(mode STREQUAL "install")
   set(prefix ${work}/prefix)
   file(RENAME ${work}/installed ${prefix})  # nothing of it says where it was
   run(${prefix}/bin/fuse_flow_fuse --help OUTPUT_QUIET)
-  configure(${source}/test/consumer ${work}/test/consumer Release -DCMAKE_PREFIX_PATH=${prefix})
+  configure(${source}/test/consumer ${work}/test/consumer Release -DCMAKE_PREFIX_PATH=${prefix} -DFUSE_FLOW_COMPILED=ON)
   configure(${source}/doc/examples ${work}/doc/examples Debug -DCMAKE_PREFIX_PATH=${prefix})
   run(${CMAKE_COMMAND} --build ${work}/test/consumer --target consumer)
   run(${CMAKE_COMMAND} --build ${work}/doc/examples)
   run(${work}/test/consumer/consumer)
+  run(${CMAKE_COMMAND} --build ${work}/test/consumer --target consumer_compiled)
+  run(${work}/test/consumer/consumer_compiled)
+  if(CMAKE_HOST_SYSTEM_PROCESSOR MATCHES "^(x86_64|AMD64)$")
+    run_saying("undefined reference to.*compiledForEigenAlignment<32>" ${CMAKE_COMMAND} --build ${work}/test/consumer --target
+               of_another_alignment)
+  endif()
   foreach(example ten_lines fuse_frame filters_in_a_pipeline)
     run(${work}/doc/examples/${example})
   endforeach()
@@ -78,6 +84,8 @@ elseif(mode STREQUAL "headers_alone")  # from a build of nothing, by a project t
   run(${CMAKE_COMMAND} -S ${source} -B ${work}/build ${how} ${without} ${off})
   run_saying("Without tools" ${CMAKE_COMMAND} --install ${work}/build --prefix ${work}/prefix)
   configure(${source}/test/consumer ${work}/consumer Debug -DCMAKE_PREFIX_PATH=${work}/prefix ${without})
+  run_saying("built without the library FuseFlow::compiled" ${CMAKE_COMMAND} -S ${source}/test/consumer -B
+             ${work}/compiled ${how} -DCMAKE_PREFIX_PATH=${work}/prefix -DFUSE_FLOW_COMPILED=ON)
   run_saying("built without the library that reads recordings" ${CMAKE_COMMAND} -S ${source}/doc/examples -B
              ${work}/examples ${how} -DCMAKE_PREFIX_PATH=${work}/prefix)
 else()  # differ in how it is found

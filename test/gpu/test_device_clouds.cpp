@@ -96,6 +96,13 @@ std::vector<typename pcl::PointCloud<PointT>::Ptr> cloudsOf(const RigFrame& fram
   return clouds;
 }
 
+/** \brief view_count of a point, 0 where it has none. */
+template <typename PointT>
+std::uint32_t countOf(const PointT& point) {
+  if constexpr (point::has_view_count<PointT>) return point::getField<pcl::fields::view_count, std::uint32_t>(point);
+  return 0;
+}
+
 /** \brief Some of n indices in any order, a few of them twice. */
 pcl::IndicesPtr someIndices(Random& random, std::size_t n) {
   auto indices = std::make_shared<pcl::Indices>();
@@ -117,7 +124,8 @@ class DeviceClouds : public testing::Test {};
 #if defined(FUSE_FLOW_TEST_FEW_POINT_TYPES)  // under sanitizers
 using PointTypes = testing::Types<PointFused, pcl::PointXYZ>;
 #else
-using PointTypes = testing::Types<PointFused, pcl::PointXYZ, pcl::PointXYZI, pcl::PointXYZRGBNormal, pcl::PointSurfel>;
+using PointTypes = testing::Types<PointFused, PointFusedCameras, pcl::PointXYZ, pcl::PointXYZI, pcl::PointXYZRGBNormal,
+                                  pcl::PointSurfel>;
 #endif
 TYPED_TEST_SUITE(DeviceClouds, PointTypes);
 
@@ -262,7 +270,9 @@ TYPED_TEST(DeviceClouds, AdaptiveHashFusionIsTheHosts) {
     return device_comparison::samePosition(a, b) && squaredNorm(point::getColor(a) - point::getColor(b)) <= 3 &&
            (squaredNorm(point::getNormal(a) - point::getNormal(b)) < 1e-6f ||
             (!isFinite(point::getNormal(a)) && !isFinite(point::getNormal(b)))) &&
-           std::fabs(point::getIntensity(a) - point::getIntensity(b)) < 0.01f;
+           std::fabs(point::getIntensity(a) - point::getIntensity(b)) < 0.01f &&
+           std::fabs(point::getConfidence(a) - point::getConfidence(b)) < 1e-4f && countOf(a) == countOf(b) &&
+           point::getCameraMask(a) == point::getCameraMask(b);
   };
   for (int k = 0; k < timesOver(60, 12); ++k) {
     frame.draw(random);

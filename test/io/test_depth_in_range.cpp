@@ -41,6 +41,16 @@ TEST_F(DepthInRange, AWrongUnitIsNamedWithWhatItMeasures) {
   EXPECT_EQ(depth_.complaints(), Lines());
 }
 
+TEST_F(DepthInRange, AFewStrayMeasurementsInRangeDoNotMakeAUnitRight) {
+  std::vector<std::uint16_t> pixels(23, 1500);  // 1500 m, but for two of 3 m
+  pixels[4] = pixels[5] = 3;
+  look(pixels, 1.0f);
+  EXPECT_EQ(depth_.complaints(), Lines{"camera 'left' measures only 2 of 23 pixels within 0.1 to 20 m, but 3 to 1500 m "
+                                       "with a depth_scale of 1 m"});
+  look({1, 1, 1, 800}, 1.0f);
+  EXPECT_EQ(depth_.complaints(), Lines());
+}
+
 TEST_F(DepthInRange, MetresHaveNoScale) {
   const std::vector<float> pixels{std::numeric_limits<float>::quiet_NaN(), 1500, -1,
                                   std::numeric_limits<float>::infinity()};

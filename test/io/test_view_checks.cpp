@@ -97,21 +97,46 @@ TEST(ConfidenceCheck, ALargestValueFarBelowTheTypesIsNamedWithTheScaleThatWouldB
   room.add("phone", levelView());
   io::LoadedView& images = room.frame.images[0];
   images.confidence.resize(64, 48);
-  images.confidence.at(3, 5) = 2 / 255.0f;
+  for (int v = 0; v < 48; ++v)
+    for (int u = 0; u < 64; ++u) images.confidence.at(u, v) = (u + v) % 2 == 0 ? 1 / 255.0f : 2 / 255.0f;
   images.assumed_confidence_step = 1 / 255.0f;
   room.attach();
-  io::ConfidenceCheck check;
+  io::ConfidenceCheck check(0.5f);
   check.look(room.frame);
   EXPECT_TRUE(mentions(check.complaints(), {"'phone'", "has 2 as the largest value", "of 255", "must be 0.5"}));
   images.assumed_confidence_step = 0;  // somebody has said the scale
-  io::ConfidenceCheck said;
+  io::ConfidenceCheck said(0);
   said.look(room.frame);
   EXPECT_TRUE(said.complaints().empty());
   images.assumed_confidence_step = 1 / 255.0f;
   images.confidence.at(0, 0) = 0.6f;
-  io::ConfidenceCheck sure;
+  io::ConfidenceCheck sure(0);
   sure.look(room.frame);
   EXPECT_TRUE(sure.complaints().empty());
+}
+
+TEST(ConfidenceCheck, ACameraMostOfWhoseMeasurementsAreDroppedIsNamed) {
+  RoomFrame room;
+  room.add("network", levelView());
+  io::LoadedView& images = room.frame.images[0];
+  images.confidence.resize(64, 48);
+  for (int v = 0; v < 48; ++v)
+    for (int u = 0; u < 64; ++u) images.confidence.at(u, v) = u < 40 ? 0.45f : 0.9f;
+  room.attach();
+  io::ConfidenceCheck strict(0.5f), lenient(0.45f);
+  strict.look(room.frame);
+  lenient.look(room.frame);
+  EXPECT_TRUE(mentions(strict.complaints(), {"'network'", "63 % of its measurements", "0.5", "--min-confidence"}));
+  EXPECT_TRUE(lenient.complaints().empty());
+  for (int v = 0; v < 48; ++v)
+    for (int u = 30; u < 40; ++u) images.confidence.at(u, v) = 0.9f;
+  io::ConfidenceCheck half(0.5f);
+  half.look(room.frame);
+  EXPECT_TRUE(half.complaints().empty()) << "fewer than half";
+  std::fill(images.confidence.data.begin(), images.confidence.data.end(), 0.0f);
+  io::ConfidenceCheck none(0);
+  none.look(room.frame);
+  EXPECT_TRUE(mentions(none.complaints(), {"'network'", "100 % of its measurements", "confidence is 0"}));
 }
 
 const PreprocessingParameters kRange;

@@ -74,10 +74,10 @@ bool allNormalsKnown(const PointT* points, std::size_t count) {
   return std::all_of(points, points + count, [](const PointT& p) { return isFinite(point::getNormal(p)); });
 }
 
-/** \brief A fused frame as a cloud. \param with_normals whether some may be unknown  \param threads to copy with  \param copy the bytes of a block: memcpy, or streamCopy() where
- *  other frames need the memory's bandwidth as well */
+/** \brief A fused frame as a cloud, not dense where a normal is unknown. \param threads to copy with  \param copy the bytes of a block:
+ *  memcpy, or streamCopy() where other frames need the memory's bandwidth as well */
 template <typename PointT, typename Copy>
-void toCloud(const PointSpan<PointT>& points, std::uint64_t stamp, bool with_normals, int threads, const Copy& copy,
+void toCloud(const PointSpan<PointT>& points, std::uint64_t stamp, int threads, const Copy& copy,
              pcl::PointCloud<PointT>& cloud) {
   cloud.resize(points.size);
   std::atomic<bool> dense{true};
@@ -85,7 +85,7 @@ void toCloud(const PointSpan<PointT>& points, std::uint64_t stamp, bool with_nor
   host::parallelFor(threads, (points.size + block - 1) / block, [&](std::size_t b, int) {
     const std::size_t begin = b * block, count = std::min(block, points.size - begin);
     copy(static_cast<void*>(cloud.data() + begin), points.points + begin, count * sizeof(PointT));
-    if (with_normals && !allNormalsKnown(points.points + begin, count)) dense = false;
+    if (point::has_normal<PointT> && !allNormalsKnown(points.points + begin, count)) dense = false;
   });
   cloud.header = {};
   cloud.header.stamp = stamp;

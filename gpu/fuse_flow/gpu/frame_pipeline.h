@@ -146,10 +146,10 @@ class FramePipeline {
   void lookForDepthOutOfRange() {
     for (std::size_t i = 0; i < views_.grid().view_count; ++i) {
       const DeviceView& view = views_.hostView(i);
-      if (!view.present || !detail::hardlyAny(measured_on_host_.data()[i], view.model.intrinsics)) continue;
+      if (!view.present || !host::hardlyAny(measured_on_host_.data()[i], view.model.intrinsics)) continue;
       const DepthOutOfRange found =
           range_.measure(run, views_.grid(), i, view.model.intrinsics, parameters.preprocessing);
-      if (detail::nearlyAll(found)) statistics.out_of_range.push_back(found);
+      if (host::nearlyAll(found)) statistics.out_of_range.push_back(found);
     }
   }
 

@@ -126,8 +126,7 @@ class FrameQueue {
         return;
       }
       points = lane.fusePinned(frame);
-      if (delivery == Delivery::Cloud)
-        toCloud(points, frame.stamp, lane.compute_normals, lane.pipeline.threads, streamCopy, cloud);
+      if (delivery == Delivery::Cloud) toCloud(points, frame.stamp, lane.pipeline.threads, streamCopy, cloud);
     }
 
     std::mutex mutex_;

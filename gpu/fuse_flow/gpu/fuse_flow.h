@@ -69,7 +69,7 @@ class FuseFlow<PointT, device::Thrust> {
     const gpu::HomeDevice::Visit visit(home_);
     prepare(*lane_);
     const gpu::PointSpan<PointT> points = lane_->fusePinned(frame);
-    gpu::toCloud(points, frame.stamp, compute_normals_, lane_->pipeline.threads, std::memcpy, output);
+    gpu::toCloud(points, frame.stamp, lane_->pipeline.threads, std::memcpy, output);
     statistics_ = lane_->pipeline.statistics;
   }
 
@@ -140,7 +140,7 @@ class FuseFlow<PointT, device::Thrust> {
       if (copied) {
         output.swap(*copied);
       } else {
-        gpu::toCloud(points, stamp, compute_normals_, gpu::copyThreads(threads_), std::memcpy, output);
+        gpu::toCloud(points, stamp, gpu::copyThreads(threads_), std::memcpy, output);
       }
     });
   }

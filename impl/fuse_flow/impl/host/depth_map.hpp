@@ -100,6 +100,14 @@ inline DepthOutOfRange depthOutOfRange(const DepthView& view, float depth_scale,
   return found;
 }
 
+/** \brief Whether so few pixels of an image are measured in range that it is worth a look at the others. */
+inline bool hardlyAny(std::size_t in_range, const Intrinsics& K) {
+  return 50 * in_range < static_cast<std::size_t>(K.width) * static_cast<std::size_t>(K.height);
+}
+
+/** \brief Whether what is in range is the exception. */
+inline bool nearlyAll(const DepthOutOfRange& found) { return found.measured > 10 * found.in_range; }
+
 /** \brief The rows above, at and below one, at a spacing. */
 struct RowsOfPatch {
   const float* __restrict above;

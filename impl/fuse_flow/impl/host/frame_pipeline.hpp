@@ -24,14 +24,6 @@ inline Box cropBox(const FuseFlowParameters& parameters) {
   return {{low.x(), low.y(), low.z()}, {high.x(), high.y(), high.z()}};
 }
 
-/** \brief Whether so few pixels of an image are measured in range that it is worth a look at the others. */
-inline bool hardlyAny(std::size_t in_range, const Intrinsics& K) {
-  return 50 * in_range < static_cast<std::size_t>(K.width) * static_cast<std::size_t>(K.height);
-}
-
-/** \brief Whether what is in range is the exception. */
-inline bool nearlyAll(const DepthOutOfRange& found) { return found.measured > 10 * found.in_range; }
-
 /** \brief Whether measurements need others around them. */
 inline bool asksForSupport(const FuseFlowParameters& parameters) {
   return parameters.use_measurement_confidence && parameters.min_support > 0;
@@ -168,10 +160,10 @@ class FramePipeline {
   void lookForDepthOutOfRange() {
     for (std::size_t i = 0; i < views_.size(); ++i) {
       const Intrinsics& K = frame_->cameras[i].intrinsics;
-      if (views_[i].missing || !detail::hardlyAny(measured_[i], K)) continue;
+      if (views_[i].missing || !hardlyAny(measured_[i], K)) continue;
       const DepthOutOfRange found =
           depthOutOfRange(frame_->views[i], frame_->cameras[i].depth_scale, i, parameters.preprocessing);
-      if (detail::nearlyAll(found)) statistics.out_of_range.push_back(found);
+      if (nearlyAll(found)) statistics.out_of_range.push_back(found);
     }
   }
 

@@ -1,4 +1,5 @@
-// The classes that find poses, and the frame pipeline, compiled once for all tools, tests and benchmarks: see fuse_flow/precompiled.h.
+// The frame pipeline and the classes that find poses, compiled once: the library FuseFlow::compiled, see fuse_flow/precompiled.h. The
+// pipeline is no template, so that any point type goes with it; the other classes are here for these two.
 #define FUSE_FLOW_PRECOMPILING
 #include <fuse_flow/coarse_alignment.h>
 #include <fuse_flow/depth_correction_estimation.h>
