@@ -106,45 +106,70 @@ class Evaluator {
   const std::string& whyNoTruth() const { return why_no_truth_; }
   const io::Recording& recording() const { return *recording_; }
 
-  Evaluation evaluate(const std::vector<CloudFile>& files) {
+  /** \brief Frame by frame, all clouds of one before the next: views and surface of a frame are looked at once. \param files of each
+   *  command-line argument, by frame  \return as many */
+  std::vector<Evaluation> evaluate(const std::vector<std::vector<CloudFile>>& files) {
+    std::vector<Sequence> sequences(files.size());
+    std::vector<std::size_t> next(files.size(), 0);
+    while (true) {
+      std::optional<std::size_t> frame;
+      for (std::size_t k = 0; k < files.size(); ++k)
+        if (next[k] < files[k].size())
+          frame = std::min(frame.value_or(files[k][next[k]].frame), files[k][next[k]].frame);
+      if (!frame) break;
+      for (std::size_t k = 0; k < files.size(); ++k)
+        for (; next[k] < files[k].size() && files[k][next[k]].frame == *frame; ++next[k])
+          add(files[k][next[k]], sequences[k]);
+    }
+    std::vector<Evaluation> results;
+    for (Sequence& sequence : sequences) results.push_back(std::move(sequence.result));
+    return results;
+  }
+
+ private:
+  /** \brief One command-line argument, so far. */
+  struct Sequence {
     Evaluation result;
     std::optional<simulation::PlainCloud> previous;
     pcl::PointCloud<pcl::PointXYZ> cloud_before;
     std::optional<std::size_t> frame_before;
-    const SurfaceQualityParameters parameters = command_line::surfaceParameters(options_.quality);
-    for (const CloudFile& file : files) {
-      pcl::PCLPointCloud2 blob;
-      io::readCloud(file.path, blob, file.empty);
-      readFrame(file);
-      pcl::PointCloud<pcl::PointXYZ> cloud;
-      {
-        const io::SilencePcl silence;
-        pcl::fromPCLPointCloud2(blob, cloud);
-      }
-      const Quality quality = multiCameraConsistency(cloud, loaded_.rig, options_.quality, options_.threads);
-      result.quality.add(quality);
-      SurfaceQuality surface = surfaceQuality(cloud, loaded_.rig, parameters, options_.threads);
-      if (frame_before && *frame_before + 1 == file.frame && before_frame_ == frame_before)
-        surface.flicker = temporalFlicker(cloud_before, before_.rig, cloud, loaded_.rig, parameters, options_.threads);
-      result.surface += surface;
-      frame_before = file.frame;
-      cloud_before = std::move(cloud);
-      nlohmann::json json = io::qualityJson(quality);
-      json.update(io::surfaceJson(surface));
-      json["frame"] = file.frame;
-      if (truth_) {
-        simulation::PlainCloud plain = simulation::plainCloud(blob);
-        json["truth"] = compare(plain, file.frame, result);
-        if (previous && !previous->positions.empty() && !plain.positions.empty())
-          result.flicker.push_back(flicker(*previous, plain, truth_->frame(file.frame), threads()));
-        previous = std::move(plain);
-      }
-      result.frames.push_back(std::move(json));
+  };
+
+  void add(const CloudFile& file, Sequence& sequence) {
+    Evaluation& result = sequence.result;
+    pcl::PCLPointCloud2 blob;
+    io::readCloud(file.path, blob, file.empty);
+    readFrame(file);
+    pcl::PointCloud<pcl::PointXYZ> cloud;
+    {
+      const io::SilencePcl silence;
+      pcl::fromPCLPointCloud2(blob, cloud);
     }
-    return result;
+    const Quality quality = multiCameraConsistency(cloud, loaded_.rig, options_.quality, options_.threads);
+    result.quality.add(quality);
+    const SurfaceQualityParameters parameters = command_line::surfaceParameters(options_.quality);
+    SurfaceQuality surface = surfaceQuality(cloud, loaded_.rig, parameters, options_.threads);
+    const std::optional<std::size_t> before = sequence.frame_before;
+    if (before && *before + 1 == file.frame && before_frame_ == before)
+      surface.flicker =
+          temporalFlicker(sequence.cloud_before, before_.rig, cloud, loaded_.rig, parameters, options_.threads);
+    result.surface += surface;
+    sequence.frame_before = file.frame;
+    sequence.cloud_before = std::move(cloud);
+    nlohmann::json json = io::qualityJson(quality);
+    json.update(io::surfaceJson(surface));
+    json["frame"] = file.frame;
+    if (truth_) {
+      simulation::PlainCloud plain = simulation::plainCloud(blob);
+      json["truth"] = compare(plain, file.frame, result);
+      const std::optional<simulation::PlainCloud>& previous = sequence.previous;
+      if (previous && !previous->positions.empty() && !plain.positions.empty())
+        result.flicker.push_back(flicker(*previous, plain, truth_->frame(file.frame), threads()));
+      sequence.previous = std::move(plain);
+    }
+    result.frames.push_back(std::move(json));
   }
 
- private:
   int threads() const { return host::resolveThreads(static_cast<int>(options_.threads)); }
 
   void readFrame(const CloudFile& file) {
@@ -230,8 +255,11 @@ int run(const Options& options) {
   }
   Evaluator evaluator(options);
   io::InputFiles inputs(evaluator.recording().inputs());
-  for (const std::string& path : options.clouds)
-    for (const CloudFile& file : filesOf(path, options.frame)) inputs.add(file.path);
+  std::vector<std::vector<CloudFile>> files;
+  for (const std::string& path : options.clouds) {
+    files.push_back(filesOf(path, options.frame));
+    for (const CloudFile& file : files.back()) inputs.add(file.path);
+  }
   if (!options.json.empty()) inputs.refuseToReplace("--json", options.json);
   if (!options.error_picture.empty()) inputs.refuseToReplace("--error-picture", options.error_picture);
   std::error_code error;
@@ -243,8 +271,10 @@ int run(const Options& options) {
   nlohmann::json json;
   std::vector<drawing::ColoredPoints> pictures;
   std::string truth_table, surface_table, quality_table;
-  for (const std::string& path : options.clouds) {
-    Evaluation e = evaluator.evaluate(filesOf(path, options.frame));
+  std::vector<Evaluation> evaluations = evaluator.evaluate(files);
+  for (std::size_t k = 0; k < files.size(); ++k) {
+    Evaluation& e = evaluations[k];
+    const std::string& path = options.clouds[k];
     if (evaluator.knowsTruth())
       truth_table += simulation::truthRow(path, width, simulation::meanOf(e.truth), e.meanFlicker()) + '\n';
     surface_table += io::surfaceRow(path, width, e.surface) + '\n';

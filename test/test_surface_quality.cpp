@@ -1,6 +1,7 @@
 #include "refusal.h"
 #include "scenes.h"
 
+#include <fuse_flow/impl/quality/point_index.hpp>
 #include <fuse_flow/multi_camera_consistency.h>
 #include <fuse_flow/quality/surface_quality.h>
 
@@ -246,6 +247,41 @@ TEST(SurfaceQuality, ParametersOutOfRangeAreRefusedByName) {
   const Scene two = scenes::makeFlatScene(scenes::sameCameras(2, 20, 15, 40), {1.0f, 1.0f});
   refusal::expectThrow([&] { temporalFlicker(flatSheet(1), scene.rig, flatSheet(1), two.rig); },
                        {"temporalFlicker", "1 and 2 cameras"});
+}
+
+TEST(PointIndex, FindsTheNearestPointWithinARadiusWhateverItsCells) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<float> in_cube(-0.1f, 0.1f);
+  std::vector<fuse_flow::Vec3> points;
+  for (int k = 0; k < 400; ++k) points.push_back({in_cube(random), in_cube(random), in_cube(random)});
+  points.insert(points.end(), points.begin(), points.begin() + 200);  // each of these twice: the first is named
+  for (const float cell : {0.003f, 0.02f, 0.5f}) {
+    const fuse_flow::detail::PointIndex index(points, cell);
+    int found = 0, nowhere = 0;
+    for (int k = 0; k < 300; ++k) {
+      const fuse_flow::Vec3 place =
+          k % 3 == 0 ? points[static_cast<std::size_t>(k)] : fuse_flow::Vec3{in_cube(random), in_cube(random), 0};
+      const float radius = k % 2 == 0 ? 0.01f : 0.03f;
+      std::size_t nearest = points.size();
+      float least = radius * radius;
+      for (std::size_t p = 0; p < points.size(); ++p) {
+        const float squared = squaredNorm(points[p] - place);
+        if (squared < least || (squared <= least && nearest == points.size())) least = squared, nearest = p;
+      }
+      const auto neighbor = index.nearest(place, radius);
+      ASSERT_EQ(neighbor.has_value(), nearest < points.size());
+      if (!neighbor) {
+        ++nowhere;
+        continue;
+      }
+      ++found;
+      EXPECT_EQ(neighbor->number, nearest);
+      EXPECT_EQ(neighbor->squared_distance, least);
+    }
+    EXPECT_GT(found, 100);
+    EXPECT_GT(nowhere, 20);
+  }
+  EXPECT_FALSE(fuse_flow::detail::PointIndex({}, 0.01f).nearest({0, 0, 0}, 1).has_value());
 }
 
 }  // namespace

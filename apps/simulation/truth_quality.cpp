@@ -8,10 +8,6 @@
 #include <fuse_flow/impl/host/rig_geometry.hpp>
 #include <fuse_flow/impl/quality/point_index.hpp>
 
-#include <pcl/kdtree/kdtree_flann.h>
-#include <pcl/point_cloud.h>
-#include <pcl/point_types.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -67,46 +63,20 @@ bool sees(const RayScene& scene, const host::ViewGeometry& view, const Vector3f&
   return point.normal.dot(towards) > portable::cos(limits.max_incidence) && !scene.occluded(centre, p, 2e-3f);
 }
 
-/** \brief Nearly all that are asked for are near. PCL's tree finds any, but one at a time: FLANN opens a parallel region for each search, and
- *  where several threads search, they wait for each other there. */
+/** \brief The nearest of points, where one is near enough. */
 class NearestPoint {
  public:
-  explicit NearestPoint(const std::vector<Vector3f>& points) : near_(toVec3(points), kNear) {
-    const auto cloud = std::make_shared<pcl::PointCloud<pcl::PointXYZ>>();
-    // Squares of distances of 1e20 m and more are infinite, and the tree then finds whatever it found last.
-    constexpr float far = 1e9f;
-    for (const Vector3f& p : points) {
-      const Vector3f q = p.cwiseMax(-far).cwiseMin(far);
-      cloud->emplace_back(q.x(), q.y(), q.z());
-    }
-    if (!cloud->empty()) tree_.setInputCloud(cloud);
-    empty_ = cloud->empty();
-  }
-  /** \brief Distance to the nearest point, metres; infinite if there is none. */
-  float operator()(const Vector3f& p, std::size_t* number = nullptr) const {
-    if (empty_) return std::numeric_limits<float>::infinity();
-    const Vec3 place{p.x(), p.y(), p.z()};
-    float least = std::numeric_limits<float>::infinity();
-    std::uint32_t nearest = 0;
-    near_.visit(place, kNear, [&](std::uint32_t k, const Vec3& point) {
-      const float square = squaredNorm(point - place);
-      if (square < least || (square == least && k < nearest)) least = square, nearest = k;
-      return false;
-    });
-    if (least <= kNear * kNear) {
-      if (number != nullptr) *number = nearest;
-      return std::sqrt(least);
-    }
-    thread_local pcl::Indices index(1);
-    thread_local std::vector<float> squared(1);
-    tree_.nearestKSearch(pcl::PointXYZ(p.x(), p.y(), p.z()), 1, index, squared);
-    if (number != nullptr) *number = static_cast<std::size_t>(index[0]);
-    return std::sqrt(squared[0]);
+  explicit NearestPoint(const std::vector<Vector3f>& points) : index_(toVec3(points), 0.01f) {}
+
+  /** \brief Distance to the nearest point, metres; infinite if none is within reach. */
+  float operator()(const Vector3f& p, float reach, std::size_t* number = nullptr) const {
+    const auto found = index_.nearest({p.x(), p.y(), p.z()}, reach);
+    if (!found) return std::numeric_limits<float>::infinity();
+    if (number != nullptr) *number = found->number;
+    return std::sqrt(found->squared_distance);
   }
 
  private:
-  static constexpr float kNear = 0.01f;  // metres
-
   static std::vector<Vec3> toVec3(const std::vector<Vector3f>& points) {
     std::vector<Vec3> result;
     result.reserve(points.size());
@@ -114,9 +84,7 @@ class NearestPoint {
     return result;
   }
 
-  detail::PointIndex near_;
-  pcl::KdTreeFLANN<pcl::PointXYZ> tree_{false};
-  bool empty_{true};
+  detail::PointIndex index_;
 };
 
 double meanOf(const std::vector<float>& values, const std::vector<float>& distances) {
@@ -228,7 +196,7 @@ TruthQuality compareWithTruth(const PlainCloud& cloud, const RayScene& scene, co
   quality.color_error = meanOf(colors, distances);
   std::vector<float> gaps(visible.size());
   const NearestPoint nearest(cloud.positions);
-  forEach(visible.size(), threads, [&](std::size_t k) { gaps[k] = nearest(visible[k].position); });
+  forEach(visible.size(), threads, [&](std::size_t k) { gaps[k] = nearest(visible[k].position, 0.010f); });
   quality.completeness_5 = shareUnder(gaps, 0.005f);
   quality.completeness_10 = shareUnder(gaps, 0.010f);
   quality.f_score_5 = harmonicMean(quality.precision_5, quality.completeness_5);
@@ -268,7 +236,7 @@ double flicker(const PlainCloud& before, const PlainCloud& after, const RayScene
     std::vector<float> change(from.feet.size());
     forEach(change.size(), threads, [&](std::size_t k) {
       std::size_t other = 0;
-      const bool there = nearest(from.feet[k], &other) <= kGhost;
+      const bool there = nearest(from.feet[k], kGhost, &other) <= kGhost;
       change[k] = there ? std::min(std::fabs(from.heights[k] - to.heights[other]), kGhost) : kGhost;
     });
     for (const float d : change) sum += static_cast<double>(d);

@@ -45,7 +45,7 @@ bool compiledForEigenAlignment();
 
 #if defined(FUSE_FLOW_PRECOMPILING)
 template <>
-bool compiledForEigenAlignment<EIGEN_MAX_STATIC_ALIGN_BYTES>() {
+[[gnu::used]] inline bool compiledForEigenAlignment<EIGEN_MAX_STATIC_ALIGN_BYTES>() {
   return true;
 }
 #else

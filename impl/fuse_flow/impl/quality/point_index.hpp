@@ -4,7 +4,9 @@
 
 #include <cmath>
 #include <cstdint>
+#include <cstdlib>
 #include <cstring>
+#include <optional>
 #include <vector>
 
 namespace fuse_flow {
@@ -49,6 +51,41 @@ class PointIndex {
           if (visitCell(cell, place, radius, use)) return true;
         }
     return false;
+  }
+
+  /** \brief A point and how far it is. */
+  struct Neighbor {
+    std::uint32_t number;
+    float squared_distance;  ///< m²
+  };
+
+  /** \brief The nearest point within a radius; of equally near ones the one with the lowest number. */
+  std::optional<Neighbor> nearest(const Vec3& place, float radius) const {
+    std::optional<Neighbor> best;
+    const auto use = [&](std::uint32_t number, const Vec3& point) {
+      const float squared = squaredNorm(point - place);
+      if (!best || squared < best->squared_distance || (squared == best->squared_distance && number < best->number))
+        best = {number, squared};
+      return false;
+    };
+    const Cell middle = cellOf(place);
+    const auto reach = static_cast<int>(std::ceil(static_cast<double>(radius) / cell_));
+    visitCell(middle, place, radius, use);
+    // From the inside outwards, and no further than where nothing can be nearer.
+    for (int shell = 1; shell <= reach; ++shell) {
+      const float limit = best ? std::sqrt(best->squared_distance) : radius;
+      if (static_cast<double>(limit) < (shell - 1) * cell_) break;
+      for (int z = -shell; z <= shell; ++z)
+        for (int y = -shell; y <= shell; ++y) {
+          const bool face = std::abs(z) == shell || std::abs(y) == shell;
+          for (int x = -shell; x <= shell; x += face ? 1 : 2 * shell) {
+            const Cell cell{middle.x + x, middle.y + y, middle.z + z};
+            const float now = best ? std::sqrt(best->squared_distance) : radius;
+            if (!visited(cell, middle, x, y, z) && !outOfReach(cell, place, now)) visitCell(cell, place, radius, use);
+          }
+        }
+    }
+    return best;
   }
 
   bool anyWithin(const Vec3& place, float radius) const {

@@ -1,11 +1,9 @@
-// The frame pipeline and the classes that find poses, compiled once: the library FuseFlow::compiled, see fuse_flow/precompiled.h. The
-// pipeline is no template, so that any point type goes with it; the other classes are here for these two.
+// The classes that find poses, and what cameras measure wrong, compiled once for two point types: see fuse_flow/precompiled.h.
 #define FUSE_FLOW_PRECOMPILING
 #include <fuse_flow/coarse_alignment.h>
 #include <fuse_flow/depth_correction_estimation.h>
 #include <fuse_flow/extrinsic_estimation.h>
 #include <fuse_flow/extrinsic_tracking.h>
-#include <fuse_flow/fuse_flow.h>
 #include <fuse_flow/point_types.h>
 #include <fuse_flow/pose_filter.h>
 
