@@ -116,7 +116,7 @@ demo() {
   echo "The demo takes five to six minutes on two cores, the first time. Where nothing of what it installs is there, 400 MB are"
   echo "downloaded before."
   install_missing
-  build_demo fuse_flow_fuse fuse_flow_evaluate fuse_flow_simulate fuse_flow_picture fuse_flow_viewer
+  build_demo fuse_flow_fuse fuse_flow_evaluate fuse_flow_simulate fuse_flow_picture
   local out=build/demo bin=build/bin method
   local recording=$out/recording
   local clouds=("$out"/{concatenate,voxel_grid,fuse_flow}) logs=("$out"/{concatenate,voxel_grid,fuse_flow}.log)
@@ -138,7 +138,7 @@ demo() {
   echo "                $PWD/$out/errors.png (concatenated, VoxelGrid, fused: blue on the true surface, red 20 mm off)"
   echo "Report:         $PWD/$out/fuse_flow.json"
   echo
-  echo "See it move:    build/bin/fuse_flow_viewer $recording"
+  echo "See it move:    cmake --build build --target fuse_flow_viewer && build/bin/fuse_flow_viewer $recording"
   echo "The rest:       cmake --build build --target tools samples"
 }
 
