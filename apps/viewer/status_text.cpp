@@ -64,10 +64,9 @@ std::string cloudText(const FusedCloud& cloud) {
   if (!cloud.why_empty.empty()) text << ", " << cloud.why_empty;
   if (cloud.truth_distance && !cloud.cloud->empty()) text << ", " << millimetres(*cloud.truth_distance) << " off truth";
   if (cloud.surface && !cloud.cloud->empty())
-    text << ", noise " << millimetres(cloud.surface->noise()) << ", double surfaces "
-         << percent(cloud.surface->doubleSurfaces()) << ",\n  violations off silhouettes "
-         << percent(cloud.surface->violationShare()) << ", covers " << percent(cloud.surface->coverage())
-         << " within noise";
+    text << ", violations off silhouettes " << percent(cloud.surface->violationShare()) << ",\n  double surfaces "
+         << percent(cloud.surface->doubleSurfaces()) << ", noise " << millimetres(cloud.surface->noise()) << ", covers "
+         << percent(cloud.surface->coverage()) << " within noise";
   if (cloud.quality && !cloud.cloud->empty())
     text << "; off noisy depth: E_MC " << millimetres(cloud.quality->error) << " (2+ views "
          << millimetres(cloud.quality->multi_view_error) << ")";

@@ -148,14 +148,14 @@ TEST(StatusText, SaysWhatIsShown) {
   for (const char* words :
        {"frame 8 of 12 (000007), playing at 0.500x (15 frames/s), looping",
         "2.5 clouds/s, 40.0 pictures/s, reading 12.3 ms", "1 MF on  2 DC OFF  3 SA on",
-        "FUSE-Flow: 85 points, noise 3.1 mm, double surfaces -,",
-        "violations off silhouettes 2.0 %, covers 75.0 % within noise; off noisy depth: E_MC 4.1 mm (2+ views -)",
+        "FUSE-Flow: 85 points, violations off silhouettes 2.0 %,",
+        "double surfaces -, noise 3.1 mm, covers 75.0 % within noise; off noisy depth: E_MC 4.1 mm (2+ views -)",
         "total 40.0 ms = prepare 1.0, generate 2.0, merge 3.0, fuse 30.0, output 4.0"})
     EXPECT_NE(text.find(words), std::string::npos) << "'" << words << "' is not in\n" << text;
   EXPECT_NE(text.find("0 poses given"), std::string::npos) << text;
   EXPECT_EQ(text.find("off truth"), std::string::npos) << "nobody said what is true";
   cloud->truth_distance = 0.0025;
-  EXPECT_NE(cloudText(*cloud).find("85 points, 2.5 mm off truth, noise 3.1 mm"), std::string::npos)
+  EXPECT_NE(cloudText(*cloud).find("85 points, 2.5 mm off truth, violations off silhouettes 2.0 %"), std::string::npos)
       << cloudText(*cloud);
   EXPECT_EQ(text.find("being fused"), std::string::npos);
   playback.pause();
