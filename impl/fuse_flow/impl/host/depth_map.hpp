@@ -7,6 +7,7 @@
 #include <fuse_flow/math/depth.h>
 #include <fuse_flow/math/depth_correction.h>
 #include <fuse_flow/math/noise_scale.h>
+#include <fuse_flow/math/pinhole.h>
 #include <fuse_flow/math/smoothing.h>
 #include <fuse_flow/preprocessing.h>
 
