@@ -8,18 +8,18 @@
 #include "registration_peers.h"
 #include "rig_error.h"
 
-#include "io/board.h"
-#include "io/instances.h"
-#include "io/pose_frames.h"
+#include "calibration/board.h"
+#include "calibration/pose_frames.h"
+#include "methods/instances.h"
 #include "simulation/simulator.h"
 
-#include <fuse_flow/coarse_alignment.h>
-#include <fuse_flow/depth_correction_estimation.h>
-#include <fuse_flow/extrinsic_tracking.h>
+#include <fuse_flow/calibration/coarse_alignment.h>
+#include <fuse_flow/calibration/depth_correction_estimation.h>
+#include <fuse_flow/calibration/extrinsic_tracking.h>
 #include <fuse_flow/fuse_flow.h>
 #include <fuse_flow/impl/host/parallel.hpp>
-#include <fuse_flow/multi_camera_consistency.h>
 #include <fuse_flow/point_types.h>
+#include <fuse_flow/quality/multi_camera_consistency.h>
 #include <fuse_flow/recordings/error.h>
 #include <fuse_flow/recordings/recording.h>
 

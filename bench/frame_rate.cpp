@@ -1,7 +1,7 @@
 // Frame time over the number of cameras, ours and PCL's route in the same run. On the 7-Scenes frames where they are
 // present, else on simulated ones.
 
-#include "io/method.h"
+#include "methods/method.h"
 #include "simulation/simulator.h"
 
 #include <fuse_flow/recordings/recording.h>

@@ -8,8 +8,8 @@
 #include "rig_error.h"
 #include "room.h"
 
-#include <fuse_flow/gpu/extrinsic_estimation.h>
-#include <fuse_flow/gpu/extrinsic_tracking.h>
+#include <fuse_flow/gpu/calibration/extrinsic_estimation.h>
+#include <fuse_flow/gpu/calibration/extrinsic_tracking.h>
 #include <fuse_flow/point_types.h>
 
 #include <cstdio>

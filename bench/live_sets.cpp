@@ -1,8 +1,8 @@
 // What ViewSynchronizer makes of a minute of simulated cameras: the table in doc/live.md. Host time is simulated too, so that
 // every machine gets the same numbers; only the last column is this machine's.
-#include "tables/markdown.h"
+#include "evaluation/tables/markdown.h"
 
-#include <fuse_flow/view_synchronizer.h>
+#include <fuse_flow/live/view_synchronizer.h>
 
 #include <algorithm>
 #include <iostream>

@@ -1,6 +1,6 @@
 #include "registration_peers.h"
 
-#include <fuse_flow/impl/host/frame_views.hpp>
+#include <fuse_flow/impl/sensors/frame_views.hpp>
 
 #include <pcl/common/transforms.h>
 #include <pcl/features/fpfh_omp.h>

@@ -25,8 +25,8 @@ build_targets() {
   for target in "$@"; do
     grep -qE "^(apps/)?$target: " <<< "$known" || fail "there is no target $target"
     case $target in
-    tools) available+=" $(basename -s .cpp "$source"/apps/fuse_flow_*.cpp | tr '\n' ' ') " ;;
-    samples) available+=" $(basename -s .cpp "$source"/apps/sample_*.cpp | tr '\n' ' ') fuse_flow_export " ;;
+    tools) available+=" $(basename -s .cpp "$source"/apps/tools/*.cpp | tr '\n' ' ') " ;;
+    samples) available+=" $(basename -s .cpp "$source"/apps/samples/*.cpp | tr '\n' ' ') fuse_flow_export " ;;
     *) available+=" $target " ;;
     esac
   done

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "command_line/parameter_options.h"
-#include "io/method.h"
+#include "methods/method.h"
 
 #include <CLI/CLI.hpp>
 

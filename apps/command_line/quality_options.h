@@ -1,6 +1,6 @@
 #pragma once
 
-#include <fuse_flow/multi_camera_consistency.h>
+#include <fuse_flow/quality/multi_camera_consistency.h>
 #include <fuse_flow/quality/surface_quality.h>
 
 #include <CLI/CLI.hpp>

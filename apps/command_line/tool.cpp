@@ -1,7 +1,7 @@
 #include "command_line/tool.h"
 
+#include "command_line/message_of.h"
 #include "command_line/printable.h"
-#include "io/message_of.h"
 #include "recordings/cut_short.h"
 
 #include <pcl/exceptions.h>

@@ -1,5 +1,5 @@
 // What takes long to compile, and is compiled with optimisation where the rest, under sanitizers, is not.
-#include <fuse_flow/depth_backprojection.h>
+#include <fuse_flow/filters/depth_backprojection.h>
 
 #include <pcl/point_types.h>
 

@@ -2,7 +2,7 @@
 
 #include "recordings/lens_fit.h"
 
-#include <fuse_flow/depth_backprojection.h>
+#include <fuse_flow/filters/depth_backprojection.h>
 
 #include <algorithm>
 #include <cmath>

@@ -2,7 +2,7 @@
 
 #include "simulation/random.h"
 
-#include <fuse_flow/depth_correction.h>
+#include <fuse_flow/sensors/depth_correction.h>
 
 #include <cmath>
 

@@ -1,6 +1,6 @@
 #include "simulation/scene.h"
 
-#include "simulation/scenes.h"
+#include "simulation/scenes/scenes.h"
 
 #include <fuse_flow/recordings/error.h>
 

@@ -1,7 +1,7 @@
 #include "viewer/capture.h"
 
+#include "clouds/cloud_io.h"
 #include "drawing/image_of.h"
-#include "io/cloud_io.h"
 #include "recordings/file_io.h"
 #include "recordings/image_io.h"
 

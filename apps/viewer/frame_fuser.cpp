@@ -1,6 +1,6 @@
 #include "viewer/frame_fuser.h"
 
-#include "io/message_of.h"
+#include "command_line/message_of.h"
 #include "recordings/view_files.h"
 #include "viewer/empty_cloud.h"
 #include "viewer/point_data.h"

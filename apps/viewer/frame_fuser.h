@@ -1,6 +1,6 @@
 #pragma once
 
-#include "io/live_extrinsics.h"
+#include "calibration/live_extrinsics.h"
 #include "viewer/frame_source.h"
 #include "viewer/fusion_job.h"
 

@@ -1,6 +1,6 @@
 #include "viewer/frame_source.h"
 
-#include "simulation/truth.h"
+#include "evaluation/truth.h"
 
 #include <filesystem>
 

@@ -1,10 +1,10 @@
 #pragma once
 
-#include "io/instances.h"
-#include "io/method.h"
+#include "methods/instances.h"
+#include "methods/method.h"
 #include "viewer/coloring.h"
 
-#include <fuse_flow/pose_filter.h>
+#include <fuse_flow/calibration/pose_filter.h>
 #include <fuse_flow/recordings/image.h>
 
 #include <vtkPolyData.h>

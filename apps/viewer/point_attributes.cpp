@@ -1,7 +1,7 @@
 #include "viewer/point_attributes.h"
 
-#include <fuse_flow/impl/host/frame_views.hpp>
 #include <fuse_flow/impl/host/parallel.hpp>
+#include <fuse_flow/impl/sensors/frame_views.hpp>
 
 #include <pcl/features/impl/integral_image_normal.hpp>
 #include <pcl/features/integral_image_normal.h>

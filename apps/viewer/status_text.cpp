@@ -1,6 +1,6 @@
 #include "viewer/status_text.h"
 
-#include "io/live_extrinsics.h"
+#include "calibration/live_extrinsics.h"
 
 #include <algorithm>
 #include <cmath>

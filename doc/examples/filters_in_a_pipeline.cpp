@@ -1,10 +1,10 @@
 // Each stage of the paper as a filter among PCL's own.
 #include "scene.h"
 
-#include <fuse_flow/adaptive_hash_fusion.h>
-#include <fuse_flow/confidence_estimation.h>
-#include <fuse_flow/depth_backprojection.h>
-#include <fuse_flow/multi_view_consistency.h>
+#include <fuse_flow/filters/adaptive_hash_fusion.h>
+#include <fuse_flow/filters/confidence_estimation.h>
+#include <fuse_flow/filters/depth_backprojection.h>
+#include <fuse_flow/filters/multi_view_consistency.h>
 
 #include <pcl/filters/passthrough.h>
 #include <pcl/filters/statistical_outlier_removal.h>

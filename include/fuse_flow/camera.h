@@ -1,8 +1,8 @@
 #pragma once
 
-#include <fuse_flow/depth_correction.h>
 #include <fuse_flow/math/pinhole.h>
-#include <fuse_flow/multipath.h>
+#include <fuse_flow/sensors/depth_correction.h>
+#include <fuse_flow/sensors/multipath.h>
 
 #include <Eigen/Geometry>
 

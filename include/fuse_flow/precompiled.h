@@ -11,8 +11,8 @@
  *
  *  \code
  *  #define FUSE_FLOW_PRECOMPILING  // in this source alone
- *  #include <fuse_flow/coarse_alignment.h>
- *  #include <fuse_flow/extrinsic_tracking.h>
+ *  #include <fuse_flow/calibration/coarse_alignment.h>
+ *  #include <fuse_flow/calibration/extrinsic_tracking.h>
  *  #include <fuse_flow/fuse_flow.h>  // if the program fuses
  *  template class fuse_flow::ExtrinsicEstimation<MyPoint>;
  *  template class fuse_flow::ExtrinsicTracking<MyPoint>;

@@ -1,5 +1,5 @@
 // A project that uses the library from outside: two cameras look at a wall, one metre away.
-#include <fuse_flow/adaptive_hash_fusion.h>
+#include <fuse_flow/filters/adaptive_hash_fusion.h>
 #include <fuse_flow/fuse_flow.h>
 #include <fuse_flow/point_types.h>
 

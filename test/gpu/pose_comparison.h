@@ -5,7 +5,7 @@
 
 #include "furnished_rig.h"
 
-#include <fuse_flow/gpu/extrinsic_estimation.h>
+#include <fuse_flow/gpu/calibration/extrinsic_estimation.h>
 
 #include <pcl/point_types.h>
 

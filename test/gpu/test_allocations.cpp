@@ -2,7 +2,7 @@
 #include "device_comparison.h"
 #include "random_rig.h"
 
-#include <fuse_flow/gpu/memory.h>
+#include <fuse_flow/gpu/runtime/memory.h>
 
 #include <thread>
 

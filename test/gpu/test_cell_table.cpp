@@ -1,6 +1,6 @@
 #include "../test_length.h"
 
-#include <fuse_flow/gpu/cell_table.h>
+#include <fuse_flow/gpu/fusion/cell_table.h>
 
 #include <gtest/gtest.h>
 

@@ -4,10 +4,10 @@
 #include "device_comparison.h"
 #include "random_rig.h"
 
-#include <fuse_flow/gpu/adaptive_hash_fusion.h>
-#include <fuse_flow/gpu/confidence_estimation.h>
-#include <fuse_flow/gpu/depth_backprojection.h>
-#include <fuse_flow/gpu/multi_view_consistency.h>
+#include <fuse_flow/gpu/filters/adaptive_hash_fusion.h>
+#include <fuse_flow/gpu/filters/confidence_estimation.h>
+#include <fuse_flow/gpu/filters/depth_backprojection.h>
+#include <fuse_flow/gpu/filters/multi_view_consistency.h>
 
 #include <pcl/exceptions.h>
 #include <pcl/for_each_type.h>

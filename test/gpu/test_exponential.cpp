@@ -1,4 +1,4 @@
-#include <fuse_flow/gpu/execution.h>
+#include <fuse_flow/gpu/runtime/execution.h>
 #include <fuse_flow/math/exponential.h>
 
 #include <gtest/gtest.h>

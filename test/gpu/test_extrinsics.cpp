@@ -2,7 +2,7 @@
 #include "../test_length.h"
 #include "pose_comparison.h"
 
-#include <fuse_flow/gpu/extrinsic_tracking.h>
+#include <fuse_flow/gpu/calibration/extrinsic_tracking.h>
 
 namespace {
 

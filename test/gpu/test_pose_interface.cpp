@@ -1,10 +1,10 @@
 // What the tools see of the classes that find poses.
 #if defined(FUSE_FLOW_TEST_HAS_RECORDINGS)
 
-#include "io/poses_by.h"
+#include "calibration/poses_by.h"
 #include "pose_comparison.h"
 
-#include <fuse_flow/gpu/extrinsic_tracking.h>
+#include <fuse_flow/gpu/calibration/extrinsic_tracking.h>
 
 namespace {
 

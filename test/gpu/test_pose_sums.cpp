@@ -1,8 +1,8 @@
 #include "../test_length.h"
 #include "furnished_rig.h"
 
-#include <fuse_flow/gpu/alignment_system.h>
-#include <fuse_flow/impl/host/alignment_system.hpp>
+#include <fuse_flow/gpu/calibration/alignment_system.h>
+#include <fuse_flow/impl/calibration/alignment_system.hpp>
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include <fuse_flow/gpu/stream_copy.h>
+#include <fuse_flow/gpu/runtime/stream_copy.h>
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include <fuse_flow/gpu/value_bytes.h>
+#include <fuse_flow/gpu/runtime/value_bytes.h>
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,7 @@
 #pragma once
 
-#include <fuse_flow/gpu/execution.h>
 #include <fuse_flow/gpu/point_layout.h>
+#include <fuse_flow/gpu/runtime/execution.h>
 
 #include <pcl/point_cloud.h>
 

@@ -1,7 +1,7 @@
 #pragma once
 
 #include <fuse_flow/fuse_flow.h>
-#include <fuse_flow/gpu/frame_queue.h>
+#include <fuse_flow/gpu/frames/frame_queue.h>
 
 namespace fuse_flow {
 

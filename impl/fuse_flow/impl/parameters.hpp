@@ -5,7 +5,7 @@
 #include <fuse_flow/math/confidence.h>
 #include <fuse_flow/math/consistency.h>
 #include <fuse_flow/math/smoothing.h>
-#include <fuse_flow/preprocessing.h>
+#include <fuse_flow/sensors/preprocessing.h>
 
 #include <algorithm>
 

@@ -1,7 +1,7 @@
 #pragma once
 
 #include <fuse_flow/math/host_device.h>
-#include <fuse_flow/preprocessing.h>
+#include <fuse_flow/sensors/preprocessing.h>
 
 #include <cstdint>
 

@@ -15,7 +15,7 @@
 
 #include <fuse_flow/math/pinhole.h>
 #include <fuse_flow/math/vec3.h>
-#include <fuse_flow/multipath.h>
+#include <fuse_flow/sensors/multipath.h>
 
 #include <cmath>
 #include <cstddef>

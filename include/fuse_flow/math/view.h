@@ -3,7 +3,7 @@
 #include <fuse_flow/depth_view.h>
 #include <fuse_flow/math/color_depth.h>
 #include <fuse_flow/math/pinhole.h>
-#include <fuse_flow/multipath.h>
+#include <fuse_flow/sensors/multipath.h>
 
 #include <cfloat>
 

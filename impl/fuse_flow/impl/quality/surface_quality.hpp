@@ -1,9 +1,9 @@
 #pragma once
 
-#include <fuse_flow/impl/host/frame_views.hpp>
 #include <fuse_flow/impl/parameters.hpp>
 #include <fuse_flow/impl/quality/local_frame.hpp>
 #include <fuse_flow/impl/quality/local_plane.hpp>
+#include <fuse_flow/impl/sensors/frame_views.hpp>
 #include <fuse_flow/quality/surface_quality.h>
 
 namespace fuse_flow {

@@ -1,0 +1,31 @@
+#pragma once
+
+#include "calibration/poses.h"
+
+#include <fuse_flow/calibration/pose_filter.h>
+
+namespace fuse_flow::io {
+
+/** \brief Poses that follow what the cameras see: all that the first frame tells, then frame by frame beside the fusion. A frame
+ *  is fused with the poses of the frames before it, so that the result does not depend on who is faster. */
+class LiveExtrinsics {
+ public:
+  /** \param device as of MethodOptions */
+  explicit LiveExtrinsics(const std::string& device) : device_(device) {}
+
+  /** \brief Puts the poses into the cameras of the next frame. Throws pcl::PCLException for one that contradicts itself. */
+  void place(RigFrame& frame);
+  /** \brief The cameras that were found, by the frame before, to have moved. */
+  const std::vector<CameraMotion>& moved() const { return moved_; }
+
+ private:
+  std::string device_;
+  std::unique_ptr<PoseTracking> tracking_;
+  std::size_t updates_{0};
+  std::vector<CameraMotion> moved_;
+};
+
+/** \brief "camera 'left' has moved by 51.2 mm and 1.04 degrees". */
+std::string describe(const CameraMotion& motion, const std::vector<Camera>& cameras);
+
+}  // namespace fuse_flow::io

@@ -1,0 +1,114 @@
+#include "clouds/ply_header.h"
+
+#include "recordings/cut_short.h"
+#include "recordings/text_header.h"
+
+#include <fuse_flow/recordings/error.h>
+
+#include <filesystem>
+#include <set>
+#include <vector>
+
+namespace fuse_flow::io {
+namespace {
+
+using Line = std::vector<std::string>;
+
+std::string wordOf(const Line& line, std::size_t k) { return k < line.size() ? line[k] : std::string(); }
+
+/** \brief A number by which PCL's reader takes memory. */
+double countOf(const std::string& path, const Line& line) {
+  const long count = headerNumber(wordOf(line, 2));
+  if (count < 0)
+    throw InputError(path + ": " + cutShort(wordOf(line, 1)) + " is '" + cutShort(wordOf(line, 2)) +
+                     "', must be a whole number");
+  return static_cast<double>(count);
+}
+
+std::size_t typeSize(const std::string& type) {
+  for (const char* two : {"short", "ushort", "int16", "uint16"})
+    if (type == two) return 2;
+  for (const char* four : {"int", "uint", "int32", "uint32", "float", "float32"})
+    if (type == four) return 4;
+  return type == "double" || type == "float64" ? 8 : 1;
+}
+
+/** \brief The fewest bytes that hold what the header tells of. */
+class PlySize {
+ public:
+  void addLine(const std::string& path, const Line& line) {
+    if (line[0] == "format") is_text_ = wordOf(line, 1) == "ascii";
+    if (line[0] == "element") entries_ = countOf(path, line);
+    if (line[0] != "property" || entries_ == 0) return;
+    // As text a value and what ends it. Of a list the type of its count follows the word, and it may be empty.
+    const std::string type = wordOf(line, wordOf(line, 1) == "list" ? 2 : 1);
+    bytes_ += entries_ * static_cast<double>(is_text_ ? 2 : typeSize(type));
+  }
+  /** \brief Behind the header; of text the last value needs nothing that ends it. */
+  double bytes() const { return is_text_ ? bytes_ - 1 : bytes_; }
+
+ private:
+  bool is_text_{false};
+  double entries_{0}, bytes_{0};
+};
+
+/** \brief The size of an organised cloud, which PCL's reader takes from obj_info. */
+class PlyGrid {
+ public:
+  void addLine(const std::string& path, const Line& line) {
+    if (line[0] == "obj_info" && wordOf(line, 1) == "num_cols") columns_ = wordOf(line, 2);
+    if (line[0] == "obj_info" && wordOf(line, 1) == "num_rows") rows_ = wordOf(line, 2);
+    if (line[0] == "element" && wordOf(line, 1) == "vertex") vertices_ = countOf(path, line);
+  }
+  void check(const std::string& path) const {
+    const long columns = headerNumber(columns_), rows = headerNumber(rows_);
+    const bool product = static_cast<double>(columns) * static_cast<double>(rows) == vertices_;
+    if (columns >= 0 && rows >= 0 && (product || (columns == 0 && rows == 0))) return;
+    throw InputError(path + ": obj_info has '" + cutShort(columns_) + "' columns and '" + cutShort(rows_) +
+                     "' rows, must be as many as its " + std::to_string(static_cast<long>(vertices_)) + " vertices");
+  }
+
+ private:
+  std::string columns_{"0"}, rows_{"0"};
+  double vertices_{0};
+};
+
+/** \brief Whether PCL's reader has the field of a vertex into which it writes a property that it makes part of another. */
+class PlyColor {
+ public:
+  void addProperty(const std::string& path, const std::string& name) {
+    static const std::set<std::string> first{"red", "diffuse_red"};
+    static const std::set<std::string> later{"green", "blue", "diffuse_green", "diffuse_blue", "alpha"};
+    has_red_ = has_red_ || first.count(name) > 0;
+    if (!has_red_ && later.count(name) > 0)
+      throw InputError(path + ": has " + name + " without red before it, must be red, green, blue");
+  }
+
+ private:
+  bool has_red_{false};
+};
+
+}  // namespace
+
+void checkPlyHeader(const std::string& path) {
+  const TextHeader header = readTextHeader(path, "end_header");
+  PlySize size;
+  PlyGrid grid;
+  PlyColor color;
+  std::string element;
+  for (const Line& line : header.lines) {
+    size.addLine(path, line);
+    grid.addLine(path, line);
+    if (line[0] == "element") element = wordOf(line, 1);
+    if (element == "range_grid") throw InputError(path + ": has a range_grid, must have vertices alone or with faces");
+    if (line[0] != "property" || element != "vertex") continue;
+    if (wordOf(line, 1) == "list")
+      throw InputError(path + ": has a list among the properties of its vertices, must have numbers");
+    color.addProperty(path, wordOf(line, 2));
+  }
+  grid.check(path);
+  const auto there = static_cast<double>(std::filesystem::file_size(path)) - static_cast<double>(header.end);
+  if (there < size.bytes()) throw InputError(path + ": is cut short: it holds fewer values than its header says");
+}
+
+}  // namespace fuse_flow::io

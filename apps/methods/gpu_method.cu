@@ -1,0 +1,52 @@
+#include "methods/fusion_with_normals.h"
+#include "methods/gpu_method.h"
+
+#include <fuse_flow/gpu/filters/adaptive_hash_fusion.h>
+#include <fuse_flow/gpu/filters/confidence_estimation.h>
+#include <fuse_flow/gpu/filters/depth_backprojection.h>
+#include <fuse_flow/gpu/filters/multi_view_consistency.h>
+#include <fuse_flow/gpu/fuse_flow.h>
+#include <fuse_flow/recordings/error.h>
+
+#include <pcl/point_types.h>
+
+// No tool needs these: a build where there is nvcc shows that they compile, and so do the host's classes in a CUDA source.
+template class fuse_flow::ConfidenceEstimation<fuse_flow::PointFused, fuse_flow::device::Thrust>;
+template class fuse_flow::DepthBackprojection<fuse_flow::PointFused, fuse_flow::device::Thrust>;
+template class fuse_flow::MultiViewConsistency<fuse_flow::PointFused, fuse_flow::device::Thrust>;
+template class fuse_flow::AdaptiveHashFusion<fuse_flow::PointFused, fuse_flow::device::Thrust>;
+template class fuse_flow::FuseFlow<pcl::PointXYZ>;
+
+namespace fuse_flow::io {
+namespace {
+
+class GpuFusion : public Method {
+ public:
+  explicit GpuFusion(const MethodOptions& options) {
+    fusion_.setParameters(options.parameters);
+    fusion_.setNumberOfThreads(options.threads);
+  }
+  void fuse(const RigFrame& frame, Cloud& output) override {
+    fusion_.fuse(frame, output);
+    statistics_ = fusion_.getStatistics();
+  }
+
+ private:
+  FuseFlow<PointFused, device::Thrust> fusion_;
+};
+
+}  // namespace
+
+bool runsOnGpu(const std::string& device) {
+  if (device == "cpu") return false;
+  const std::string missing = gpu::missingDevice();
+  if (device == "gpu" && !missing.empty()) throw OptionError("--device gpu: " + missing + "; use --device cpu");
+  return missing.empty();
+}
+
+std::unique_ptr<Method> makeGpuFusion(const MethodOptions& options) {
+  if (options.normals) return std::make_unique<FusionWithNormals<FuseFlow<PointFusedNormal, device::Thrust>>>(options);
+  return std::make_unique<GpuFusion>(options);
+}
+
+}  // namespace fuse_flow::io

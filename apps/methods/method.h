@@ -1,0 +1,43 @@
+#pragma once
+
+#include "methods/point_fused_normal.h"
+
+#include <fuse_flow/fuse_flow.h>
+#include <fuse_flow/point_types.h>
+
+#include <memory>
+#include <string>
+
+namespace fuse_flow::io {
+
+/** \brief One way to make a cloud of a frame: ours, or what people use without it. */
+class Method {
+ public:
+  using Cloud = pcl::PointCloud<PointFused>;
+
+  virtual ~Method() = default;
+  virtual void fuse(const RigFrame& frame, Cloud& output) = 0;
+  /** \brief Of the last frame; the peers back-project (generate), thin (fuse) and write the cloud (output). */
+  const FrameStatistics& statistics() const { return statistics_; }
+  /** \brief The last frame's cloud with normals; empty unless MethodOptions::normals. */
+  const pcl::PointCloud<PointFusedNormal>& withNormals() const { return with_normals_; }
+
+ protected:
+  FrameStatistics statistics_;
+  pcl::PointCloud<PointFusedNormal> with_normals_;
+};
+
+struct MethodOptions {
+  FuseFlowParameters parameters;
+  unsigned int threads{0};
+  float leaf_size{0.01f};  ///< of the voxel grids, metres
+  /** \brief "cpu"; "gpu"; "auto": the GPU where there is one that can do what is asked. The peers run on the CPU. */
+  std::string device{"auto"};
+  bool normals{false};  ///< ours only
+};
+
+/** \brief "fuse_flow", "concatenate", "voxel_grid", "approximate_voxel_grid" or "outlier_removal", which is
+ *  pcl::StatisticalOutlierRemoval (16 neighbours, 1 standard deviation) before the voxel grid. */
+std::unique_ptr<Method> makeMethod(const std::string& name, const MethodOptions& options);
+
+}  // namespace fuse_flow::io

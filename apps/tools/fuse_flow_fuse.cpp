@@ -1,0 +1,297 @@
+// Fuses a recording of several depth cameras, frame by frame.
+
+#include "calibration/live_extrinsics.h"
+#include "clouds/cloud_io.h"
+#include "command_line/config_file.h"
+#include "command_line/message_of.h"
+#include "command_line/method_arguments.h"
+#include "command_line/option_checks.h"
+#include "command_line/quality_options.h"
+#include "command_line/recording_arguments.h"
+#include "command_line/threads.h"
+#include "command_line/tool.h"
+#include "evaluation/report.h"
+#include "input_checks/color_check.h"
+#include "input_checks/depth_in_range.h"
+#include "input_checks/view_overlap.h"
+#include "recordings/file_io.h"
+#include "recordings/range.h"
+#include "recordings/still_there.h"
+
+#include <fuse_flow/recordings/input_files.h>
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cctype>
+#include <chrono>
+#include <filesystem>
+#include <map>
+#include <new>
+#include <optional>
+#include <set>
+
+namespace {
+
+using namespace fuse_flow;
+namespace fs = std::filesystem;
+
+struct Options {
+  std::vector<std::string> inputs;
+  std::string output;
+  std::string report;
+  std::string method;
+  std::string frames;
+  std::string format{"ply"};
+  bool evaluate{true};
+  QualityParameters quality;
+  bool refine_extrinsics{false};
+  bool normals{false};
+  std::string config;
+  io::RecordingOptions recording;
+  io::MethodOptions method_options;
+};
+
+/** \brief A single frame goes to the file that was named, a sequence into a folder of that name. */
+std::string outputPath(const Options& options, std::size_t frame, std::size_t count) {
+  std::string extension = fs::path(options.output).extension();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return std::tolower(c); });
+  const bool names_file = extension == ".ply" || extension == ".pcd";
+  if (names_file && count > 1)
+    throw io::OptionError("-o " + options.output + ": names one file for " + std::to_string(count) +
+                          " frames; name a folder, or one frame with --frames");
+  if (names_file) return options.output;
+  if (!extension.empty() && !fs::is_directory(options.output))
+    throw io::OptionError("-o " + options.output + ": must end in .ply or .pcd; the folder of this name is " +
+                          options.output + "/");
+  char name[32];
+  std::snprintf(name, sizeof(name), "%06zu.", frame);
+  return (fs::path(options.output) / (name + options.format)).string();
+}
+
+/** \brief Neither may take the place of an input, nor the report that of a cloud. */
+void checkOutputs(const Options& options, const io::Recording& recording, const std::vector<std::size_t>& frames) {
+  io::InputFiles inputs(recording.inputs());
+  inputs.add(options.config);
+  std::error_code error;
+  const auto whole = [&](const std::string& path) { return fs::weakly_canonical(fs::absolute(path, error), error); };
+  const fs::path report = whole(options.report);
+  for (const std::size_t frame : frames) {
+    const std::string cloud = outputPath(options, frame, frames.size());
+    inputs.refuseToReplace("-o", cloud);
+    if (!options.report.empty() && whole(cloud) == report)
+      throw io::OptionError("--report " + options.report + ": a cloud goes to this file, must be another");
+  }
+  if (!options.report.empty()) inputs.refuseToReplace("--report", options.report);
+}
+
+/** \brief Clouds in the output folder that an earlier run has left and this one has not replaced: whoever reads the folder takes them for
+ *  frames of this recording. One line, empty if there are none. */
+std::string olderClouds(const Options& options, const std::set<std::string>& written) {
+  if (written.empty() || !fs::is_directory(options.output)) return "";
+  std::size_t count = 0;
+  std::string first;
+  for (const std::string& name : io::filesIn(options.output)) {
+    const std::string stem = fs::path(name).stem().string(), extension = fs::path(name).extension().string();
+    const bool numbered = stem.size() >= 6 && stem.find_first_not_of("0123456789") == std::string::npos;
+    if (!numbered || (extension != ".ply" && extension != ".pcd") ||
+        written.count((fs::path(options.output) / name).string()) > 0)
+      continue;
+    if (count++ == 0) first = name;
+  }
+  if (count == 0) return "";
+  return options.output + " holds " + std::to_string(count) + " cloud" + (count == 1 ? "" : "s") +
+         " that this run has not written, such as " + first + "; must be removed unless they belong to the others";
+}
+
+void makeFolderOf(const std::string& path) {
+  const fs::path folder = fs::path(path).parent_path();
+  if (folder.empty()) return;
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error) throw io::OutputError(folder.string() + ": cannot be created: " + error.message());
+}
+
+/** \brief What the library says, and what would be right. */
+std::string whyNotFused(const pcl::PCLException& error) {
+  const std::string message = io::messageOf(error);
+  const bool too_far = message.find(" cells of ") != std::string::npos;
+  return message + (too_far ? "; must be nearer (--max-range) or the cells larger (--cell-size)" : "");
+}
+
+/** \brief Frames done, rate, time left; on a terminal only, so that logs stay readable. */
+class Progress {
+ public:
+  explicit Progress(std::size_t count) : count_(count) {}
+  Progress(const Progress&) = delete;
+  Progress& operator=(const Progress&) = delete;
+  ~Progress() { endLine(); }
+
+  void show(std::size_t done) {
+    if (!isatty(STDERR_FILENO)) return;
+    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+    const double rate = static_cast<double>(done) / seconds;
+    std::fprintf(stderr, "\r%zu of %zu frames, %.1f frames/s with reading, writing and measuring, %.0f s left   ", done,
+                 count_, rate, static_cast<double>(count_ - done) / rate);
+    in_line_ = true;
+  }
+  /** \brief What is printed next begins a line. */
+  void endLine() {
+    if (in_line_) std::fputc('\n', stderr);
+    in_line_ = false;
+  }
+
+ private:
+  std::size_t count_;
+  std::chrono::steady_clock::time_point start_{std::chrono::steady_clock::now()};
+  bool in_line_{false};
+};
+
+/** \brief What is wrong with the input, though it can be read: for the end, when all of it was seen. */
+class InputChecks {
+ public:
+  explicit InputChecks(const FuseFlowParameters& parameters)
+      : depth_(parameters.preprocessing), confidence_(parameters.min_confidence), overlap_(parameters.preprocessing) {}
+
+  void look(const io::LoadedFrame& frame) {
+    depth_.look(frame.rig);
+    color_.look(frame.rig);
+    confidence_.look(frame);
+    overlap_.look(frame.rig);
+  }
+  std::vector<std::string> complaints() const {
+    std::vector<std::string> all;
+    for (const std::vector<std::string>& some :
+         {depth_.complaints(), confidence_.complaints(), color_.complaints(), overlap_.complaints()})
+      all.insert(all.end(), some.begin(), some.end());
+    return all;
+  }
+
+ private:
+  io::DepthInRange depth_;
+  io::ColorCheck color_;
+  io::ConfidenceCheck confidence_;
+  io::OverlapCheck overlap_;
+};
+
+int run(const Options& options) {
+  const std::unique_ptr<io::Method> method = io::makeMethod(options.method, options.method_options);
+  const std::unique_ptr<io::Recording> recording =
+      command_line::openRecording("fuse_flow_fuse", options.inputs, options.recording);
+  const std::vector<std::size_t> frames = io::chooseFrames(*recording, options.frames);
+
+  checkOutputs(options, *recording, frames);
+
+  std::vector<std::string> cameras;
+  for (const Camera& camera : recording->cameras()) cameras.push_back(camera.name);
+  io::Report report(options.method, std::move(cameras));
+  io::LoadedFrame loaded, before;
+  io::Method::Cloud cloud, cloud_before;
+  std::optional<std::size_t> measured_before;
+  io::LiveExtrinsics extrinsics(options.method_options.device);
+  io::catchInterrupts();
+  Progress progress(frames.size());
+  std::size_t done = 0;
+  std::set<std::string> written;
+  const io::StillThere still_there(*recording);
+  std::map<std::size_t, std::string> ended;  // by camera
+  InputChecks checks(options.method_options.parameters);
+  for (const std::size_t frame : frames) {
+    if (io::interrupt_requested) break;
+    const std::string path = outputPath(options, frame, frames.size());
+    std::swap(loaded, before);
+    std::swap(cloud, cloud_before);
+    try {
+      recording->read(frame, loaded);
+      still_there.check(loaded);
+      for (const io::DamagedView& view : loaded.ended) ended[view.view] = view.message;
+      if (options.refine_extrinsics) extrinsics.place(loaded.rig);
+      checks.look(loaded);
+      for (const CameraMotion& motion : extrinsics.moved())
+        std::cerr << io::describe(motion, loaded.rig.cameras) << std::endl;
+      method->fuse(loaded.rig, cloud);
+    } catch (const pcl::PCLException& error) {
+      throw io::InputError(options.inputs[0] + ": frame " + std::to_string(frame) + ": " + whyNotFused(error));
+    } catch (const std::bad_alloc&) {
+      throw io::InputError(options.inputs[0] + ": frame " + std::to_string(frame) + ": not enough memory for its " +
+                           std::to_string(recording->cameras().size()) + " cameras; --views leaves some out");
+    }
+    makeFolderOf(path);
+    if (options.method_options.normals)
+      io::writeCloud(path, method->withNormals());
+    else
+      io::writeCloud(path, cloud);
+    written.insert(path);
+    const PreprocessingParameters& pre = options.method_options.parameters.preprocessing;
+    QualityParameters quality = options.quality;
+    quality.min_range = pre.min_range;
+    quality.max_range = pre.max_range;
+    if (options.evaluate) {
+      const unsigned int threads = options.method_options.threads;
+      const SurfaceQualityParameters parameters = command_line::surfaceParameters(quality);
+      SurfaceQuality surface = surfaceQuality(cloud, loaded.rig, parameters, threads);
+      if (measured_before && *measured_before + 1 == frame)
+        surface.flicker = temporalFlicker(cloud_before, before.rig, cloud, loaded.rig, parameters, threads);
+      measured_before = frame;
+      report.addFrame(frame, method->statistics(), multiCameraConsistency(cloud, loaded.rig, quality, threads),
+                      surface);
+    } else {
+      report.addFrame(frame, method->statistics(), std::nullopt);
+    }
+    progress.show(++done);
+  }
+  progress.endLine();
+  if (!options.report.empty()) {
+    makeFolderOf(options.report);
+    io::writeFile(options.report, io::jsonText(report.json()));
+  }
+  std::cout << report.summary();
+  for (const auto& [camera, message] : ended) std::cout << "  " << message << "\n";
+  for (const std::string& complaint : checks.complaints()) std::cout << "  " << complaint << "\n";
+  if (const std::string older = olderClouds(options, written); !older.empty()) std::cout << "  " << older << "\n";
+  if (io::interrupt_requested) {
+    std::cerr << "fuse_flow_fuse: interrupted after " << done << " of " << frames.size()
+              << " frames; those are complete" << std::endl;
+    return command_line::kInterrupted;
+  }
+  return command_line::kSuccess;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  Options options;
+  CLI::App app("Fuses a recording of several depth cameras into one clean cloud a frame.", "fuse_flow_fuse");
+  command_line::RecordingArguments recording(app);
+  recording.input()->required();
+  app.add_option("-o,--output", options.output, "a .ply or .pcd file for one frame, else a folder")
+      ->check(command_line::path())
+      ->required();
+  app.add_option("--report", options.report, "write figures per frame and in total to this JSON file")
+      ->check(command_line::path());
+  app.add_option("--frames", options.frames, "A:B:STEP, B not included")
+      ->multi_option_policy(CLI::MultiOptionPolicy::Join);
+  app.add_flag("--refine-extrinsics", options.refine_extrinsics,
+               "estimate the poses from what the cameras see, and follow them from frame to frame")
+      ->excludes(app.get_option("--slide"));
+  app.add_option("--format", options.format, "of the files in the output folder")
+      ->check(CLI::IsMember({"ply", "pcd"}))
+      ->capture_default_str();
+  app.add_flag("--normals", options.normals, "write the surface's normal with each point, facing its cameras");
+  app.add_flag("!--no-quality", options.evaluate,
+               "do not measure noise, double surfaces, violations, coverage, flicker and E_MC");
+  command_line::addQualityOptions(app, options.quality);
+  command_line::MethodArguments method(app);
+  return command_line::runTool(app, argc, argv, [&] {
+    options.frames = command_line::joinedList(options.frames);
+    options.inputs = recording.inputs();
+    options.recording = recording.options();
+    options.method = method.method();
+    options.method_options = method.options();
+    options.method_options.normals = options.normals;
+    options.config = command_line::configFileOf(app);
+    command_line::requireThreads(options.method_options.threads);
+    return run(options);
+  });
+}

@@ -1,0 +1,8 @@
+#pragma once
+
+/** \file
+ *  \brief ExtrinsicTracking on the GPU: with device::Thrust as its second argument. */
+
+#include <fuse_flow/calibration/extrinsic_tracking.h>
+#include <fuse_flow/gpu/calibration/extrinsic_estimation.h>
+#include <fuse_flow/impl/calibration/extrinsic_tracking.hpp>  // whoever compiles the CPU's elsewhere does not have this one there

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <fuse_flow/gpu/sensors/tiles.h>
+#include <fuse_flow/math/smoothing.h>
+
+namespace fuse_flow {
+namespace gpu {
+
+/** \brief One pass of the smoothing at one pixel. The last pass writes depth instead of inverse depth. */
+struct SmoothDepth {
+  PixelGrid grid;
+  SmoothingParameters smoothing;
+  ConfidenceParameters confidence;
+  int pass;
+  const float* q;
+  float* out;
+
+  FUSE_FLOW_HD float smoothed(const PixelAddress& a, std::uint32_t index) const {
+    const DeviceView& view = grid.views[a.view];
+    if (a.u >= view.model.intrinsics.width) return 0.0f;  // padding
+    const float centre = q[index];
+    if (!(centre > 0)) return 0.0f;
+    float patch[9];
+    readPatch({&view, q}, a.u, a.v, index, smoothingStep(smoothing, pass, view.noise_scale), patch);
+    const float tolerance = smoothingTolerance(smoothing, pass, view.noise_scale);
+    const float result = smoothedInverseDepth(patch, tolerance * inverseDepthNoise(confidence, centre));
+    if (pass != smoothing.passes - 1) return result;
+    return result > 0 ? 1.0f / result : 0.0f;
+  }
+
+  FUSE_FLOW_HD void operator()(std::uint32_t index) const { out[index] = smoothed(grid.addressOf(index), index); }
+};
+
+}  // namespace gpu
+}  // namespace fuse_flow

@@ -1,0 +1,104 @@
+#pragma once
+
+#include <fuse_flow/device.h>
+#include <fuse_flow/math/adaptive_hash.h>
+#include <fuse_flow/math/consistency.h>
+#include <fuse_flow/math/representatives.h>
+#include <fuse_flow/one_thread.h>
+#include <fuse_flow/rig_frame.h>
+#include <fuse_flow/sensors/preprocessing.h>
+
+#include <pcl/filters/filter.h>
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <vector>
+
+namespace fuse_flow {
+
+/** \brief Section 5: adaptive cells, representatives and eq. 11, for a cloud in the world frame. A drop-in for
+ *  pcl::VoxelGrid whose cells are fixed to the world, cannot overflow, and follow the local density.
+ *
+ *  C is the points' confidence field, where PointT has one, at most 1, else 1. Points with C ≤ 0, and points that are not
+ *  finite, do not take part. With setCameraIndices() points are told apart by camera; with setFrame() representatives are
+ *  weighed with V. Colours, intensities and normals are averaged with the shares of eq. 11, those that are not finite left out; the output's
+ *  confidence is ω, its view_count the number of cameras that it is from and its camera_mask their bits (see PointCameras); all other
+ *  fields, and normals of which none is known, are those of the representative with the largest share. With extract_removed_indices, the removed indices are those of the points that represent no output
+ *  point.
+ *
+ *  Filtering is for one thread at a time, which is checked: a second one gets a pcl::PCLException. Objects share nothing: several may be used at once, by a thread each. */
+template <typename PointT, typename Device = device::Host>
+class AdaptiveHashFusion;
+
+/** \brief On the CPU. \copydetails AdaptiveHashFusion */
+template <typename PointT>
+class AdaptiveHashFusion<PointT, device::Host> : public pcl::Filter<PointT> {
+ public:
+  ///@{
+  /** \brief As in every PCL filter. */
+  using PointCloud = typename pcl::Filter<PointT>::PointCloud;
+  using Ptr = pcl::shared_ptr<AdaptiveHashFusion>;
+  using ConstPtr = pcl::shared_ptr<const AdaptiveHashFusion>;
+  ///@}
+
+  /** \param extract_removed_indices whether getRemovedIndices() is filled; costs a list of indices */
+  explicit AdaptiveHashFusion(bool extract_removed_indices = false) : pcl::Filter<PointT>(extract_removed_indices) {
+    this->filter_name_ = "AdaptiveHashFusion";
+  }
+
+  /** \brief Copied. \throws pcl::BadArgumentException for a value out of range, naming it; nothing is then changed */
+  inline void setParameters(const AggregationParameters& parameters);
+  /** \brief What setParameters() set, or the defaults. */
+  const AggregationParameters& getParameters() const { return parameters_; }
+
+  /** \brief Which camera each point of the input cloud came from: as many as the cloud has points; empty, the default:
+   *  all from camera 0. Copied. */
+  void setCameraIndices(const std::vector<std::uint32_t>& cameras) { cameras_ = cameras; }
+
+  /** \brief Weigh with V over this frame, whose cameras setCameraIndices() counts. The frame is copied, its images are
+   *  not: they must outlive filter(). Never called, or with a frame without cameras: V = 1.
+   *  \throws pcl::BadArgumentException for a parameter out of range, or a frame that contradicts itself */
+  inline void setFrame(const RigFrame& frame, const ConsistencyParameters& parameters = {});
+
+  /** \brief What of that frame's depth counts as measured. \throws pcl::BadArgumentException for a value out of range */
+  inline void setPreprocessing(const PreprocessingParameters& parameters);
+
+  /** \brief Write ω into PointT's intensity, if it has one, in place of the mean intensity; default off. */
+  void setWeightInIntensity(bool weight) { weight_in_intensity_ = weight; }
+
+  /** \brief Threads to use; 0, the default, is one per core. */
+  void setNumberOfThreads(unsigned int threads) { threads_ = static_cast<int>(threads); }
+
+ protected:
+  using pcl::Filter<PointT>::input_;
+  using pcl::Filter<PointT>::indices_;
+  using pcl::Filter<PointT>::removed_indices_;
+
+  /** \throws pcl::PCLException for a point more than 2^20 cells from the origin
+   *  \throws pcl::BadArgumentException if the camera indices do not fit the cloud or the frame */
+  inline void applyFilter(PointCloud& output) override;
+
+  /** \brief Section 5 for points in the world frame, camera after camera: the step that another device replaces.
+   *  \param points positions and C  \param cameras of each point  \param agreeing receives of each fused point cameraBit() of the cameras
+   *  that agree with it, those of its representatives or not among them; may be left empty where no view is asked
+   *  \return fused points, whose sources are numbers of points */
+  inline virtual std::vector<FusedPoint> fusePoints(const std::vector<WeightedPoint>& points,
+                                                    const std::vector<std::uint32_t>& cameras,
+                                                    std::vector<std::uint64_t>& agreeing);
+
+  AggregationParameters parameters_;       ///< see setParameters()
+  std::optional<RigFrame> frame_;          ///< see setFrame()
+  ConsistencyParameters consistency_;      ///< see setFrame()
+  PreprocessingParameters preprocessing_;  ///< see setPreprocessing()
+  int threads_{0};                         ///< see setNumberOfThreads()
+  bool weight_in_intensity_{false};        ///< see setWeightInIntensity()
+  detail::OneThread one_thread_;           ///< who filters asks it
+
+ private:
+  std::vector<std::uint32_t> cameras_;
+};
+
+}  // namespace fuse_flow
+
+#include <fuse_flow/impl/filters/adaptive_hash_fusion.hpp>

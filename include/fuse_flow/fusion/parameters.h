@@ -1,0 +1,62 @@
+#pragma once
+
+#include <fuse_flow/math/adaptive_hash.h>
+#include <fuse_flow/math/confidence.h>
+#include <fuse_flow/math/consistency.h>
+#include <fuse_flow/math/smoothing.h>
+#include <fuse_flow/sensors/preprocessing.h>
+
+#include <Eigen/Geometry>
+
+#include <optional>
+
+namespace fuse_flow {
+
+/** \brief Everything that decides what a frame is fused into. The defaults are what measured best; see
+ *  doc/parameters.md. */
+struct FuseFlowParameters {
+  PreprocessingParameters preprocessing;  ///< raw depth to metres
+  /** \brief D^r of eq. 8. The confidence of eq. 3 and the distances of eq. 6 are taken from the measured depth, points,
+   *  colours and normals from the refined one. */
+  SmoothingParameters smoothing;
+  ConfidenceParameters confidence;    ///< eq. 3 and 9
+  ConsistencyParameters consistency;  ///< eq. 4–7
+  AggregationParameters aggregation;  ///< section 5
+  /** \brief Measure how noisy each view is, and scale the axial noise of the confidence parameters by it, frame by frame;
+   *  off: the sensor is as noisy as those say. */
+  bool adapt_noise{true};
+  /** \brief Axial noise at which a measurement weighs half as much as an exact one, metres; [0, 10], 0: noise does not weigh.
+   *  See noiseWeight(); C of eq. 10 is multiplied by it after the gate of eq. 9. */
+  float half_weight_noise{0.025f};
+  /** \brief Measurements with more axial noise than this are dropped, metres; [0, 10], 0: none is. Smoothing cannot bring them
+   *  near to the surface: they are what a noisy sensor leaves beside it. */
+  float max_noise{0.07f};
+  /** \brief Of the eight pixels around a measurement so many must pass the gate of eq. 9 too and continue its surface, see
+   *  surfaceSupport(), or it is dropped: what sensors measure beside an edge, between one surface and another, lies alone; 0 … 8, 0: none must. Up to 3 the
+   *  corners of surfaces stay. Without measurement confidence none must. */
+  int min_support{3};
+  /** \brief Measurements to which DepthView::confidence gives less than this are dropped; [0, 1], 0: only those to which it gives none. The
+   *  gate of eq. 9 looks at C of eq. 3 alone; what passes both weighs C times the given confidence. */
+  float min_confidence{0.5f};
+  /** \brief MF of the paper's ablation; off: C = 1 wherever there is a measurement, whatever its noise and what is around it, times the view's own
+   *  confidence. */
+  bool use_measurement_confidence{true};
+  /** \brief DC; off: V = 1. */
+  bool use_distance_consistency{true};
+  /** \brief SA; off: point-wise fusion, one output point for each pixel that passes the gate. */
+  bool use_spatial_hash{true};
+  /** \brief Points outside are dropped, before the fusion and, where other views confirm that they lie outside, after it: no fused point
+   *  lies outside; world frame, metres. */
+  std::optional<Eigen::AlignedBox3f> crop_box;
+
+  /** \brief The forms of eq. 3, 6, 7 and of the representatives as the paper prints them; doc/parameters.md says how what it leaves open is
+   *  settled. */
+  static FuseFlowParameters published();
+};
+
+/** \brief Throws pcl::BadArgumentException naming the parameter and its value if one is out of its range. */
+inline void checkParameters(const FuseFlowParameters& parameters);
+
+}  // namespace fuse_flow
+
+#include <fuse_flow/impl/fusion/parameters.hpp>

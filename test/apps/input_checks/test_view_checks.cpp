@@ -1,0 +1,206 @@
+#include "input_checks/color_check.h"
+#include "input_checks/view_overlap.h"
+#include "recordings/unknown_keys.h"
+
+#include "../recordings/io_fixture.h"
+#include "../recordings/room.h"
+
+namespace {
+
+using namespace io_test;
+
+/** \brief Views of the room in memory. */
+struct RoomFrame {
+  io::LoadedFrame frame;
+
+  void add(const std::string& name, const RoomView& view) {
+    Camera camera;
+    camera.name = name;
+    camera.intrinsics = {view.width,
+                         view.height,
+                         static_cast<float>(view.fx),
+                         static_cast<float>(view.fy),
+                         static_cast<float>(view.cx),
+                         static_cast<float>(view.cy),
+                         {}};
+    camera.T_world_camera = view.T_world_camera;
+    io::LoadedView images;
+    images.depth32.resize(view.width, view.height);
+    images.color.resize(view.width, view.height);
+    for (int v = 0; v < view.height; ++v)
+      for (int u = 0; u < view.width; ++u) {
+        images.depth32.at(u, v) = static_cast<float>(view.depth(u, v));
+        images.color.at(u, v) = view.color(u, v);
+      }
+    frame.rig.cameras.push_back(camera);
+    frame.images.push_back(std::move(images));
+    attach();
+  }
+  void attach() {
+    frame.rig.views.assign(frame.images.size(), {});
+    for (std::size_t i = 0; i < frame.images.size(); ++i) {
+      frame.rig.views[i].depth32 = frame.images[i].depth32.view();
+      frame.rig.views[i].color = frame.images[i].color.view();
+      frame.rig.views[i].confidence = frame.images[i].confidence.view();
+    }
+  }
+};
+
+bool mentions(const std::vector<std::string>& lines, const std::vector<std::string>& words) {
+  for (const std::string& line : lines) {
+    bool all = true;
+    for (const std::string& word : words) all = all && line.find(word) != std::string::npos;
+    if (all) return true;
+  }
+  return false;
+}
+
+TEST(ColorCheck, FramesWithoutColourAreCounted) {
+  RoomFrame room;
+  room.add("left", levelView());
+  room.add("right", cornerView());
+  io::ColorCheck check;
+  check.look(room.frame.rig);
+  EXPECT_TRUE(check.complaints().empty());
+  room.frame.rig.views[1].color = {};
+  check.look(room.frame.rig);
+  check.look(room.frame.rig);
+  ASSERT_EQ(check.complaints().size(), 1u);
+  EXPECT_TRUE(mentions(check.complaints(), {"'right'", "no colour in 2 of 3 frames"}));
+}
+
+TEST(ColorCheck, ARecordingWithoutAnyColourIsNoMistake) {
+  RoomFrame room;
+  room.add("left", levelView());
+  room.frame.rig.views[0].color = {};
+  io::ColorCheck check;
+  check.look(room.frame.rig);
+  EXPECT_TRUE(check.complaints().empty());
+}
+
+TEST(ColorCheck, ATranslationInMillimetresIsNamed) {
+  RoomFrame room;
+  room.add("left", levelView());
+  Camera& camera = room.frame.rig.cameras[0];
+  camera.color = ColorCamera{camera.intrinsics, Eigen::Isometry3d::Identity()};
+  camera.color->T_depth_color.translation().x() = 0.032;
+  io::ColorCheck right, wrong;
+  right.look(room.frame.rig);
+  EXPECT_TRUE(right.complaints().empty());
+  camera.color->T_depth_color.translation().x() = 32;
+  wrong.look(room.frame.rig);
+  EXPECT_TRUE(mentions(wrong.complaints(), {"'left'", "none of its points", "32 m long", "metres"}));
+}
+
+TEST(ConfidenceCheck, ALargestValueFarBelowTheTypesIsNamedWithTheScaleThatWouldBeRight) {
+  RoomFrame room;
+  room.add("phone", levelView());
+  io::LoadedView& images = room.frame.images[0];
+  images.confidence.resize(64, 48);
+  for (int v = 0; v < 48; ++v)
+    for (int u = 0; u < 64; ++u) images.confidence.at(u, v) = (u + v) % 2 == 0 ? 1 / 255.0f : 2 / 255.0f;
+  images.assumed_confidence_step = 1 / 255.0f;
+  room.attach();
+  io::ConfidenceCheck check(0.5f);
+  check.look(room.frame);
+  EXPECT_TRUE(mentions(check.complaints(), {"'phone'", "has 2 as the largest value", "of 255", "must be 0.5"}));
+  images.assumed_confidence_step = 0;  // somebody has said the scale
+  io::ConfidenceCheck said(0);
+  said.look(room.frame);
+  EXPECT_TRUE(said.complaints().empty());
+  images.assumed_confidence_step = 1 / 255.0f;
+  images.confidence.at(0, 0) = 0.6f;
+  io::ConfidenceCheck sure(0);
+  sure.look(room.frame);
+  EXPECT_TRUE(sure.complaints().empty());
+}
+
+TEST(ConfidenceCheck, ACameraMostOfWhoseMeasurementsAreDroppedIsNamed) {
+  RoomFrame room;
+  room.add("network", levelView());
+  io::LoadedView& images = room.frame.images[0];
+  images.confidence.resize(64, 48);
+  for (int v = 0; v < 48; ++v)
+    for (int u = 0; u < 64; ++u) images.confidence.at(u, v) = u < 40 ? 0.45f : 0.9f;
+  room.attach();
+  io::ConfidenceCheck strict(0.5f), lenient(0.45f);
+  strict.look(room.frame);
+  lenient.look(room.frame);
+  EXPECT_TRUE(mentions(strict.complaints(), {"'network'", "63 % of its measurements", "0.5", "--min-confidence"}));
+  EXPECT_TRUE(lenient.complaints().empty());
+  for (int v = 0; v < 48; ++v)
+    for (int u = 30; u < 40; ++u) images.confidence.at(u, v) = 0.9f;
+  io::ConfidenceCheck half(0.5f);
+  half.look(room.frame);
+  EXPECT_TRUE(half.complaints().empty()) << "fewer than half";
+  std::fill(images.confidence.data.begin(), images.confidence.data.end(), 0.0f);
+  io::ConfidenceCheck none(0);
+  none.look(room.frame);
+  EXPECT_TRUE(mentions(none.complaints(), {"'network'", "100 % of its measurements", "confidence is 0"}));
+}
+
+const PreprocessingParameters kRange;
+
+TEST(ViewOverlap, OfTheSameViewTwiceIsAllAndAgrees) {
+  RoomFrame room;
+  room.add("a", cornerView());
+  room.add("b", cornerView());
+  for (const io::CameraOverlap& camera : io::viewOverlap(room.frame.rig, kRange)) {
+    EXPECT_GT(camera.points, 500u);
+    EXPECT_EQ(camera.seen, camera.points);
+    EXPECT_EQ(camera.agreed, camera.points);
+  }
+}
+
+TEST(ViewOverlap, OfCamerasThatLookAwayFromEachOtherIsNone) {
+  RoomFrame room;
+  RoomView away = levelView();
+  away.T_world_camera.rotate(Eigen::AngleAxisd(3.14159265, Eigen::Vector3d::UnitY()));
+  RoomView narrow = levelView();
+  away.fx = away.fy = narrow.fx = narrow.fy = 60;
+  room.add("a", narrow);
+  room.add("b", away);
+  for (const io::CameraOverlap& camera : io::viewOverlap(room.frame.rig, kRange)) EXPECT_EQ(camera.seen, 0u);
+  io::OverlapCheck check(kRange);
+  check.look(room.frame.rig);
+  EXPECT_TRUE(mentions(check.complaints(), {"'a'", "0 % of its points"}));
+  EXPECT_TRUE(mentions(check.complaints(), {"'b'", "0 % of its points"}));
+}
+
+TEST(OverlapCheck, ARigThatAgreesIsNotNamed) {
+  RoomFrame room;
+  room.add("a", levelView());
+  room.add("b", cornerView());
+  room.add("c", cornerView(3));
+  io::OverlapCheck check(kRange);
+  check.look(room.frame.rig);
+  EXPECT_TRUE(check.complaints().empty()) << check.complaints()[0];
+}
+
+TEST(OverlapCheck, PosesThatAreInvertedAreNamedWithTheConventionThatAgrees) {
+  RoomFrame room;
+  RoomView aside;  // along the world's y
+  aside.T_world_camera.linear() << 1, 0, 0, 0, 0, 1, 0, -1, 0;
+  aside.T_world_camera.translation() << 0.9, -1.0, 1.1;
+  room.add("a", cornerView());
+  room.add("b", aside);
+  room.add("c", levelView());
+  io::OverlapCheck right(kRange);
+  right.look(room.frame.rig);
+  EXPECT_TRUE(right.complaints().empty());
+  for (Camera& camera : room.frame.rig.cameras) camera.T_world_camera = camera.T_world_camera.inverse();
+  io::OverlapCheck check(kRange);
+  check.look(room.frame.rig);
+  EXPECT_TRUE(mentions(check.complaints(), {"--pose-convention world_to_camera"}))
+      << testing::PrintToString(check.complaints());
+}
+
+TEST(UnknownKeys, TheNameThatWasMeantIsOneThatDiffersInALetterOrTwo) {
+  const std::vector<std::string> known{"distortion", "depth_scale", "fx", "fy"};
+  EXPECT_EQ(io::likelyMeant("distorsion", known), "distortion");
+  EXPECT_EQ(io::likelyMeant("depthScale", known), "depth_scale");
+  EXPECT_EQ(io::likelyMeant("serial_number", known), "");
+  EXPECT_EQ(io::likelyMeant("fps", known, {{"fps", "frames_per_second"}}), "frames_per_second");
+}
+
+}  // namespace

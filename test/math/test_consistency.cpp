@@ -1,0 +1,240 @@
+#include <fuse_flow/filters/multi_view_consistency.h>
+#include <fuse_flow/math/consistency.h>
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <vector>
+
+namespace {
+
+using namespace fuse_flow;
+
+ConsistencyParameters form(OcclusionForm occlusion, DistanceForm distance) {
+  ConsistencyParameters p;
+  p.occlusion = occlusion;
+  p.distance = distance;
+  p.sigma = 0.02f;
+  return p;
+}
+
+float V(const ConsistencyParameters& p, const std::vector<ViewOpinion>& opinions) {
+  Consistency c;
+  for (const ViewOpinion& opinion : opinions) c.add(opinion);
+  return consistency(p, c);
+}
+
+TEST(ViewOpinion, AlongTheRayOnlyDepthCounts) {
+  const ConsistencyParameters p = form(OcclusionForm::OcclusionAware, DistanceForm::AlongRay);
+  // 20 mm behind the measurement and 30 mm beside the ray: (20/20)².
+  const ViewOpinion opinion = viewOpinion(p, {0.03f, 0, 1.02f}, {0, 0}, 1.0f);
+  EXPECT_EQ(opinion.verdict, ViewOpinion::Distance);
+  EXPECT_NEAR(opinion.squared_distance, 1.0f, 1e-4f);
+}
+
+TEST(ViewOpinion, TheEuclideanDistanceIncludesWhatIsSideways) {
+  const ConsistencyParameters p = form(OcclusionForm::OcclusionAware, DistanceForm::Euclidean);
+  // Q = (0.5, 0, 1); the point is 20 mm behind and 30 mm beside: (20² + 30²) / 20².
+  const ViewOpinion opinion = viewOpinion(p, {0.53f, 0, 1.02f}, {0.5f, 0}, 1.0f);
+  EXPECT_EQ(opinion.verdict, ViewOpinion::Distance);
+  EXPECT_NEAR(opinion.squared_distance, 3.25f, 1e-3f);
+}
+
+TEST(ViewOpinion, APointFarBehindTheMeasurementIsHidden) {
+  const ConsistencyParameters p = form(OcclusionForm::OcclusionAware, DistanceForm::AlongRay);
+  EXPECT_EQ(viewOpinion(p, {0, 0, 1.049f}, {}, 1.0f).verdict, ViewOpinion::Distance);  // 2.45 σ
+  EXPECT_EQ(viewOpinion(p, {0, 0, 1.051f}, {}, 1.0f).verdict, ViewOpinion::Hidden);    // 2.55 σ
+  EXPECT_EQ(viewOpinion(p, {0, 0, 9.0f}, {}, 1.0f).verdict, ViewOpinion::Hidden);
+}
+
+TEST(ViewOpinion, APointFarBeforeTheMeasurementIsSeenThrough) {
+  const ConsistencyParameters p = form(OcclusionForm::OcclusionAware, DistanceForm::AlongRay);
+  EXPECT_EQ(viewOpinion(p, {0, 0, 0.951f}, {}, 1.0f).verdict, ViewOpinion::Distance);
+  EXPECT_EQ(viewOpinion(p, {0, 0, 0.949f}, {}, 1.0f).verdict, ViewOpinion::SeenThrough);
+}
+
+TEST(ViewOpinion, AsPublishedEveryViewCountsHoweverFarOff) {
+  const ConsistencyParameters p = form(OcclusionForm::Published, DistanceForm::AlongRay);
+  const ViewOpinion behind = viewOpinion(p, {0, 0, 1.2f}, {}, 1.0f);
+  EXPECT_EQ(behind.verdict, ViewOpinion::Distance);
+  EXPECT_NEAR(behind.squared_distance, 100.0f, 1e-2f);
+  const ViewOpinion before = viewOpinion(p, {0, 0, 0.8f}, {}, 1.0f);
+  EXPECT_EQ(before.verdict, ViewOpinion::Distance);
+  EXPECT_NEAR(before.squared_distance, 100.0f, 1e-2f);
+}
+
+TEST(ConsistencySigma, IsAtLeastTheNoiseOfTheMeasurement) {
+  ConsistencyParameters p;
+  p.sigma = 0.02f;
+  p.sigma_per_noise = 2.0f;
+  EXPECT_FLOAT_EQ(consistencySigma(p, 0.0f), 0.02f);
+  EXPECT_FLOAT_EQ(consistencySigma(p, 0.009f), 0.02f);
+  EXPECT_FLOAT_EQ(consistencySigma(p, 0.025f), 0.05f);
+  p.sigma_per_noise = 0;
+  EXPECT_FLOAT_EQ(consistencySigma(p, 1.0f), 0.02f);
+}
+
+TEST(ConsistencySigma, OfTheMeasuredDepthScalesTheDistance) {
+  ConsistencyParameters p = form(OcclusionForm::OcclusionAware, DistanceForm::AlongRay);
+  EXPECT_NEAR(viewOpinion(p, {0, 0, 2.05f}, {}, 2.0f, 0.05f).squared_distance, 1.0f, 1e-4f);
+}
+
+TEST(Consistency, IsOneWithoutAnyView) { EXPECT_EQ(V({}, {}), 1.0f); }
+
+TEST(Consistency, IsOneOverEAtADistanceOfSigma) {
+  EXPECT_FLOAT_EQ(V({}, {{ViewOpinion::Distance, 1.0f}}), std::exp(-1.0f));
+}
+
+TEST(Consistency, AveragesTheSquaredDistancesOfTheViews) {
+  // (0 + 1 + 5) / 3 = 2.
+  EXPECT_FLOAT_EQ(V({}, {{ViewOpinion::Distance, 0.0f}, {ViewOpinion::Distance, 1.0f}, {ViewOpinion::Distance, 5.0f}}),
+                  std::exp(-2.0f));
+}
+
+TEST(Consistency, SkipsViewsThatThePointIsHiddenFrom) {
+  EXPECT_EQ(V({}, {{ViewOpinion::Hidden, 0.0f}}), 1.0f);
+  EXPECT_FLOAT_EQ(V({}, {{ViewOpinion::Hidden, 0.0f}, {ViewOpinion::Distance, 1.0f}}), std::exp(-1.0f));
+  Consistency c;
+  c.add({ViewOpinion::Hidden, 0.0f});
+  EXPECT_EQ(c.views(), 0);
+}
+
+TEST(Consistency, PenalisesEachViewThatHasSeenThroughHoweverManyAgree) {
+  ConsistencyParameters p;
+  p.free_space_penalty = 0.25f;
+  EXPECT_FLOAT_EQ(V(p, {{ViewOpinion::SeenThrough, 0.0f}}), 0.25f);
+  EXPECT_FLOAT_EQ(V(p, {{ViewOpinion::SeenThrough, 0.0f}, {ViewOpinion::SeenThrough, 0.0f}}), 0.0625f);
+  EXPECT_FLOAT_EQ(V(p, {{ViewOpinion::SeenThrough, 0.0f},
+                        {ViewOpinion::Distance, 1.0f},
+                        {ViewOpinion::Distance, 1.0f},
+                        {ViewOpinion::Distance, 1.0f}}),
+                  0.25f * std::exp(-1.0f));
+}
+
+/** \brief Two cameras side by side, 0.4 m apart, facing a wall at z = 2 m. */
+class TwoCamerasFacingAWall : public ::testing::Test {
+ protected:
+  TwoCamerasFacingAWall() {
+    for (int i = 0; i < 2; ++i) {
+      Camera camera;
+      camera.name = i == 0 ? "left" : "right";
+      camera.intrinsics.width = 41;
+      camera.intrinsics.height = 31;
+      camera.intrinsics.fx = camera.intrinsics.fy = 40;
+      camera.intrinsics.cx = 20;
+      camera.intrinsics.cy = 15;
+      camera.T_world_camera.translation().x() = 0.4 * i;
+      frame.cameras.push_back(camera);
+      DepthView view;
+      view.depth32 = {wall.data(), 41, 31};
+      frame.views.push_back(view);
+    }
+    parameters.sigma = 0.02f;
+  }
+
+  /** \brief V of one point. */
+  float V(float x, float y, float z, int source = 0) {
+    const auto cloud = std::make_shared<pcl::PointCloud<pcl::PointXYZ>>();
+    cloud->push_back({x, y, z});
+    MultiViewConsistency<pcl::PointXYZ> filter;
+    filter.setFrame(frame, source);
+    filter.setParameters(parameters);
+    filter.setInputCloud(cloud);
+    pcl::Indices kept;
+    filter.filter(kept);
+    views = filter.getViewCounts().at(0);
+    return filter.getConsistency().at(0);
+  }
+
+  const std::vector<float> wall = std::vector<float>(41 * 31, 2.0f);
+  RigFrame frame;
+  ConsistencyParameters parameters;
+  int views{-1};
+};
+
+TEST_F(TwoCamerasFacingAWall, APointOnTheWallIsFullyConsistent) {
+  EXPECT_NEAR(V(0.1f, 0.05f, 2.0f), 1.0f, 1e-5f);
+  EXPECT_EQ(views, 1);
+}
+
+TEST_F(TwoCamerasFacingAWall, APointOneSigmaOffTheWallHasOneOverE) {
+  EXPECT_NEAR(V(0.1f, 0.05f, 2.02f), std::exp(-1.0f), 1e-4f);
+  EXPECT_EQ(views, 1);
+  EXPECT_NEAR(V(0.1f, 0.05f, 1.98f), std::exp(-1.0f), 1e-4f);
+  EXPECT_EQ(views, 1);
+}
+
+TEST_F(TwoCamerasFacingAWall, APointFarBehindTheWallIsHiddenAndNobodyJudgesIt) {
+  EXPECT_EQ(V(0.1f, 0.05f, 3.0f), 1.0f);
+  EXPECT_EQ(views, 0);
+}
+
+TEST_F(TwoCamerasFacingAWall, APointFarBeforeTheWallIsSeenThrough) {
+  EXPECT_FLOAT_EQ(V(0.1f, 0.05f, 1.5f), parameters.free_space_penalty);
+  EXPECT_EQ(views, 1);
+}
+
+TEST_F(TwoCamerasFacingAWall, APointOutsideTheOtherImageIsJudgedByNobody) {
+  // The right image reaches from x = 0.4 − 2 · 20.5/40 = −0.625 at the wall.
+  EXPECT_EQ(V(-0.7f, 0, 1.5f), 1.0f);
+  EXPECT_EQ(views, 0);
+}
+
+TEST_F(TwoCamerasFacingAWall, APointBehindTheCamerasIsJudgedByNobody) {
+  EXPECT_EQ(V(0.1f, 0, -2.0f), 1.0f);
+  EXPECT_EQ(views, 0);
+}
+
+TEST_F(TwoCamerasFacingAWall, WithoutASourceCameraAllViewsAreAsked) {
+  EXPECT_NEAR(V(0.1f, 0.05f, 2.02f, -1), std::exp(-1.0f), 1e-4f);
+  EXPECT_EQ(views, 2);
+  EXPECT_FLOAT_EQ(V(0.1f, 0.05f, 1.5f, -1), parameters.free_space_penalty * parameters.free_space_penalty);
+}
+
+TEST_F(TwoCamerasFacingAWall, AMissingViewSaysNothing) {
+  frame.views[1] = {};
+  EXPECT_EQ(V(0.1f, 0.05f, 1.5f), 1.0f);
+  EXPECT_EQ(views, 0);
+}
+
+TEST_F(TwoCamerasFacingAWall, AHoleInTheOtherDepthImageSaysNothing) {
+  const std::vector<float> holes(41 * 31, 0.0f);
+  frame.views[1].depth32 = {holes.data(), 41, 31};
+  EXPECT_EQ(V(0.1f, 0.05f, 1.5f), 1.0f);
+  EXPECT_EQ(views, 0);
+}
+
+TEST_F(TwoCamerasFacingAWall, AsPublishedAPointBehindTheWallIsPunishedForBeingHidden) {
+  parameters.occlusion = OcclusionForm::Published;
+  EXPECT_NEAR(V(0.1f, 0.05f, 2.06f), std::exp(-9.0f), 1e-6f);  // 3 σ
+  EXPECT_EQ(views, 1);
+}
+
+TEST_F(TwoCamerasFacingAWall, TheEuclideanDistanceFallsBackToTheDepthDifferenceAtAPixelCentre) {
+  parameters.distance = DistanceForm::Euclidean;
+  // On the right camera's optical axis: Q = (0.4, 0, 2), nothing is sideways.
+  EXPECT_NEAR(V(0.4f, 0, 2.02f), std::exp(-1.0f), 1e-4f);
+  // 15 mm sideways still falls on that pixel, whose neighbours are 50 mm off: d² = 20² + 15².
+  EXPECT_NEAR(V(0.415f, 0, 2.02f), std::exp(-625.0f / 400.0f), 1e-4f);
+}
+
+TEST_F(TwoCamerasFacingAWall, ARigidMotionOfTheWholeSceneChangesNothing) {
+  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+  T.linear() = Eigen::AngleAxisd(1.1, Eigen::Vector3d(1, 2, -1).normalized()).toRotationMatrix();
+  T.translation() << 3, -2, 1;
+  for (Camera& camera : frame.cameras) camera.T_world_camera = T * camera.T_world_camera;
+  const Eigen::Vector3f p = (T * Eigen::Vector3d(0.1, 0.05, 2.02)).cast<float>();
+  EXPECT_NEAR(V(p.x(), p.y(), p.z()), std::exp(-1.0f), 1e-3f);
+}
+
+TEST_F(TwoCamerasFacingAWall, NoMoreThanTheAllowedNumberOfOtherViewsIsAsked) {
+  frame.cameras.push_back(frame.cameras[1]);
+  frame.views.push_back(frame.views[1]);
+  V(0.1f, 0.05f, 2.0f);
+  EXPECT_EQ(views, 2);
+  parameters.max_views = 2;
+  V(0.1f, 0.05f, 2.0f);
+  EXPECT_EQ(views, 1);
+}
+
+}  // namespace
