@@ -30,10 +30,10 @@ const std::map<std::string, int> kLevels = {{"math", 0},    {"host", 1},   {"run
 Header headerOf(const std::string& include) {
   Header header{"include", ""};
   std::string rest = include.substr(std::string("fuse_flow/").size());
-  for (const std::string root : {"impl", "gpu"})
-    if (rest.rfind(root + "/", 0) == 0) {
-      header.root = root;
-      rest = rest.substr(root.size() + 1);
+  for (const std::string folder : {"impl", "gpu"})
+    if (rest.rfind(folder + "/", 0) == 0) {
+      header.root = folder;
+      rest = rest.substr(folder.size() + 1);
     }
   const std::size_t slash = rest.find('/');
   if (slash != std::string::npos) header.room = rest.substr(0, slash);
@@ -54,12 +54,12 @@ bool mayInclude(const Header& from, const Header& to, bool at_the_end) {
 TEST(Rooms, IncludesPointFromWhatFusesToWhatItStandsOn) {
   const std::regex include("#include <(fuse_flow/[^>]+)>");
   std::size_t includes = 0;
-  for (const std::string root : {"include", "impl", "gpu"})
-    for (const fs::directory_entry& entry : fs::recursive_directory_iterator(kRoot / root)) {
+  for (const std::string folder : {"include", "impl", "gpu"})
+    for (const fs::directory_entry& entry : fs::recursive_directory_iterator(kRoot / folder)) {
       if (!entry.is_regular_file() || entry.path().extension() == ".md") continue;
-      const std::string name = fs::relative(entry.path(), kRoot / root).generic_string();
+      const std::string name = fs::relative(entry.path(), kRoot / folder).generic_string();
       const Header from = headerOf(name);
-      ASSERT_EQ(from.root, root) << name;
+      ASSERT_EQ(from.root, folder) << name;
       ASSERT_TRUE(from.room.empty() || kLevels.count(from.room) == 1) << name << " is in a room of no level";
       std::ifstream file(entry.path());
       bool code = false;
@@ -68,15 +68,15 @@ TEST(Rooms, IncludesPointFromWhatFusesToWhatItStandsOn) {
         if (line.rfind("namespace", 0) == 0) code = true;
         if (!std::regex_search(line, match, include) || line.rfind("#include", 0) != 0) continue;
         ++includes;
-        EXPECT_TRUE(mayInclude(from, headerOf(match[1]), code)) << root << "/" << name << " includes " << match[1];
+        EXPECT_TRUE(mayInclude(from, headerOf(match[1]), code)) << folder << "/" << name << " includes " << match[1];
       }
     }
   EXPECT_GT(includes, 400u);
 }
 
 TEST(Rooms, NoneHoldsMoreThanATwentyOddFiles) {
-  for (const std::string root : {"include", "impl", "gpu"})
-    for (const fs::directory_entry& entry : fs::recursive_directory_iterator(kRoot / root)) {
+  for (const std::string folder : {"include", "impl", "gpu"})
+    for (const fs::directory_entry& entry : fs::recursive_directory_iterator(kRoot / folder)) {
       if (!entry.is_directory()) continue;
       std::size_t files = 0;
       for (const fs::directory_entry& inside : fs::directory_iterator(entry.path()))
