@@ -110,7 +110,7 @@ TEST(Documentation, EveryBlockIsOfALanguageThatIsChecked) {
 
 TEST(Documentation, TheSamplesAreAsShortAsTheReadmeSays) {
   for (const char* sample : {"sample_pcl_pipeline.cpp", "sample_visualize.cpp", "sample_live.cpp"}) {
-    std::ifstream stream(root / "apps" / sample);
+    std::ifstream stream(root / "apps/samples" / sample);
     int lines = 0;
     for (std::string line; std::getline(stream, line);) ++lines;
     EXPECT_TRUE(lines > 10 && lines < 100) << sample << " has " << lines << " lines";
