@@ -34,7 +34,7 @@ apt_install() {  # apt_install AS_ROOT PACKAGE…, where AS_ROOT is a command, o
 }
 
 install_missing() {
-  command -v dpkg-query > /dev/null || fail "this script installs with apt; elsewhere see 'Requirements' in the README"
+  command -v dpkg-query > /dev/null || fail "this script installs with apt; elsewhere see doc/building.md"
   local missing=() package sudo=
   if [ "$(id -u)" -ne 0 ]; then sudo=sudo; fi
   for package in "${packages[@]}"; do installed "$package" || missing+=("$package"); done
