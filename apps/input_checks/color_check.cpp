@@ -86,7 +86,7 @@ void ConfidenceCheck::look(const LoadedFrame& frame) {
         seen.largest = std::max(seen.largest, given);
         if (!(depthAt(camera, view, u, v) > 0)) continue;
         ++seen.measured;
-        seen.dropped += givenWeight(given, min_confidence_) > 0 ? 0 : 1;
+        if (min_confidence_) seen.dropped += givenWeight(given, *min_confidence_) > 0 ? 0 : 1;
       }
   }
 }
@@ -106,8 +106,8 @@ std::vector<std::string> ConfidenceCheck::complaints() const {
     } else if (2 * seen.dropped > seen.measured) {
       line << std::lround(100.0 * static_cast<double>(seen.dropped) / static_cast<double>(seen.measured))
            << " % of its measurements dropped: their confidence is ";
-      if (min_confidence_ > 0) {
-        line << "below --min-confidence " << min_confidence_;
+      if (*min_confidence_ > 0) {
+        line << "below --min-confidence " << *min_confidence_;
       } else {
         line << "0";
       }

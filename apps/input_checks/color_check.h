@@ -2,6 +2,7 @@
 
 #include <fuse_flow/recordings/recording.h>
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -32,8 +33,8 @@ class ColorCheck {
  *  than not they count in a unit of their own. And those of whose measurements more than half are dropped for their confidence. */
 class ConfidenceCheck {
  public:
-  /** \param min_confidence FuseFlowParameters::min_confidence */
-  explicit ConfidenceCheck(float min_confidence) : min_confidence_(min_confidence) {}
+  /** \param min_confidence FuseFlowParameters::min_confidence; none where the method does not look at confidence */
+  explicit ConfidenceCheck(std::optional<float> min_confidence) : min_confidence_(min_confidence) {}
 
   void look(const LoadedFrame& frame);
   std::vector<std::string> complaints() const;
@@ -46,7 +47,7 @@ class ConfidenceCheck {
     std::size_t measured{0};  ///< pixels with depth and a confidence image
     std::size_t dropped{0};   ///< of those, with a confidence below min_confidence
   };
-  float min_confidence_;
+  std::optional<float> min_confidence_;
   std::vector<Seen> cameras_;
 };
 

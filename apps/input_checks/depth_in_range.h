@@ -9,7 +9,7 @@
 
 namespace fuse_flow::io {
 
-/** \brief Finds the cameras nearly none of whose depth is in range, in none of their images: more often than not their unit is wrong. */
+/** \brief Finds cameras whose depth is nearly all out of range, in each of their images: more often than not their unit is wrong. */
 class DepthInRange {
  public:
   explicit DepthInRange(const PreprocessingParameters& range) : range_(range) {}

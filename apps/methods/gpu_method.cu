@@ -1,3 +1,4 @@
+#include "methods/fusion_method.h"
 #include "methods/fusion_with_normals.h"
 #include "methods/gpu_method.h"
 
@@ -18,25 +19,6 @@ template class fuse_flow::AdaptiveHashFusion<fuse_flow::PointFused, fuse_flow::d
 template class fuse_flow::FuseFlow<pcl::PointXYZ>;
 
 namespace fuse_flow::io {
-namespace {
-
-class GpuFusion : public Method {
- public:
-  explicit GpuFusion(const MethodOptions& options) {
-    fusion_.setParameters(options.parameters);
-    fusion_.setNumberOfThreads(options.threads);
-  }
-  void fuse(const RigFrame& frame, Cloud& output) override {
-    fusion_.fuse(frame, output);
-    statistics_ = fusion_.getStatistics();
-  }
-
- private:
-  FuseFlow<PointFused, device::Thrust> fusion_;
-};
-
-}  // namespace
-
 bool runsOnGpu(const std::string& device) {
   if (device == "cpu") return false;
   const std::string missing = gpu::missingDevice();
@@ -46,7 +28,7 @@ bool runsOnGpu(const std::string& device) {
 
 std::unique_ptr<Method> makeGpuFusion(const MethodOptions& options) {
   if (options.normals) return std::make_unique<FusionWithNormals<FuseFlow<PointFusedNormal, device::Thrust>>>(options);
-  return std::make_unique<GpuFusion>(options);
+  return std::make_unique<FusionMethod<FuseFlow<PointFused, device::Thrust>>>(options);
 }
 
 }  // namespace fuse_flow::io

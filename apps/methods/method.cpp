@@ -1,5 +1,6 @@
 #include "methods/method.h"
 
+#include "methods/fusion_method.h"
 #include "methods/fusion_with_normals.h"
 #include "methods/gpu_method.h"
 #include "methods/instances.h"
@@ -53,21 +54,6 @@ using Clock = std::chrono::steady_clock;
 double milliseconds(Clock::time_point begin, Clock::time_point end) {
   return std::chrono::duration<double, std::milli>(end - begin).count();
 }
-
-class Fusion : public Method {
- public:
-  explicit Fusion(const MethodOptions& options) {
-    fusion_.setParameters(options.parameters);
-    fusion_.setNumberOfThreads(options.threads);
-  }
-  void fuse(const RigFrame& frame, Cloud& output) override {
-    fusion_.fuse(frame, output);
-    statistics_ = fusion_.getStatistics();
-  }
-
- private:
-  FuseFlow<PointFused> fusion_;
-};
 
 /** \brief PCL's route: every view back-projected, all in one cloud, and perhaps a grid over it. The peers see the same
  *  ranges and crop box. */
@@ -211,7 +197,7 @@ std::unique_ptr<Method> makeMethod(const std::string& name, const MethodOptions&
   if (name == "fuse_flow") {
     if (runsOnGpu(options.device)) return makeGpuFusion(options);
     if (options.normals) return std::make_unique<FusionWithNormals<FuseFlow<PointFusedNormal>>>(options);
-    return std::make_unique<Fusion>(options);
+    return std::make_unique<FusionMethod<FuseFlow<PointFused>>>(options);
   }
   if (name == "concatenate") return std::make_unique<Concatenation>(options);
   if (name == "voxel_grid") return std::make_unique<VoxelGridOfConcatenation>(options);

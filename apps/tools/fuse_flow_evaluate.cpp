@@ -293,8 +293,8 @@ int run(const Options& options) {
       << quality_table
       << (evaluator.knowsTruth()
               ? "Believe the figures against the true surface; points left as they were measured have the least E_MC.\n"
-              : "No truth is known here. Of two clouds of one recording the nearer to it has fewer violations off "
-                "silhouettes and less flicker, and mostly fewer double surfaces; a smooth surface in a wrong place "
+              : "No truth is known here. On simulated rigs clouds nearer to it mostly had fewer violations off "
+                "silhouettes and less flicker, less surely fewer double surfaces; a smooth surface in a wrong place "
                 "shows in none of them. Coverage and E_MC are best for points left as they were measured.\n")
       << std::flush;
   if (!options.json.empty()) io::writeFile(options.json, io::jsonText(json));

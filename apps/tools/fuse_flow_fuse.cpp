@@ -151,8 +151,10 @@ class Progress {
 /** \brief What is wrong with the input, though it can be read: for the end, when all of it was seen. */
 class InputChecks {
  public:
-  explicit InputChecks(const FuseFlowParameters& parameters)
-      : depth_(parameters.preprocessing), confidence_(parameters.min_confidence), overlap_(parameters.preprocessing) {}
+  InputChecks(const std::string& method, const FuseFlowParameters& parameters)
+      : depth_(parameters.preprocessing),
+        confidence_(method == "fuse_flow" ? std::optional(parameters.min_confidence) : std::nullopt),
+        overlap_(parameters.preprocessing) {}
 
   void look(const io::LoadedFrame& frame) {
     depth_.look(frame.rig);
@@ -196,7 +198,7 @@ int run(const Options& options) {
   std::set<std::string> written;
   const io::StillThere still_there(*recording);
   std::map<std::size_t, std::string> ended;  // by camera
-  InputChecks checks(options.method_options.parameters);
+  InputChecks checks(options.method, options.method_options.parameters);
   for (const std::size_t frame : frames) {
     if (io::interrupt_requested) break;
     const std::string path = outputPath(options, frame, frames.size());

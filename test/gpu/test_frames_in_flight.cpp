@@ -166,6 +166,29 @@ TEST(GpuFramesInFlight, EachHasTheParametersOfItsSubmission) {
   EXPECT_GT(first.size(), second.size());
 }
 
+TEST(GpuFramesInFlight, NormalsThatAreNotKnownAreSaidWhateverIsAskedOfTheNextFrame) {
+  using PointT = pcl::PointXYZRGBNormal;
+  Random random(44);
+  RandomFrame frame;
+  fuse_flow::FuseFlow<PointT, fuse_flow::device::Thrust> device;
+  pcl::PointCloud<PointT> alone, cloud;
+  for (int tries = 0; alone.is_dense && tries < 50; ++tries) {
+    frame.draw(random);
+    device.setComputeNormals(true);
+    device.fuse(frame.rig, alone);
+  }
+  ASSERT_FALSE(alone.is_dense) << "a frame with a normal that is not known";
+  device.submit(frame.rig);
+  device.setComputeNormals(false);
+  device.submit(frame.rig);
+  device.next(cloud);
+  EXPECT_FALSE(cloud.is_dense);
+  device.setComputeNormals(true);
+  device.next(cloud);
+  EXPECT_TRUE(cloud.is_dense) << "no normals were asked for";
+  EXPECT_EQ(cloud.size(), alone.size());
+}
+
 TEST(GpuFramesInFlight, NoMoreThanAllowed) {
   Random random(44);
   RandomFrame frame;

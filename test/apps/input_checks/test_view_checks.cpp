@@ -137,6 +137,9 @@ TEST(ConfidenceCheck, ACameraMostOfWhoseMeasurementsAreDroppedIsNamed) {
   io::ConfidenceCheck none(0);
   none.look(room.frame);
   EXPECT_TRUE(mentions(none.complaints(), {"'network'", "100 % of its measurements", "confidence is 0"}));
+  io::ConfidenceCheck of_a_method_that_does_not_look(std::nullopt);
+  of_a_method_that_does_not_look.look(room.frame);
+  EXPECT_TRUE(of_a_method_that_does_not_look.complaints().empty());
 }
 
 const PreprocessingParameters kRange;

@@ -48,6 +48,26 @@ TEST_F(Simulated, AnIdealRigIsOnTheTrueSurfaceAndDoesNotFlicker) {
   EXPECT_EQ(truth["precision_5mm"], 1.0);
 }
 
+TEST_F(Simulated, CloudsAreMeasuredTogetherAsTheyAreAlone) {
+  ASSERT_TRUE(succeeded(simulate({"--sensor", "structured_light", "--frames", "4", "-o", recording()})));
+  ASSERT_TRUE(succeeded(fuse({recording(), "-o", out("all"), "--method", "concatenate"})));
+  ASSERT_TRUE(succeeded(fuse({recording(), "-o", out("gap"), "--method", "concatenate"})));
+  ASSERT_TRUE(succeeded(fuse({recording(), "-o", out("late"), "--method", "voxel_grid", "--frames", "2:4"})));
+  fs::remove(fs::path(out("gap")) / "000001.ply");
+  const auto figures = [&](std::vector<std::string> clouds) {
+    clouds.insert(clouds.begin(), recording());
+    clouds.insert(clouds.end(), {"--json", out("figures.json")});
+    EXPECT_TRUE(succeeded(evaluate(clouds)));
+    return nlohmann::json::parse(readText(out("figures.json")));
+  };
+  const nlohmann::json together = figures({out("late"), out("all"), out("gap")});
+  for (const char* name : {"all", "gap", "late"})
+    EXPECT_EQ(figures({out(name)})[out(name)], together[out(name)]) << name;
+  EXPECT_EQ(together[out("all")]["frames"].size(), 4u);
+  EXPECT_TRUE(together[out("gap")]["frames"][1]["flicker_mm"].is_null()) << "the frame before has no cloud";
+  EXPECT_TRUE(together[out("gap")]["frames"][2]["flicker_mm"].is_number());
+}
+
 TEST_F(Simulated, ARigWrongBySomeMillimetresIsOffByAsMuch) {
   ASSERT_TRUE(succeeded(simulate({"--sensor", "ideal", "--position-error", "20", "-o", recording()})));
   ASSERT_TRUE(succeeded(fuse({recording(), "-o", out("cloud.ply"), "--method", "concatenate"})));
