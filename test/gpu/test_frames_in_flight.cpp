@@ -178,15 +178,19 @@ TEST(GpuFramesInFlight, NormalsThatAreNotKnownAreSaidWhateverIsAskedOfTheNextFra
     device.fuse(frame.rig, alone);
   }
   ASSERT_FALSE(alone.is_dense) << "a frame with a normal that is not known";
-  device.submit(frame.rig);
-  device.setComputeNormals(false);
-  device.submit(frame.rig);
-  device.next(cloud);
-  EXPECT_FALSE(cloud.is_dense);
-  device.setComputeNormals(true);
-  device.next(cloud);
-  EXPECT_TRUE(cloud.is_dense) << "no normals were asked for";
-  EXPECT_EQ(cloud.size(), alone.size());
+  for (const bool ahead : {true, false}) {
+    device.setCopyAhead(ahead);
+    device.setComputeNormals(true);
+    device.submit(frame.rig);
+    device.setComputeNormals(false);
+    device.submit(frame.rig);
+    device.next(cloud);
+    EXPECT_FALSE(cloud.is_dense);
+    device.setComputeNormals(true);
+    device.next(cloud);
+    EXPECT_TRUE(cloud.is_dense) << "no normals were asked for";
+    EXPECT_EQ(cloud.size(), alone.size());
+  }
 }
 
 TEST(GpuFramesInFlight, NoMoreThanAllowed) {
