@@ -1,6 +1,6 @@
 // The tables of doc/calibration.md: how near the truth extrinsic estimation comes, beside PCL's registration, and what it costs
 // beside the fusion. fuse_flow_calibration_bench [accuracy | accuracy-tuning | frames | multipath | floor | registration | peers | scratch | scratch-peers |
-// scratch-tuning | scratch-near-tuning | board | distortion | real | beside | knock]…; without a name all but those that are of scenes that
+// scratch-tuning | scratch-near-tuning | board | distortion | real | beside | bump]…; without a name all but those that are of scenes that
 // served tuning. Of accuracy, frames, multipath, and of the tables that begin from scratch, SCENE/RIG/SENSOR stands for one row; with /N behind it for that of N trials.
 
 #include "median.h"
@@ -19,7 +19,7 @@
 #include <fuse_flow/fuse_flow.h>
 #include <fuse_flow/impl/host/parallel.hpp>
 #include <fuse_flow/point_types.h>
-#include <fuse_flow/quality/multi_camera_consistency.h>
+#include <fuse_flow/quality/reprojection_quality.h>
 #include <fuse_flow/recordings/error.h>
 #include <fuse_flow/recordings/recording.h>
 
@@ -190,7 +190,7 @@ void frames() {
     }
 }
 
-/** \brief What it is worth to take away what light on detours adds, and to count with what is left of it. */
+/** \brief What it is worth to take away what multipath interference adds, and to count with what is left of it. */
 void multipath() {
   std::printf(
       "| scene | rig | as measured: median mm, deg | corrected | and far depth less certain "
@@ -210,7 +210,7 @@ void multipath() {
         if (done == kNothing)
           for (Camera& camera : frame.cameras) camera.multipath = {};
         ExtrinsicParameters p;
-        if (done == kCorrected) p.unknown_detours = 0;
+        if (done == kCorrected) p.residual_multipath = 0;
         Estimation estimation;
         estimation.setParameters(p);
         estimation.addFrame(frame);
@@ -615,7 +615,7 @@ void printQuality(const char* views, const char* poses, double residual, const R
   FuseFlow<PointFused> fusion;
   pcl::PointCloud<PointFused> cloud;
   fusion.fuse(frame, cloud);
-  const Quality q = multiCameraConsistency(cloud, frame);
+  const ReprojectionQuality q = reprojectionQuality(cloud, frame);
   std::printf("| %s | %s | %.2f | %.2f | %.2f %% | %.2f %% |\n", views, poses, 1000 * residual,
               1000 * q.multi_view_error, 100 * q.violationShare(), 100 * q.coverage());
 }
@@ -719,7 +719,7 @@ void beside() {
   }
 }
 
-void knock() {
+void bump() {
   std::printf(
       "| scene | rig | sensor | noticed after, frames | within 3 mm again after, frames | false alarms in 36 frames | "
       "median error at the end, mm |\n|---|---|---|---|---|---|---|\n");
@@ -728,9 +728,9 @@ void knock() {
     for (const char* rig : {"ring-4"})
       for (const std::string& sensor : {kSensors[1], kSensors[2]}) {
         simulation::SimulationOptions options = rigOf(scene, rig, sensor, 30);
-        options.faults.knock = 0.05;
-        options.faults.knock_rotation = 0.017453292519943295;
-        options.faults.knock_frame = at;
+        options.faults.bump = 0.05;
+        options.faults.bump_rotation = 0.017453292519943295;
+        options.faults.bump_frame = at;
         simulation::Simulator simulator(options);
         Tracking tracking(simulator.cameras(), 0.002);
         tracking.setNumberOfThreads(2);
@@ -779,7 +779,7 @@ int main(int argc, char** argv) {
                                                                {"distortion", distortion},
                                                                {"real", real},
                                                                {"beside", beside},
-                                                               {"knock", knock}};
+                                                               {"bump", bump}};
   const auto served_tuning = [](const std::string& name) { return name.find("-tuning") != std::string::npos; };
   std::vector<std::string> wanted;
   for (int k = 1; k < argc; ++k) {
@@ -793,7 +793,7 @@ int main(int argc, char** argv) {
           "fuse_flow_calibration_bench: '%s' is none of accuracy, accuracy-tuning, frames, multipath, floor, "
           "registration, "
           "peers, scratch, scratch-peers, scratch-tuning, scratch-near-tuning, board, distortion, real, beside, "
-          "knock\n",
+          "bump\n",
           name.c_str());
       return 2;
     }

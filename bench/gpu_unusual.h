@@ -88,8 +88,8 @@ inline void runUnusual(const Size& size, const fuse_flow::FuseFlowParameters& us
   const Room room(size.cameras, size.width, size.height);
   const ScaledRoom ordinary(room, 1), tiny(room, 0.1 / 6), vast(room, 1000.0 / 6), scattered(room, 1, true),
       empty(room, 0);
-  ScaledRoom with_detours(room, 1);
-  for (fuse_flow::Camera& camera : with_detours.frame.cameras) camera.multipath.modulation_frequency = 200e6f;
+  ScaledRoom with_multipath(room, 1);
+  for (fuse_flow::Camera& camera : with_multipath.frame.cameras) camera.multipath.modulation_frequency = 200e6f;
   const ScaledRoom small(Room(1, size.width / 2, size.height / 2), 1);
 
   FuseFlowParameters of_tiny = usual, of_vast = usual, of_scattered = usual, of_one_cell = usual;
@@ -115,7 +115,7 @@ inline void runUnusual(const Size& size, const fuse_flow::FuseFlowParameters& us
   };
   const Case cases[] = {
       {"ordinary", {&ordinary}, &usual},
-      {"corrected for light on detours", {&with_detours}, &usual},
+      {"corrected for multipath interference", {&with_multipath}, &usual},
       {"0.1 m across", {&tiny}, &of_tiny},
       {"1 km across", {&vast}, &of_vast},
       {"every pixel a coarse cell of its own", {&scattered}, &of_scattered},

@@ -67,7 +67,7 @@ MarkerRig Board::place(const std::vector<Camera>& cameras) const {
                      "; show one to two cameras at a time until all are linked");
   if (rig.residual > kContradiction)
     throw InputError("--board: corners of markers are " + number("%.1f", rig.residual) +
-                     " pixels from where they should be; were the cameras out of step while it moved?");
+                     " pixels from where they should be; were the cameras not synchronised while it moved?");
   if (rig.depth_ratio > 0 && std::fabs(rig.depth_ratio - 1) > kWrongSize)
     throw InputError("--board: markers of " + number("%g", side_) +
                      " m would lie elsewhere than depth was measured; by depth " + "their side is about " +

@@ -6,7 +6,7 @@
 
 namespace fuse_flow::command_line {
 
-void addQualityOptions(CLI::App& app, QualityParameters& parameters) {
+void addQualityOptions(CLI::App& app, ReprojectionQualityParameters& parameters) {
   app.add_option("--visibility", parameters.visibility, "largest |z - D| at which a view sees a point, m")
       ->check(lengthUpTo(10))
       ->capture_default_str();
@@ -18,7 +18,7 @@ void addQualityOptions(CLI::App& app, QualityParameters& parameters) {
       ->capture_default_str();
 }
 
-SurfaceQualityParameters surfaceParameters(const QualityParameters& parameters) {
+SurfaceQualityParameters surfaceParameters(const ReprojectionQualityParameters& parameters) {
   SurfaceQualityParameters surface;
   surface.visibility = parameters.visibility;
   surface.coverage_radius = parameters.coverage_radius;

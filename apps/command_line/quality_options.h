@@ -1,6 +1,6 @@
 #pragma once
 
-#include <fuse_flow/quality/multi_camera_consistency.h>
+#include <fuse_flow/quality/reprojection_quality.h>
 #include <fuse_flow/quality/surface_quality.h>
 
 #include <CLI/CLI.hpp>
@@ -8,9 +8,9 @@
 namespace fuse_flow::command_line {
 
 /** \brief What eq. 12 leaves open, on the command line; the ranges are left to the tool. */
-void addQualityOptions(CLI::App& app, QualityParameters& parameters);
+void addQualityOptions(CLI::App& app, ReprojectionQualityParameters& parameters);
 
 /** \brief The measures of the surface with the same visibility, radius, step and range. */
-SurfaceQualityParameters surfaceParameters(const QualityParameters& parameters);
+SurfaceQualityParameters surfaceParameters(const ReprojectionQualityParameters& parameters);
 
 }  // namespace fuse_flow::command_line

@@ -32,13 +32,12 @@ SimulationArguments::SimulationArguments(CLI::App& app) {
   given_.push_back(app.add_option("--depth-distortion", depth_distortion_mm_,
                                   "each camera bends what it measures in a way of its own, by about this at 2 m, mm")
                        ->check(nonNegativeNumber()));
-  given_.push_back(app.add_option("--knock", knock_mm_,
-                                  "from --knock-frame on the last camera stands this far from where it stood, mm")
-                       ->check(nonNegativeNumber()));
   given_.push_back(
-      app.add_option("--knock-rotation", knock_deg_, "and is turned by this, degrees")->check(nonNegativeNumber()));
+      app.add_option("--bump", bump_mm_, "from --bump-frame on the last camera stands this far from where it stood, mm")
+          ->check(nonNegativeNumber()));
   given_.push_back(
-      app.add_option("--knock-frame", options_.faults.knock_frame, "when")->check(wholeNumber(0, INT_MAX)));
+      app.add_option("--bump-rotation", bump_deg_, "and is turned by this, degrees")->check(nonNegativeNumber()));
+  given_.push_back(app.add_option("--bump-frame", options_.faults.bump_frame, "when")->check(wholeNumber(0, INT_MAX)));
   given_.push_back(
       app.add_option("--drop-rate", options_.faults.drop_rate, "share of frames that a camera loses, [0, 1]")
           ->check(numberFromTo(0, 1)));
@@ -63,8 +62,8 @@ simulation::SimulationOptions SimulationArguments::options() const {
   result.faults.rotation_error = rotation_error_deg_ * 3.14159265358979323846 / 180;
   result.faults.depth_bias = 0.001 * depth_bias_mm_;
   result.faults.depth_distortion = 0.001 * depth_distortion_mm_;
-  result.faults.knock = 0.001 * knock_mm_;
-  result.faults.knock_rotation = knock_deg_ * 3.14159265358979323846 / 180;
+  result.faults.bump = 0.001 * bump_mm_;
+  result.faults.bump_rotation = bump_deg_ * 3.14159265358979323846 / 180;
   result.faults.out_of_sync = 0.001 * out_of_sync_ms_;
   return result;
 }

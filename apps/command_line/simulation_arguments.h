@@ -32,8 +32,8 @@ class SimulationArguments {
   double rotation_error_deg_{0};
   double depth_bias_mm_{0};
   double depth_distortion_mm_{0};
-  double knock_mm_{0};
-  double knock_deg_{0};
+  double bump_mm_{0};
+  double bump_deg_{0};
   double out_of_sync_ms_{0};
   bool no_color_{false};
   std::vector<CLI::Option*> given_;

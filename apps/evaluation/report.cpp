@@ -67,7 +67,7 @@ std::string jsonText(const nlohmann::json& json) {
   return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
 }
 
-nlohmann::json qualityJson(const Quality& q) {
+nlohmann::json qualityJson(const ReprojectionQuality& q) {
   return {{"points", q.points},
           {"multi_view_points", q.multi_view_points},
           {"e_mc_mm", number(1e3 * q.error)},
@@ -103,14 +103,14 @@ std::string qualityHeader(std::size_t name_width) {
   return padded("cloud", name_width) + "    points   E_MC [mm]  E_MC, 2+ views [mm]  violations [%]  coverage [%]";
 }
 
-std::string qualityRow(const std::string& name, std::size_t name_width, const Quality& q) {
+std::string qualityRow(const std::string& name, std::size_t name_width, const ReprojectionQuality& q) {
   const nlohmann::json figures = qualityJson(q);
   return padded(name, name_width) + format("%10.0f", static_cast<double>(q.points)) +
          column(figures, "e_mc_mm", 1, 12) + column(figures, "e_mc_multi_view_mm", 1, 21) +
          column(figures, "free_space_violations", 100, 16) + column(figures, "coverage", 100, 14);
 }
 
-void QualityOfSequence::add(const Quality& q) {
+void QualityOfSequence::add(const ReprojectionQuality& q) {
   if (q.seen_points > 0) error_ += q.error * static_cast<double>(q.seen_points);
   if (q.multi_view_points > 0) multi_view_error_ += q.multi_view_error * static_cast<double>(q.multi_view_points);
   sum_.points += q.points;
@@ -121,15 +121,15 @@ void QualityOfSequence::add(const Quality& q) {
   sum_.covered_pixels += q.covered_pixels;
 }
 
-Quality QualityOfSequence::result() const {
-  Quality q = sum_;  // 0 / 0 is NaN
+ReprojectionQuality QualityOfSequence::result() const {
+  ReprojectionQuality q = sum_;  // 0 / 0 is NaN
   q.error = error_ / static_cast<double>(q.seen_points);
   q.multi_view_error = multi_view_error_ / static_cast<double>(q.multi_view_points);
   return q;
 }
 
-void Report::addFrame(std::size_t frame, const FrameStatistics& statistics, const std::optional<Quality>& quality,
-                      const std::optional<SurfaceQuality>& surface) {
+void Report::addFrame(std::size_t frame, const FrameStatistics& statistics,
+                      const std::optional<ReprojectionQuality>& quality, const std::optional<SurfaceQuality>& surface) {
   frames_.push_back({frame, statistics, quality, surface, peakMemoryMebibytes()});
 }
 

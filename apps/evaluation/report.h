@@ -13,12 +13,12 @@ namespace fuse_flow::io {
 /** \brief Counts added up, errors weighted with theirs: over all points and all measurements of all frames. */
 class QualityOfSequence {
  public:
-  void add(const Quality& quality);
+  void add(const ReprojectionQuality& quality);
   /** \brief An error is NaN where nobody saw a point. */
-  Quality result() const;
+  ReprojectionQuality result() const;
 
  private:
-  Quality sum_;
+  ReprojectionQuality sum_;
   double error_{0}, multi_view_error_{0};
 };
 
@@ -29,7 +29,7 @@ class Report {
   explicit Report(std::string method, std::vector<std::string> cameras = {})
       : method_(std::move(method)), cameras_(std::move(cameras)) {}
   /** \brief Without a quality, its figures are null. */
-  void addFrame(std::size_t frame, const FrameStatistics& statistics, const std::optional<Quality>& quality,
+  void addFrame(std::size_t frame, const FrameStatistics& statistics, const std::optional<ReprojectionQuality>& quality,
                 const std::optional<SurfaceQuality>& surface = std::nullopt);
 
   /** \brief Per frame and in total; medians and 95th percentiles of the times; the
@@ -42,7 +42,7 @@ class Report {
   struct Frame {
     std::size_t number;
     FrameStatistics statistics;
-    std::optional<Quality> quality;
+    std::optional<ReprojectionQuality> quality;
     std::optional<SurfaceQuality> surface;
     double peak_memory_mib;  ///< of the process, up to the end of this frame
   };
@@ -55,13 +55,13 @@ class Report {
 std::string jsonText(const nlohmann::json& json);
 
 /** \brief The quality figures as the tools print them; null where there was nothing to measure. */
-nlohmann::json qualityJson(const Quality& quality);
+nlohmann::json qualityJson(const ReprojectionQuality& quality);
 /** \brief What can be said of the surface without the truth, in the same way. */
 nlohmann::json surfaceJson(const SurfaceQuality& quality);
 /** \brief The header and a row of the table of either, "-" where there was nothing to measure. */
 std::string surfaceHeader(std::size_t name_width);
 std::string surfaceRow(const std::string& name, std::size_t name_width, const SurfaceQuality& quality);
 std::string qualityHeader(std::size_t name_width);
-std::string qualityRow(const std::string& name, std::size_t name_width, const Quality& quality);
+std::string qualityRow(const std::string& name, std::size_t name_width, const ReprojectionQuality& quality);
 
 }  // namespace fuse_flow::io

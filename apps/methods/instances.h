@@ -6,7 +6,7 @@
 
 #include <fuse_flow/fuse_flow.h>
 #include <fuse_flow/point_types.h>
-#include <fuse_flow/quality/multi_camera_consistency.h>
+#include <fuse_flow/quality/reprojection_quality.h>
 #include <fuse_flow/quality/surface_quality.h>
 
 #include <pcl/point_types.h>
@@ -14,10 +14,10 @@
 namespace fuse_flow {
 
 extern template class FuseFlow<PointFused>;
-extern template Quality multiCameraConsistency(const pcl::PointCloud<PointFused>&, const RigFrame&,
-                                               const QualityParameters&, unsigned int);
-extern template Quality multiCameraConsistency(const pcl::PointCloud<pcl::PointXYZ>&, const RigFrame&,
-                                               const QualityParameters&, unsigned int);
+extern template ReprojectionQuality reprojectionQuality(const pcl::PointCloud<PointFused>&, const RigFrame&,
+                                                        const ReprojectionQualityParameters&, unsigned int);
+extern template ReprojectionQuality reprojectionQuality(const pcl::PointCloud<pcl::PointXYZ>&, const RigFrame&,
+                                                        const ReprojectionQualityParameters&, unsigned int);
 extern template SurfaceQuality surfaceQuality(const pcl::PointCloud<PointFused>&, const RigFrame&,
                                               const SurfaceQualityParameters&, unsigned int);
 extern template SurfaceQuality surfaceQuality(const pcl::PointCloud<pcl::PointXYZ>&, const RigFrame&,

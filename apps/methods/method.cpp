@@ -27,10 +27,10 @@ namespace fuse_flow {
 
 // See instances.h.
 template class FuseFlow<PointFused>;
-template Quality multiCameraConsistency(const pcl::PointCloud<PointFused>&, const RigFrame&, const QualityParameters&,
-                                        unsigned int);
-template Quality multiCameraConsistency(const pcl::PointCloud<pcl::PointXYZ>&, const RigFrame&,
-                                        const QualityParameters&, unsigned int);
+template ReprojectionQuality reprojectionQuality(const pcl::PointCloud<PointFused>&, const RigFrame&,
+                                                 const ReprojectionQualityParameters&, unsigned int);
+template ReprojectionQuality reprojectionQuality(const pcl::PointCloud<pcl::PointXYZ>&, const RigFrame&,
+                                                 const ReprojectionQualityParameters&, unsigned int);
 template SurfaceQuality surfaceQuality(const pcl::PointCloud<PointFused>&, const RigFrame&,
                                        const SurfaceQualityParameters&, unsigned int);
 template SurfaceQuality surfaceQuality(const pcl::PointCloud<pcl::PointXYZ>&, const RigFrame&,

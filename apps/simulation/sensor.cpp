@@ -1,6 +1,6 @@
 #include "simulation/sensor.h"
 
-#include "simulation/detours.h"
+#include "simulation/indirect_light.h"
 #include "simulation/pi.h"
 #include "simulation/portable_math.h"
 #include "simulation/random.h"
@@ -148,8 +148,8 @@ class StructuredLight : public Sensor {
  *  Noise is shot noise, inverse to the light that comes back: 0.4 mm + 0.2 mm z² at reflectance 0.7 seen straight on;
  *  that is 3 mm at 3.5 m, and 17 mm on black, the bound that Tölgyessy et al. (Sensors 2021, 21, 413) confirm. A pixel mixes all
  *  it sees, weighted with its light: flying pixels at edges, unless the surfaces are so far apart that the phases contradict
- *  each other. Light that took a detour over another surface (multipath) lengthens what corners measure. It adds up as phases of a
- *  modulation of 200 MHz, within the 320 MHz that Bamji et al. (ISSCC 2018) give for the pixel: detours of many lengths cancel. */
+ *  each other. Indirect light, by way of another surface (multipath interference), lengthens what corners measure. It adds up as phases of a
+ *  modulation of 200 MHz, within the 320 MHz that Bamji et al. (ISSCC 2018) give for the pixel: ways of many lengths cancel. */
 class TimeOfFlight : public Sensor {
  public:
   TimeOfFlight(double scale, bool multipath) : K_(scaledIntrinsics(640, 576, 504.0f, scale)), multipath_(multipath) {}
@@ -161,11 +161,11 @@ class TimeOfFlight : public Sensor {
   void measure(const RayScene& scene, const Eigen::Isometry3d& T_world_camera, const ShotNumber& shot, int threads,
                io::FloatImage& depth) const override {
     const PixelRays rays(K_, T_world_camera);
-    std::optional<Detours> detours;
-    if (multipath_) detours.emplace(scene, K_, T_world_camera, kModulationPeriod, imageSeed(shot, 1), threads);
+    std::optional<IndirectLight> indirect;
+    if (multipath_) indirect.emplace(scene, K_, T_world_camera, kModulationPeriod, imageSeed(shot, 1), threads);
     depth.resize(K_.width, K_.height);
     forEachPixel(K_, shot, threads, [&](int u, int v, Random& random) {
-      depth.at(u, v) = decide(gather(scene, rays, detours, u, v), random);
+      depth.at(u, v) = decide(gather(scene, rays, indirect, u, v), random);
     });
   }
 
@@ -178,7 +178,7 @@ class TimeOfFlight : public Sensor {
   struct Echo {
     float light{0};
     float light_depth{0};
-    /** \brief Of the light that took a detour: in phase with the direct light, and a quarter behind it. */
+    /** \brief Of the indirect light: in phase with the direct light, and a quarter behind it. */
     float in_phase{0};
     float behind{0};
     float length_per_depth{1};
@@ -186,7 +186,7 @@ class TimeOfFlight : public Sensor {
     float farthest{0};
   };
 
-  static Echo gather(const RayScene& scene, const PixelRays& rays, const std::optional<Detours>& detours, int u,
+  static Echo gather(const RayScene& scene, const PixelRays& rays, const std::optional<IndirectLight>& indirect, int u,
                      int v) {
     // The lens blurs a little beyond the pixel's own square.
     constexpr float offsets[5][2] = {{0, 0}, {-0.45f, -0.3f}, {0.45f, 0.3f}, {-0.3f, 0.45f}, {0.3f, -0.45f}};
@@ -200,14 +200,14 @@ class TimeOfFlight : public Sensor {
       echo.light_depth += light * hit.t;
       echo.nearest = std::min(echo.nearest, hit.t);
       echo.farthest = std::max(echo.farthest, hit.t);
-      if (detours && &offset == &offsets[0]) addDetours(scene, hit, detours->at(u, v), direction.norm(), echo);
+      if (indirect && &offset == &offsets[0]) addIndirect(scene, hit, indirect->at(u, v), direction.norm(), echo);
     }
     return echo;
   }
 
   /** \brief Five times the central ray's, like the direct light. */
-  static void addDetours(const RayScene& scene, const RayHit& hit, const Detours::Light& light, float length_per_depth,
-                         Echo& echo) {
+  static void addIndirect(const RayScene& scene, const RayHit& hit, const IndirectLight::Light& light,
+                          float length_per_depth, Echo& echo) {
     const float returned = 5 * scene.object(hit.object).material.infrared;
     echo.in_phase = returned * light.in_phase;
     echo.behind = returned * light.behind;

@@ -31,7 +31,7 @@ class Sensor {
   /** \brief Nearest and farthest depth that it measures, metres. */
   virtual float minRange() const = 0;
   virtual float maxRange() const = 0;
-  /** \brief Of a lamp whose light takes detours, Hz; 0: there are none. */
+  /** \brief Modulation frequency of a time-of-flight sensor with multipath interference, Hz; 0: a sensor without. */
   virtual float modulationFrequency() const { return 0; }
 
   /** \brief What it measures from a pose: metres, 0 where nothing. The same shot gives the same image for any number of

@@ -31,8 +31,8 @@ void check(const SimulationOptions& o) {
           o.faults.position_error, "in [0, 1]");
   require(o.faults.rotation_error >= 0 && o.faults.rotation_error <= 0.8, "rotation error in radians",
           o.faults.rotation_error, "in [0, 0.8]");
-  require(o.faults.knock >= 0 && o.faults.knock <= 1, "knock in metres", o.faults.knock, "in [0, 1]");
-  require(o.faults.knock_rotation >= 0 && o.faults.knock_rotation <= 0.8, "knock in radians", o.faults.knock_rotation,
+  require(o.faults.bump >= 0 && o.faults.bump <= 1, "bump in metres", o.faults.bump, "in [0, 1]");
+  require(o.faults.bump_rotation >= 0 && o.faults.bump_rotation <= 0.8, "bump in radians", o.faults.bump_rotation,
           "in [0, 0.8]");
   require(o.faults.depth_bias >= 0 && o.faults.depth_bias <= 0.5, "depth bias in metres", o.faults.depth_bias,
           "in [0, 0.5]");
@@ -107,7 +107,7 @@ Simulator::Simulator(const SimulationOptions& options) : options_(options), rays
     delay_.push_back(options_.faults.out_of_sync * (2 * random.uniform() - 1));
   }
   Random random(options_.seed, kOnce, poses.size(), 0);
-  knocked_pose_ = disturbed(poses.back(), options_.faults.knock, options_.faults.knock_rotation, random);
+  bumped_pose_ = disturbed(poses.back(), options_.faults.bump, options_.faults.bump_rotation, random);
   fixed_ = scene_->fixedObjects();
   rays_.setFixed(fixed_);
 }
@@ -120,9 +120,9 @@ io::RigDescription Simulator::rig() const {
 
 const Eigen::Isometry3d& Simulator::truePose(std::size_t frame, std::size_t camera) const {
   const Faults& faults = options_.faults;
-  const bool knocked = (faults.knock > 0 || faults.knock_rotation > 0) && frame >= faults.knock_frame &&
-                       camera + 1 == true_cameras_.size();
-  return knocked ? knocked_pose_ : true_cameras_[camera].T_world_camera;
+  const bool bumped =
+      (faults.bump > 0 || faults.bump_rotation > 0) && frame >= faults.bump_frame && camera + 1 == true_cameras_.size();
+  return bumped ? bumped_pose_ : true_cameras_[camera].T_world_camera;
 }
 
 std::vector<Object> Simulator::objectsAt(double time) const {

@@ -27,11 +27,11 @@ struct Faults {
   double depth_distortion{0};
   /** \brief Probability that a camera's frame is lost; [0, 1]. */
   double drop_rate{0};
-  /** \brief From frame knock_frame on the last camera stands this far from where it stood, metres, in a random direction … */
-  double knock{0};
+  /** \brief From frame bump_frame on the last camera stands this far from where it stood, metres, in a random direction … */
+  double bump{0};
   /** \brief … and is turned by this angle about a random axis, radians. */
-  double knock_rotation{0};
-  std::size_t knock_frame{0};
+  double bump_rotation{0};
+  std::size_t bump_frame{0};
   /** \brief Each camera exposes earlier or later by a constant, uniform in ± this, seconds. */
   double out_of_sync{0};
 };
@@ -67,7 +67,7 @@ class Simulator {
   io::RigDescription rig() const;
   /** \brief Where they stand at first, and what puts their depth right. */
   const std::vector<Camera>& trueCameras() const { return true_cameras_; }
-  /** \brief Where a camera stands in a frame: as trueCameras() says until it is knocked. */
+  /** \brief Where a camera stands in a frame: as trueCameras() says until it is bumped. */
   const Eigen::Isometry3d& truePose(std::size_t frame, std::size_t camera) const;
   const std::vector<Object>& fixedObjects() const { return fixed_; }
   std::vector<Object> movingObjects(std::size_t frame) const { return objectsAt(time(frame)); }
@@ -88,7 +88,7 @@ class Simulator {
   std::unique_ptr<Sensor> sensor_;
   std::vector<Camera> cameras_;
   std::vector<Camera> true_cameras_;
-  Eigen::Isometry3d knocked_pose_;
+  Eigen::Isometry3d bumped_pose_;
   std::vector<double> bias_;
   std::vector<double> delay_;
   std::vector<Object> fixed_;

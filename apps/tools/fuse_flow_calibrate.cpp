@@ -93,7 +93,7 @@ void print(const std::vector<Camera>& cameras, const ExtrinsicResult& result, st
   std::printf(
       "\nsurfaces disagree by %.2f mm before, %.2f mm after (root mean square); %s after %d iterations, over %zu "
       "frame%s\n",
-      1000 * result.residual_before, 1000 * result.residual, result.converged ? "at rest" : "still moving",
+      1000 * result.residual_before, 1000 * result.residual, result.converged ? "converged" : "not converged",
       result.iterations, frames, frames == 1 ? "" : "s");
 }
 
@@ -132,7 +132,7 @@ void print(const std::vector<Eigen::Isometry3d>& initial, const DepthCorrectionR
   }
   std::printf(
       "\nwith corrections surfaces disagree by %.2f mm (%.2f mm before); %s after %d iterations, over %zu frame%s\n",
-      1000 * result.residual, 1000 * result.residual_before, result.converged ? "at rest" : "still moving",
+      1000 * result.residual, 1000 * result.residual_before, result.converged ? "converged" : "not converged",
       result.iterations, frames, frames == 1 ? "" : "s");
 }
 

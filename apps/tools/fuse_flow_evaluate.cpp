@@ -41,7 +41,7 @@ struct Options {
   bool no_truth{false};  ///< is left out
   std::string error_picture;
   unsigned int threads{0};
-  QualityParameters quality;
+  ReprojectionQualityParameters quality;
   io::RecordingOptions recording_options;
 };
 
@@ -145,7 +145,7 @@ class Evaluator {
       const io::SilencePcl silence;
       pcl::fromPCLPointCloud2(blob, cloud);
     }
-    const Quality quality = multiCameraConsistency(cloud, loaded_.rig, options_.quality, options_.threads);
+    const ReprojectionQuality quality = reprojectionQuality(cloud, loaded_.rig, options_.quality, options_.threads);
     result.quality.add(quality);
     const SurfaceQualityParameters parameters = command_line::surfaceParameters(options_.quality);
     SurfaceQuality surface = surfaceQuality(cloud, loaded_.rig, parameters, options_.threads);

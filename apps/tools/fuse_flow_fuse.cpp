@@ -44,7 +44,7 @@ struct Options {
   std::string frames;
   std::string format{"ply"};
   bool evaluate{true};
-  QualityParameters quality;
+  ReprojectionQualityParameters quality;
   bool refine_extrinsics{false};
   bool normals{false};
   std::string config;
@@ -226,7 +226,7 @@ int run(const Options& options) {
       io::writeCloud(path, cloud);
     written.insert(path);
     const PreprocessingParameters& pre = options.method_options.parameters.preprocessing;
-    QualityParameters quality = options.quality;
+    ReprojectionQualityParameters quality = options.quality;
     quality.min_range = pre.min_range;
     quality.max_range = pre.max_range;
     if (options.evaluate) {
@@ -236,8 +236,7 @@ int run(const Options& options) {
       if (measured_before && *measured_before + 1 == frame)
         surface.flicker = temporalFlicker(cloud_before, before.rig, cloud, loaded.rig, parameters, threads);
       measured_before = frame;
-      report.addFrame(frame, method->statistics(), multiCameraConsistency(cloud, loaded.rig, quality, threads),
-                      surface);
+      report.addFrame(frame, method->statistics(), reprojectionQuality(cloud, loaded.rig, quality, threads), surface);
     } else {
       report.addFrame(frame, method->statistics(), std::nullopt);
     }

@@ -46,7 +46,7 @@ const std::vector<Setup> kTuning = {{"room", "ring-4", "structured_light"},
                                     {"room", "walls-8", "time_of_flight"},
                                     {"table", "ring-8", "structured_light"},
                                     {"table", "ring-4", "active_stereo"}};
-const std::vector<Setup> kKeptOut = {{"thin", "ring-6", "structured_light"},
+const std::vector<Setup> kHeldOut = {{"thin", "ring-6", "structured_light"},
                                      {"thin", "ring-6", "time_of_flight_multipath"},
                                      {"thin", "ring-6", "active_stereo"},
                                      {"person", "ring-6", "structured_light", 5},
@@ -73,11 +73,11 @@ class Page {
              "moves; colour, mean "
              "difference to the true colour, of 255; E_MC of eq. 12; median milliseconds of a frame.\n\n";
     comparisons("Seen while tuning", "accuracy_tuning", pick(kTuning));
-    const std::vector<Result> kept_out = comparisons("Kept out of tuning", "accuracy_kept_out", pick(kKeptOut));
+    const std::vector<Result> held_out = comparisons("Held out from tuning", "accuracy_held_out", pick(kHeldOut));
     text_
         << "[quality_measures.md](quality_measures.md) has what can be measured of the same clouds without the truth, "
            "and how far that ranks them as the truth does.\n\n";
-    targets(kept_out);
+    targets(held_out);
     paperTable();
     ablation();
     frameRates();
@@ -87,7 +87,7 @@ class Page {
 
   /** \brief Only what can be said without the truth, and how it ranks. */
   void writeMeasures() {
-    for (const auto* setups : {&kTuning, &kKeptOut})
+    for (const auto* setups : {&kTuning, &kHeldOut})
       for (const Setup& setup : pick(*setups)) {
         say(setup.name());
         ranking_.add(setup, tables::peers(), tables::compare(setup, tables::peers(), options_.threads));
@@ -205,8 +205,8 @@ class Page {
 
   void targets(const std::vector<Result>& results) {
     const std::vector<Contender> peers = tables::peers();
-    const std::vector<Setup> setups = pick(kKeptOut);
-    text_ << "### What we aim for, on what was kept out\n\nAt an equal number of points: F-score at 5 mm above every "
+    const std::vector<Setup> setups = pick(kHeldOut);
+    text_ << "### What we aim for, on what was held out\n\nAt an equal number of points: F-score at 5 mm above every "
              "peer's; mean distance at most 0.7 × VoxelGrid's; ghosting at most a tenth, and completeness at 10 mm at "
              "least 98 %, of the concatenation's that is thinned at random. Beside it what the concatenation has with "
              "all its points.\n\n";

@@ -119,11 +119,11 @@ void FrameFuser::fuseCloud(const FusionRequest& request, Pane& pane, const Fusio
 void FrameFuser::measure(const FusionRequest& request, Pane& pane) {
   if (!request.measure_quality || pane.fused.quality) return;
   const io::MethodOptions& options = pane.setting->options;
-  QualityParameters parameters;
+  ReprojectionQualityParameters parameters;
   parameters.min_range = options.parameters.preprocessing.min_range;
   parameters.max_range = options.parameters.preprocessing.max_range;
   parameters.coverage_step = kCoverageStep;
-  pane.fused.quality = multiCameraConsistency(*pane.fused.cloud, loaded_.rig, parameters, options.threads);
+  pane.fused.quality = reprojectionQuality(*pane.fused.cloud, loaded_.rig, parameters, options.threads);
   SurfaceQualityParameters surface;
   surface.min_range = parameters.min_range;
   surface.max_range = parameters.max_range;

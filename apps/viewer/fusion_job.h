@@ -46,7 +46,7 @@ struct FusedCloud {
   FusionSettingPtr setting;
   std::shared_ptr<const Cloud> cloud;
   FrameStatistics statistics;
-  std::optional<Quality> quality;
+  std::optional<ReprojectionQuality> quality;
   std::optional<SurfaceQuality> surface;  ///< without flicker
   std::optional<double> truth_distance;   ///< mean, metres; absent: not known
   std::string why_empty;                  ///< see whyEmpty(); empty: there are points

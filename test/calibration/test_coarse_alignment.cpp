@@ -139,7 +139,7 @@ TEST(CoarseAlignment, PosesThatTheCamerasHaveMakeNoDifference) {
     EXPECT_EQ(without.T_world_camera[i].matrix(), with.T_world_camera[i].matrix());
 }
 
-TEST(CoarseAlignment, FarDepthCountsAsAnyOtherOnceLightOnDetoursIsTakenAway) {
+TEST(CoarseAlignment, FarDepthCountsAsAnyOtherOnceMultipathInterferenceIsTakenAway) {
   const auto cameras = around({10, 45});
   Scene late = unposed(cameras, furnishedRoom()), right = unposed(cameras, furnishedRoom());
   for (std::size_t i = 0; i < cameras.size(); ++i) {

@@ -2,7 +2,7 @@
 
 #include <fuse_flow/calibration/depth_correction_estimation.h>
 #include <fuse_flow/calibration/extrinsic_estimation.h>
-#include <fuse_flow/quality/multi_camera_consistency.h>
+#include <fuse_flow/quality/reprojection_quality.h>
 #include <fuse_flow/recordings/recording.h>
 
 #include <filesystem>
@@ -31,13 +31,13 @@ TEST(DepthCorrectionOfARecording, HoldsForOtherFramesOfTheSensor) {
   estimation.setParameters(parameters);
   estimation.addFrame(others.rig);
   const DepthCorrection correction = estimation.estimate().cameras[0].depth_correction;
-  const Quality given = multiCameraConsistency(fuse(frame.rig), frame.rig);
+  const ReprojectionQuality given = reprojectionQuality(fuse(frame.rig), frame.rig);
   for (Camera& camera : frame.rig.cameras) camera.depth_correction = correction;
   ExtrinsicEstimation<PointFused> extrinsics;
   extrinsics.addFrame(frame.rig);
   const ExtrinsicResult refined = extrinsics.estimate();
   for (std::size_t i = 0; i < 4; ++i) frame.rig.cameras[i].T_world_camera = refined.T_world_camera[i];
-  const Quality after = multiCameraConsistency(fuse(frame.rig), frame.rig);
+  const ReprojectionQuality after = reprojectionQuality(fuse(frame.rig), frame.rig);
   EXPECT_LT(after.multi_view_error, 0.7 * given.multi_view_error);
   EXPECT_LT(after.violationShare(), given.violationShare());
   EXPECT_GT(after.coverage(), given.coverage());

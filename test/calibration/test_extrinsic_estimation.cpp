@@ -737,8 +737,8 @@ TEST(ExtrinsicEstimation, WrongInputIsRefused) {
            [](ExtrinsicParameters& p) { p.max_speckle = std::nanf(""); },
            [](ExtrinsicParameters& p) { p.max_neighbours = 0; }, [](ExtrinsicParameters& p) { p.max_distance = 0; },
            [](ExtrinsicParameters& p) { p.min_distance = 1; }, [](ExtrinsicParameters& p) { p.max_normal_angle = 2; },
-           [](ExtrinsicParameters& p) { p.unknown_detours = -1; },
-           [](ExtrinsicParameters& p) { p.unknown_detours = std::nanf(""); },
+           [](ExtrinsicParameters& p) { p.residual_multipath = -1; },
+           [](ExtrinsicParameters& p) { p.residual_multipath = std::nanf(""); },
            [](ExtrinsicParameters& p) { p.min_information = 0; }, [](ExtrinsicParameters& p) { p.max_iterations = 0; },
            [](ExtrinsicParameters& p) { p.max_distance = std::nanf(""); }}) {
     ExtrinsicParameters parameters;

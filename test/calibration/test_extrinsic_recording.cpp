@@ -2,7 +2,7 @@
 
 #include <fuse_flow/calibration/coarse_alignment.h>
 #include <fuse_flow/calibration/extrinsic_estimation.h>
-#include <fuse_flow/quality/multi_camera_consistency.h>
+#include <fuse_flow/quality/reprojection_quality.h>
 #include <fuse_flow/recordings/recording.h>
 
 #include <filesystem>
@@ -35,9 +35,9 @@ class ExtrinsicsOfARecording : public testing::Test {
 TEST_F(ExtrinsicsOfARecording, RefinedPosesMakeTheViewsAgreeBetterWithNothingLost) {
   const ExtrinsicResult result = refine(poses(frame_.rig.cameras));
   EXPECT_LT(result.residual, 0.7 * result.residual_before);
-  const Quality before = multiCameraConsistency(fuse(frame_.rig), frame_.rig);
+  const ReprojectionQuality before = reprojectionQuality(fuse(frame_.rig), frame_.rig);
   for (std::size_t i = 0; i < 4; ++i) frame_.rig.cameras[i].T_world_camera = result.T_world_camera[i];
-  const Quality after = multiCameraConsistency(fuse(frame_.rig), frame_.rig);
+  const ReprojectionQuality after = reprojectionQuality(fuse(frame_.rig), frame_.rig);
   EXPECT_LT(after.multi_view_error, 0.95 * before.multi_view_error);
   EXPECT_LE(after.violationShare(), before.violationShare());
   EXPECT_GE(after.coverage(), before.coverage() - 0.002);

@@ -69,7 +69,7 @@ TEST(PoseFilter, BadFramesThatDisagreeChangeNothingHoweverMany) {
   EXPECT_LT(apart(filter.poses()[3], truth[3]), 0.001);
 }
 
-TEST(PoseFilter, ACameraThatWasKnockedIsFoundAfterThreeEstimates) {
+TEST(PoseFilter, ACameraThatWasBumpedIsFoundAfterThreeEstimates) {
   const std::vector<Eigen::Isometry3d> truth = poses(cornerCameras(4));
   PoseFilter filter = filterAt(truth);
   std::vector<Eigen::Isometry3d> found = truth;
@@ -89,16 +89,16 @@ TEST(PoseFilter, ACameraThatWasKnockedIsFoundAfterThreeEstimates) {
 TEST(PoseFilter, IfAllButTheFirstCameraSeemToMoveTheFirstDid) {
   const std::vector<Eigen::Isometry3d> truth = poses(cornerCameras(4));
   PoseFilter filter = filterAt(truth);
-  // The estimate holds camera 0: its own knock shows as the inverse motion of all the others.
-  Eigen::Isometry3d knock = Eigen::Isometry3d::Identity();
-  knock.translation() = Vector3d(0.05, 0, 0);
+  // The estimate holds camera 0: its own bump shows as the inverse motion of all the others.
+  Eigen::Isometry3d bump = Eigen::Isometry3d::Identity();
+  bump.translation() = Vector3d(0.05, 0, 0);
   std::vector<Eigen::Isometry3d> found = truth;
-  for (std::size_t i = 1; i < found.size(); ++i) found[i] = knock.inverse() * found[i];
+  for (std::size_t i = 1; i < found.size(); ++i) found[i] = bump.inverse() * found[i];
   std::vector<CameraMotion> events;
   for (int k = 0; k < 3; ++k) events = filter.update(estimateOf(found));
   ASSERT_EQ(events.size(), 1u);
   EXPECT_EQ(events[0].camera, 0u);
-  EXPECT_LT(apart(filter.poses()[0], knock * truth[0]), 1e-9);
+  EXPECT_LT(apart(filter.poses()[0], bump * truth[0]), 1e-9);
   EXPECT_LT(apart(filter.poses()[2], truth[2]), 1e-9);
 }
 
@@ -156,7 +156,7 @@ TEST(ExtrinsicTracking, BringsARigRightWhileItRuns) {
   EXPECT_EQ(tracking.poses()->stamp, 5 * 33333u);
 }
 
-TEST(ExtrinsicTracking, AKnockedCameraIsToldAndPutRight) {
+TEST(ExtrinsicTracking, ABumpedCameraIsToldAndPutRight) {
   std::vector<Camera> cameras = cornerCameras(4);
   Scene scene = makeScene(cameras, cornerAndBall());
   Tracking tracking(cameras, 0.002);
@@ -170,15 +170,15 @@ TEST(ExtrinsicTracking, AKnockedCameraIsToldAndPutRight) {
     return events;
   };
   EXPECT_TRUE(run(3).empty());
-  Camera knocked = cameras[2];
-  knocked.T_world_camera = moved(knocked.T_world_camera, {0.03, 0.0, -0.04}, 1.0);
-  scene.depth[2] = render(knocked, cornerAndBall());
+  Camera bumped = cameras[2];
+  bumped.T_world_camera = moved(bumped.T_world_camera, {0.03, 0.0, -0.04}, 1.0);
+  scene.depth[2] = render(bumped, cornerAndBall());
   scene.attach();
   const std::vector<CameraMotion> events = run(5);
   ASSERT_EQ(events.size(), 1u) << "within five frames";
   EXPECT_EQ(events[0].camera, 2u);
   EXPECT_NEAR(events[0].translation, 0.05, 0.003);
-  EXPECT_LT(apart(tracking.poses()->T_world_camera[2], knocked.T_world_camera), 0.002);
+  EXPECT_LT(apart(tracking.poses()->T_world_camera[2], bumped.T_world_camera), 0.002);
 }
 
 TEST(ExtrinsicTracking, TheFramesImagesMayChangeWhileItWorks) {

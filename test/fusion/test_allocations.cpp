@@ -114,7 +114,7 @@ TEST_F(FrameAllocations, ThereAreNoneToFillHoles) {
   expectNone<PointFused>(parameters, 2);
 }
 
-TEST_F(FrameAllocations, ThereAreNoneForLightOnDetours) {
+TEST_F(FrameAllocations, ThereAreNoneForMultipathInterference) {
   for (fuse_flow::RigFrame& frame : frames_) frame.cameras[1].multipath.modulation_frequency = 200e6f;
   expectNone<PointFused>({}, 2);
 }

@@ -100,7 +100,7 @@ TEST(GpuFilters, DepthBackprojectionGivesTheHostsPoints) {
   }
 }
 
-TEST(GpuFilters, DepthBackprojectionTakesLightOnDetoursAwayAsTheHost) {
+TEST(GpuFilters, DepthBackprojectionTakesMultipathInterferenceAwayAsTheHost) {
   // Images of many tiles, near and far from each other, with edges and holes.
   Random random(67);
   furnished_rig::Options options;
@@ -126,7 +126,7 @@ TEST(GpuFilters, DepthBackprojectionTakesLightOnDetoursAwayAsTheHost) {
     std::size_t moved = 0;
     for (std::size_t k = 0; k < clouds[0].size(); ++k)
       moved += (clouds[0][k].getVector3fMap() - clouds[2][k].getVector3fMap()).norm() > 0.001f ? 1 : 0;
-    EXPECT_GT(moved, clouds[0].size() / 5) << "there are detours";
+    EXPECT_GT(moved, clouds[0].size() / 5) << "there is indirect light";
   }
 }
 

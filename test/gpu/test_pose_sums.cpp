@@ -49,7 +49,7 @@ fuse_flow::ExtrinsicParameters randomParameters(Random& random) {
   p.max_neighbours = 1 + random.below(5);
   p.smoothing.passes = random.below(5);
   p.use_color = !random.oneIn(5);
-  p.unknown_detours = random.oneIn(4) ? 0.0f : random.uniform(0.01f, 0.5f);
+  p.residual_multipath = random.oneIn(4) ? 0.0f : random.uniform(0.01f, 0.5f);
   if (random.oneIn(4)) p.preprocessing.fill_neighbours = 5;
   if (random.oneIn(8)) p.preprocessing.bilateral = true;
   if (random.oneIn(4)) p.preprocessing.max_range = 3.0f;

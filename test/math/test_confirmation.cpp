@@ -145,7 +145,7 @@ TEST(CellConfirmations, TheReachGrowsWithTheNoiseThatAViewWasMeasuredToHave) {
   EXPECT_NEAR(confirmations[1].a, a, 1e-4);
   EXPECT_NEAR(confirmations[1].w, a / 2, 1e-4);  // noise of 20 mm halves the weight
   EXPECT_NEAR(confirmations[2].a, countsAs(0.03, 2 * std::hypot(0.01, 0.02)), 1e-4);
-  EXPECT_NEAR(confirmations[2].w, confirmations[2].a / 1.25f, 1e-4);  // detours do not
+  EXPECT_NEAR(confirmations[2].w, confirmations[2].a / 1.25f, 1e-4);  // multipath does not
 }
 
 // ---- In the pipeline
@@ -194,7 +194,7 @@ TEST(FuseFlowConfirmation, NoisyViewsReachFarther) {
 }
 
 TEST(FuseFlowConfirmation, TheReachIsThatOfTheViewThatConfirms) {
-  // Light on detours may leave 25 mm at 1 m in the farther camera: it confirms the nearer one's points within 1.6 times that.
+  // Multipath interference may leave 25 mm at 1 m in the farther camera: it confirms the nearer one's points within 1.6 times that.
   auto cameras = scenes::sameCameras(2, 40, 40, 90);
   cameras[1].multipath.modulation_frequency = 20e6f;
   const Scene scene = scenes::makeFlatScene(cameras, {1.004f, 1.020f});

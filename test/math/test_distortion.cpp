@@ -1,7 +1,7 @@
 #include "../scenes.h"
 
 #include <fuse_flow/filters/depth_backprojection.h>
-#include <fuse_flow/quality/multi_camera_consistency.h>
+#include <fuse_flow/quality/reprojection_quality.h>
 
 // Cameras whose lenses bend: a barrel, which pulls the image's corners in, and the rational model of a depth camera.
 
@@ -211,24 +211,24 @@ TEST_F(DistortedRig, TheQualityMeasureFindsEachPointOfACameraInItsOwnPixel) {
     }
     fuse_flow::RigFrame alone = scene_.rig;
     alone.views[1 - camera] = {};
-    const fuse_flow::Quality quality = multiCameraConsistency(cloud, alone);
+    const fuse_flow::ReprojectionQuality quality = reprojectionQuality(cloud, alone);
     EXPECT_EQ(quality.seen_points, cloud.size());
     EXPECT_LT(quality.error, kMicrometre);
     EXPECT_EQ(quality.covered_pixels, quality.pixels);
     alone.cameras[camera].intrinsics.distortion = {};
-    EXPECT_GT(multiCameraConsistency(cloud, alone).error, 0.001);
+    EXPECT_GT(reprojectionQuality(cloud, alone).error, 0.001);
   }
 }
 
 TEST_F(DistortedRig, TheQualityMeasureFindsThatTheCamerasAgreeToWithinHalfAPixelOfTheWall) {
   for (std::size_t camera = 0; camera < 2; ++camera) {
     const Cloud cloud = backProjected(scene_.rig, camera);
-    const fuse_flow::Quality quality = multiCameraConsistency(cloud, scene_.rig);
+    const fuse_flow::ReprojectionQuality quality = reprojectionQuality(cloud, scene_.rig);
     EXPECT_GT(quality.multi_view_points, cloud.size() / 2);
     EXPECT_LT(quality.multi_view_error, 0.001);  // on average a quarter of a pixel
     EXPECT_EQ(quality.violating_points, 0u);
     const Cloud bent = backProjected(withoutDistortion(), camera);
-    EXPECT_GT(multiCameraConsistency(bent, withoutDistortion()).multi_view_error, 0.003);
+    EXPECT_GT(reprojectionQuality(bent, withoutDistortion()).multi_view_error, 0.003);
   }
 }
 
@@ -239,7 +239,7 @@ TEST_F(DistortedRig, WhatIsFarOutsideTheFieldOfViewIsNotFoldedBackIntoTheImage) 
   cloud.push_back({2, 0, 1});
   cloud.push_back({1, 0, 0.5f});
   cloud.push_back({0, 0, 1});
-  const fuse_flow::Quality quality = multiCameraConsistency(cloud, scene.rig);
+  const fuse_flow::ReprojectionQuality quality = reprojectionQuality(cloud, scene.rig);
   EXPECT_EQ(quality.seen_points, 1u);
   EXPECT_EQ(quality.violating_points, 0u);
 }

@@ -2,7 +2,7 @@
 #include "../simulated_recording.h"
 #include "simulation/true_view.h"
 
-#include <fuse_flow/quality/multi_camera_consistency.h>
+#include <fuse_flow/quality/reprojection_quality.h>
 #include <fuse_flow/recordings/recording.h>
 
 #include <pcl/filters/voxel_grid.h>
@@ -11,9 +11,9 @@
 
 namespace {
 
-using fuse_flow::multiCameraConsistency;
-using fuse_flow::Quality;
-using fuse_flow::QualityParameters;
+using fuse_flow::reprojectionQuality;
+using fuse_flow::ReprojectionQuality;
+using fuse_flow::ReprojectionQualityParameters;
 using Points = pcl::PointCloud<pcl::PointXYZ>;
 
 /** \brief All measurements of a frame in one cloud: pixel by pixel, nothing fused. */
@@ -99,12 +99,11 @@ TEST_P(DemoQuality, ComesOutNearerToTheTruthCleanerAndCovered) {
       EXPECT_LT(fused_distance[0], 0.4f * distance[0]);
       EXPECT_LT(fused_distance[1], 0.4f * distance[1]);
     }
-    EXPECT_LT(multiCameraConsistency(fused, rig).violationShare(),
-              0.375 * multiCameraConsistency(raw, rig).violationShare());
+    EXPECT_LT(reprojectionQuality(fused, rig).violationShare(), 0.375 * reprojectionQuality(raw, rig).violationShare());
     // Against what the cameras would have measured without noise: agreement with the noise itself is no merit.
     const TrueFrame truth(simulator, frame);
-    const Quality quality = multiCameraConsistency(fused, truth.rig),
-                  raw_quality = multiCameraConsistency(raw, truth.rig);
+    const ReprojectionQuality quality = reprojectionQuality(fused, truth.rig),
+                              raw_quality = reprojectionQuality(raw, truth.rig);
     EXPECT_GT(quality.coverage(), raw_quality.coverage());
     EXPECT_LT(quality.error, 0.55 * raw_quality.error);
   }
@@ -134,8 +133,8 @@ TEST_P(RealRecording, AgreesBetterThanAVoxelGridWithAsManyPointsAndCoversAsMuch)
   grid.filter(voxels);
   const scenes::Cloud fused = scenes::fuse(frame.rig);
 
-  const Quality quality = multiCameraConsistency(fused, frame.rig),
-                reference = multiCameraConsistency(voxels, frame.rig);
+  const ReprojectionQuality quality = reprojectionQuality(fused, frame.rig),
+                            reference = reprojectionQuality(voxels, frame.rig);
   EXPECT_LE(quality.multi_view_error, 0.80 * reference.multi_view_error);
   EXPECT_NEAR(static_cast<double>(fused.size()), static_cast<double>(voxels.size()),
               0.15 * static_cast<double>(voxels.size()));

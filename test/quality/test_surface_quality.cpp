@@ -2,7 +2,7 @@
 #include "../scenes.h"
 
 #include <fuse_flow/impl/quality/point_index.hpp>
-#include <fuse_flow/quality/multi_camera_consistency.h>
+#include <fuse_flow/quality/reprojection_quality.h>
 #include <fuse_flow/quality/surface_quality.h>
 
 #include <pcl/point_types.h>
@@ -117,7 +117,7 @@ TEST(SurfaceQuality, BesideASilhouetteNothingViolatesFreeSpace) {
   cloud.push_back(at(60, 2.0f));
   const SurfaceQuality quality = surfaceQuality(cloud, scene.rig);
   EXPECT_EQ(quality.violating_points, 3u);
-  EXPECT_EQ(multiCameraConsistency(cloud, scene.rig).violating_points, 4u);
+  EXPECT_EQ(reprojectionQuality(cloud, scene.rig).violating_points, 4u);
   SurfaceQualityParameters exact;
   exact.silhouette = 0;
   EXPECT_EQ(surfaceQuality(cloud, scene.rig, exact).violating_points, 4u);
@@ -142,7 +142,7 @@ TEST(SurfaceQuality, DoesNotDependOnWhereTheOriginIs) {
   Points cloud;
   for (const auto& p : scenes::fuse(scene.rig)) cloud.push_back({p.x, p.y, p.z});
   const SurfaceQuality here = surfaceQuality(cloud, scene.rig);
-  const fuse_flow::Quality measured_here = multiCameraConsistency(cloud, scene.rig);
+  const fuse_flow::ReprojectionQuality measured_here = reprojectionQuality(cloud, scene.rig);
   for (const double metres : {12e3, 48e3}) {
     fuse_flow::RigFrame rig = scene.rig;
     for (fuse_flow::Camera& camera : rig.cameras) camera.T_world_camera.translation().x() += metres;
@@ -152,7 +152,7 @@ TEST(SurfaceQuality, DoesNotDependOnWhereTheOriginIs) {
     EXPECT_NEAR(there.coverage(), here.coverage(), 0.01) << metres;
     EXPECT_NEAR(there.violationShare(), here.violationShare(), 0.01) << metres;
     EXPECT_NEAR(there.noise(), here.noise(), 0.001) << "the cloud itself is rounded to 4 mm";
-    const fuse_flow::Quality measured = multiCameraConsistency(moved, rig);
+    const fuse_flow::ReprojectionQuality measured = reprojectionQuality(moved, rig);
     EXPECT_NEAR(measured.coverage(), measured_here.coverage(), 0.01) << metres;
     EXPECT_NEAR(measured.error, measured_here.error, 0.001) << metres;
   }
@@ -166,11 +166,11 @@ TEST(SurfaceQuality, ASmallRadiusFindsWhatIsFarAway) {
   for (int v = 0; v < 72; ++v)
     for (int u = 0; u < 96; ++u)
       cloud.push_back({(static_cast<float>(u) - 47.5f) / 90, (static_cast<float>(v) - 35.5f) / 90, 201.0f});
-  fuse_flow::QualityParameters fine;
+  fuse_flow::ReprojectionQualityParameters fine;
   fine.coverage_radius = 0.0001f;
-  EXPECT_EQ(multiCameraConsistency(cloud, scene.rig, fine).coverage(), 1);
+  EXPECT_EQ(reprojectionQuality(cloud, scene.rig, fine).coverage(), 1);
   cloud.push_back({3e38f, -3e38f, 3e38f});  // as far as a float goes
-  EXPECT_EQ(multiCameraConsistency(cloud, scene.rig, fine).coverage(), 1);
+  EXPECT_EQ(reprojectionQuality(cloud, scene.rig, fine).coverage(), 1);
 }
 
 TEST(SurfaceQuality, FlickerIsTheJumpOfWhatStandsStill) {

@@ -3,7 +3,7 @@
 
 #include <fuse_flow/calibration/extrinsic_estimation.h>
 #include <fuse_flow/filters/depth_backprojection.h>
-#include <fuse_flow/quality/multi_camera_consistency.h>
+#include <fuse_flow/quality/reprojection_quality.h>
 
 #include <pcl/point_types.h>
 
@@ -82,8 +82,8 @@ TEST(DepthCorrection, ReachesEveryClassThatReadsDepth) {
     ASSERT_LT((points[k].getVector3fMap().cast<double>() - all[pixels + k]).norm(), 1e-5) << k;
   // The measure of a cloud against what was measured.
   const Cloud fused = fuse(truth.rig);
-  const Quality expected = multiCameraConsistency(fused, truth.rig),
-                measured = multiCameraConsistency(fused, wrong.rig);
+  const ReprojectionQuality expected = reprojectionQuality(fused, truth.rig),
+                            measured = reprojectionQuality(fused, wrong.rig);
   EXPECT_NEAR(measured.error, expected.error, 1e-5);
   EXPECT_NEAR(measured.coverage(), expected.coverage(), 1e-3);
   // Poses.

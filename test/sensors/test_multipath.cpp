@@ -8,14 +8,14 @@
 #include <fuse_flow/fuse_flow.h>
 #include <fuse_flow/impl/calibration/alignment_view.hpp>
 #include <fuse_flow/impl/sensors/multipath_correction.hpp>
-#include <fuse_flow/quality/multi_camera_consistency.h>
+#include <fuse_flow/quality/reprojection_quality.h>
 
 #include <pcl/point_types.h>
 
 #include <complex>
 #include <random>
 
-// Light on detours, and what takes it from the depth of a time-of-flight camera.
+// Multipath interference, and what takes it from the depth of a time-of-flight camera.
 
 namespace {
 
@@ -55,9 +55,9 @@ TEST(Multipath, ASquareSendsWhatAllItsPlacesSend) {
     place.p = {0, 0, static_cast<float>(height)};
     place.n = {1, 0, 0};
     place.distance = 10;  // any: it decides the phase alone
-    DetourReceiver receiver(place, 1e6f);
+    IndirectReceiver receiver(place, 1e6f);
     receiver.scale = 1;
-    const DetourLight light = receiver.from({0.5f, 0, 0}, {0, 0, 1}, 1.0f, 1.0f, 10.0f);
+    const IndirectLight light = receiver.from({0.5f, 0, 0}, {0, 0, 1}, 1.0f, 1.0f, 10.0f);
     EXPECT_NEAR(std::hypot(light.in_phase, light.behind), expected, tolerance * expected) << height;
   }
 }
@@ -275,19 +275,19 @@ TEST(Multipath, SumsAreTheSameBitsInVectorsAndOneByOne) {
     const SurfacePatch& patch = all[static_cast<std::size_t>(k)];
     if (!(patch.power > 0)) continue;
     const int tile = k / kTilePatches, u = tile % tiles * 4 + k % 4, v = tile / tiles * 4 + k % kTilePatches / 4;
-    DetourLight lanes[kDetourLanes];
-    for (std::uint32_t lane = 0; lane < kDetourLanes; ++lane)
-      lanes[lane] = sumDetoursOfLane(DetourReceiver(patch, period), merged.data(), all.data(), tiles * tiles, lane);
-    const DetourLight light = sumLanes(lanes);
-    late[static_cast<std::size_t>(v * patches + u)] = LatePatch(patch, detourDepth(light, period, patch));
+    IndirectLight lanes[kIndirectLanes];
+    for (std::uint32_t lane = 0; lane < kIndirectLanes; ++lane)
+      lanes[lane] = sumIndirectOfLane(IndirectReceiver(patch, period), merged.data(), all.data(), tiles * tiles, lane);
+    const IndirectLight light = sumLanes(lanes);
+    late[static_cast<std::size_t>(v * patches + u)] = LatePatch(patch, multipathBias(light, period, patch));
   }
   for (int v = 0; v < 240; ++v)
     for (int u = 0; u < 240; ++u) {
       const PatchPlace column(u, patches), row(v, patches);
       const LatePatch* first = &late[static_cast<std::size_t>(row.first * patches + column.first)];
       const std::size_t k = static_cast<std::size_t>(240 * v + u);
-      ASSERT_EQ(in_vectors[k], withoutDetours(first[0], first[1], first[patches], first[patches + 1], column.share,
-                                              row.share, map.ray(u, v), z[k]))
+      ASSERT_EQ(in_vectors[k], withoutMultipath(first[0], first[1], first[patches], first[patches + 1], column.share,
+                                                row.share, map.ray(u, v), z[k]))
           << u << ", " << v;
     }
 }
@@ -384,14 +384,14 @@ TEST(Multipath, PosesAndTheMeasureOfAgreementSeeTheSameDepth) {
   pcl::PointCloud<PointFused> cloud;
   FuseFlow<PointFused>().fuse(without, cloud);
   ASSERT_GT(cloud.size(), 100u);
-  EXPECT_EQ(multiCameraConsistency(cloud, with).error, multiCameraConsistency(cloud, without).error);
+  EXPECT_EQ(reprojectionQuality(cloud, with).error, reprojectionQuality(cloud, without).error);
   RigFrame raw = with;
   raw.cameras = plain;
-  EXPECT_NE(multiCameraConsistency(cloud, raw).error, multiCameraConsistency(cloud, without).error);
+  EXPECT_NE(reprojectionQuality(cloud, raw).error, reprojectionQuality(cloud, without).error);
   const auto residual = [](const RigFrame& frame) {
     ExtrinsicEstimation<PointFused> estimation;
     ExtrinsicParameters p;
-    p.unknown_detours = 0;
+    p.residual_multipath = 0;
     estimation.setParameters(p);
     estimation.addFrame(frame);
     return estimation.estimate().residual;
@@ -403,10 +403,11 @@ TEST(Multipath, PosesAndTheMeasureOfAgreementSeeTheSameDepth) {
 TEST(Multipath, WhatNoViewTellsOfMakesFarDepthUncertain) {
   const Multipath multipath{kFrequency, kReflectance};
   // 7 % of the light at one metre, of 0.6, a quarter of a period late: 0.042 / 2π of 0.749 m.
-  EXPECT_NEAR(unknownDetours(multipath, 0.07f), 0.0050099f, 1e-6f);
-  EXPECT_FLOAT_EQ(unknownDetours({0.5f * kFrequency, kReflectance}, 0.07f), 2 * unknownDetours(multipath, 0.07f));
-  EXPECT_FLOAT_EQ(unknownDetours({kFrequency, 0.5f * kReflectance}, 0.07f), 0.5f * unknownDetours(multipath, 0.07f));
-  EXPECT_EQ(unknownDetours({0, kReflectance}, 0.07f), 0.0f);
+  EXPECT_NEAR(residualMultipath(multipath, 0.07f), 0.0050099f, 1e-6f);
+  EXPECT_FLOAT_EQ(residualMultipath({0.5f * kFrequency, kReflectance}, 0.07f), 2 * residualMultipath(multipath, 0.07f));
+  EXPECT_FLOAT_EQ(residualMultipath({kFrequency, 0.5f * kReflectance}, 0.07f),
+                  0.5f * residualMultipath(multipath, 0.07f));
+  EXPECT_EQ(residualMultipath({0, kReflectance}, 0.07f), 0.0f);
 
   // A view of a wall straight ahead, whose normals are the optical axis.
   const int size = 160;
@@ -416,7 +417,7 @@ TEST(Multipath, WhatNoViewTellsOfMakesFarDepthUncertain) {
   view.depth32 = {z.data(), size, size};
   const auto blocksOf = [&](const Camera& camera, float share) {
     ExtrinsicParameters p;
-    p.unknown_detours = share;
+    p.residual_multipath = share;
     host::ViewGeometry geometry;
     geometry.assign(camera);
     auto blocks = std::make_unique<host::AlignmentView>();
@@ -470,7 +471,7 @@ TEST(Multipath, PosesOfARoomThatIsFarOutOfRangeAreTheBetterForIt) {
     return most;
   };
   ExtrinsicParameters trusting;
-  trusting.unknown_detours = 0;
+  trusting.residual_multipath = 0;
   const double by_all = farthest(trusting), by_near = farthest({});
   EXPECT_GT(by_all, 0.005);
   EXPECT_LT(by_near, 0.4 * by_all);

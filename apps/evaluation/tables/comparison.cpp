@@ -185,7 +185,7 @@ std::vector<Result> compare(const Setup& setup, const std::vector<Contender>& co
       PlainCloud points = plain(cloud);
       tally.truth.push_back(compareWithTruth(points, truth, visible, threads, &distances));
       const auto count = static_cast<unsigned int>(threads);
-      const Quality consistency = multiCameraConsistency(cloud, loaded.rig, {}, count);
+      const ReprojectionQuality consistency = reprojectionQuality(cloud, loaded.rig, {}, count);
       tally.error.push_back(1e3 * consistency.error);
       tally.violations.push_back(consistency.violationShare());
       tally.coverage.push_back(consistency.coverage());

@@ -73,7 +73,7 @@ class VoxelDownSampling : public io::Method {
   double leaf_;
 };
 
-/** \brief Every view into a ScalableTSDFVolume of its own frame, and its surface out. Its depth is that of the other peers, light on detours
+/** \brief Every view into a ScalableTSDFVolume of its own frame, and its surface out. Its depth is that of the other peers, multipath interference
  *  taken away; the truncation is that of Open3D's own examples. For lenses without distortion, as the simulator's are. */
 class Tsdf : public io::Method {
  public:

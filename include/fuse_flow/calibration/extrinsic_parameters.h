@@ -45,7 +45,7 @@ struct ExtrinsicParameters {
   /** \brief Of cameras with a modulation frequency (Camera::multipath): light that comes by way of what no view measured, as a share of
    *  what comes straight to a surface one metre away, over the reflectance; 1/m²; ≥ 0. Depth counts as uncertain by s ρ c/(4π f) z²
    *  more: what multipath bends lies far away. At 0.035, ρ = 0.6 and f = 200 MHz, 10 mm at 2 m. */
-  float unknown_detours{kUnknownDetours};
+  float residual_multipath{kResidualMultipath};
   /** \brief Use colour, where both views have it: it tells what geometry leaves open, and adds to what it tells. */
   bool use_color{true};
   int max_iterations{50};           ///< ≥ 1

@@ -11,7 +11,7 @@
 
 namespace fuse_flow {
 
-/** \brief How PoseFilter tells drift from noise, and a knock from a bad frame. */
+/** \brief How PoseFilter tells drift from noise, and a bump from a bad frame. */
 struct PoseFilterParameters {
   /** \brief How far a camera drifts from one update to the next, standard deviation, metres at the scene's radius; ≥ 0. */
   float drift{0.0001f};

@@ -46,7 +46,7 @@ struct AggregationParameters {
    *  measurements put them. Only with ConsistencyAt::CellMean, and only in the frame pipeline: the filters know no refined depth. */
   float confirmation_reach{0.025f};
   /** \brief The reach is at least this times the axial noise of the view that sees the surface (ConfidenceParameters::noise_floor and
-   *  noise_quadratic, times what FuseFlowParameters::adapt_noise finds), together with what light on unknown detours leaves (kUnknownDetours; of
+   *  noise_quadratic, times what FuseFlowParameters::adapt_noise finds), together with what multipath interference that no view explains leaves (kResidualMultipath; of
    *  cameras with a modulation frequency), up to twice confirmation_reach; ≥ 0. Else views would hardly confirm
    *  far surfaces, whose measurements noise scatters wider than that. */
   float reach_per_noise{2.1f};

@@ -56,7 +56,7 @@ struct BlockImage : BlockMap {
   std::ptrdiff_t squares_pitch{0};  ///< from row to row of squares
   ConfidenceParameters noise;       ///< of the sensor …
   float noise_scale{1};             ///< … and how much more, or less, there is
-  float unknown_detours{0};         ///< see unknownDetours()
+  float residual_multipath{0};      ///< see residualMultipath()
 
   /** \brief Whether there is no image. */
   FUSE_FLOW_HD bool missing() const { return z == nullptr; }
@@ -89,11 +89,11 @@ struct BlockImage : BlockMap {
     const float smooth = smooth_z ? smooth_z[v * z_pitch + u] : 0.0f;
     return smooth > 0 ? smooth : depth(u, v);
   }
-  /** \brief Standard deviation of a depth that is truly so long, metres: of noise, and of light on detours that nothing tells of. */
+  /** \brief Standard deviation of a depth that is truly so long, metres: of noise, and of multipath interference that nothing tells of. */
   FUSE_FLOW_HD float axialDeviation(float true_z) const {
     const float noisy = noise_scale * axialNoise(noise, true_z);
-    if (!(unknown_detours > 0)) return noisy;
-    const float late = unknown_detours * true_z * true_z;
+    if (!(residual_multipath > 0)) return noisy;
+    const float late = residual_multipath * true_z * true_z;
     return std::sqrt(noisy * noisy + late * late);
   }
   /** \brief Standard deviation of a block's depth along its normal, metres. */

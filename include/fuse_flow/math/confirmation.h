@@ -76,10 +76,10 @@ struct Confirmation {
     return clampTo(per_noise * per_noise * variance, least * least, kWidest * kWidest * least * least);
   }
 
-  /** \brief Of a depth, square metres. \param noise its standard deviation by noise, metres  \param detours see unknownDetours(), 1/metres
+  /** \brief Of a depth, square metres. \param noise its standard deviation by noise, metres  \param multipath see residualMultipath(), 1/metres
    *  \param z the depth, metres */
-  FUSE_FLOW_HD static float varianceOf(float noise, float detours, float z) {
-    const float late = detours * z * z;
+  FUSE_FLOW_HD static float varianceOf(float noise, float multipath, float z) {
+    const float late = multipath * z * z;
     return noise * noise + late * late;
   }
 

@@ -1,7 +1,7 @@
 #pragma once
 
 /** \file
- *  \brief Light that takes a detour over another surface, and what it does to the depth of a time-of-flight camera.
+ *  \brief Multipath interference: indirect light, by way of another surface, and what it does to the depth of a time-of-flight camera.
  *
  *  The lamp stands at the camera. It sends the same light through every pixel of the same solid angle Ω. Of the patch y that a block of
  *  pixels sees, reflectance · Ω / π goes on into each direction, as the cosine to its normal; at a patch x, d away, with angles α
@@ -42,13 +42,13 @@ struct SurfacePatch {
 /** \brief What makes depth late: c / 2f, where the phase begins again, in metres. \param frequency Hz, > 0 */
 FUSE_FLOW_HD float multipathPeriod(float frequency) { return 0.5f * 299792458.0f / frequency; }
 
-/** \brief Light that comes by way of what no view measured, where nothing else is known: see ExtrinsicParameters::unknown_detours, 1/m². */
-constexpr float kUnknownDetours = 0.035f;
+/** \brief Light that comes by way of what no view measured, where nothing else is known: see ExtrinsicParameters::residual_multipath, 1/m². */
+constexpr float kResidualMultipath = 0.035f;
 
-/** \brief Standard deviation of what detours that no view tells of leave of a depth of one metre, metres. Light that comes straight thins
- *  with the square of the distance, light from all around does not: it grows with the square of depth.
- *  \param share of such light, see ExtrinsicParameters::unknown_detours  \return 0 without a modulation frequency */
-FUSE_FLOW_HD float unknownDetours(const Multipath& multipath, float share) {
+/** \brief Standard deviation of the bias that is left of multipath interference by surfaces that no view measured, at a depth of one metre,
+ *  metres. Direct light thins with the square of the distance, light from all around does not: the bias grows with the square of depth.
+ *  \param share of such light, see ExtrinsicParameters::residual_multipath  \return 0 without a modulation frequency */
+FUSE_FLOW_HD float residualMultipath(const Multipath& multipath, float share) {
   if (!(multipath.modulation_frequency > 0)) return 0.0f;
   constexpr float per_turn = 0.159154943f;  // 1 / 2π
   return share * multipath.reflectance * per_turn * multipathPeriod(multipath.modulation_frequency);
@@ -159,8 +159,8 @@ FUSE_FLOW_HD bool farFrom(const Vec3& tile, float area, const Vec3& p) {
   return (area > 0) & (squaredNorm(p - tile) > 9.0f * area);
 }
 
-/** \brief Light that took a detour, as a share of what came straight: in phase with it, and a quarter of a period behind. */
-struct DetourLight {
+/** \brief Indirect light, as a share of the direct light: in phase with it, and a quarter of a period behind. */
+struct IndirectLight {
   float in_phase{0}, behind{0};
 };
 
@@ -172,22 +172,22 @@ FUSE_FLOW_HD float sineOfTurns(float t) {
 }
 
 /** \brief A place that light comes to: a patch, with what does not depend on where it comes from. */
-struct DetourReceiver {
+struct IndirectReceiver {
   Vec3 p, n;
   float distance;
   float scale;            ///< r² / cos θ
   float turns_per_metre;  ///< of a path's length, there and back: f / c
 
   /** \param period see multipathPeriod() */
-  FUSE_FLOW_HD DetourReceiver(const SurfacePatch& x, float period)
+  FUSE_FLOW_HD IndirectReceiver(const SurfacePatch& x, float period)
       : p(x.p), n(x.n), distance(x.distance), turns_per_metre(0.5f / period) {
     const float cosine = -dot(n, p) / distance;
     scale = distance * distance / (cosine > 0.1f ? cosine : 0.1f);
   }
 
   /** \brief What a patch sends to it. */
-  FUSE_FLOW_HD DetourLight from(const Vec3& source, const Vec3& normal, float power, float area,
-                                float source_distance) const {
+  FUSE_FLOW_HD IndirectLight from(const Vec3& source, const Vec3& normal, float power, float area,
+                                  float source_distance) const {
     const Vec3 between = p - source;
     const float sent = dot(normal, between), received = -dot(n, between);
     const float squared = squaredNorm(between) + 1e-9f;
@@ -198,16 +198,16 @@ struct DetourReceiver {
     const float arriving = face ? w : 0.0f;
     return {arriving * sineOfTurns(turns + 0.25f), arriving * sineOfTurns(turns)};
   }
-  FUSE_FLOW_HD DetourLight from(const SurfacePatch& y) const { return from(y.p, y.n, y.power, y.area, y.distance); }
+  FUSE_FLOW_HD IndirectLight from(const SurfacePatch& y) const { return from(y.p, y.n, y.power, y.area, y.distance); }
 };
 
 /** \brief Sums of light are taken in so many lanes, which are then added: the same bits in vector code and on a GPU. */
-constexpr std::uint32_t kDetourLanes = 8;
+constexpr std::uint32_t kIndirectLanes = 8;
 
 /** \brief Sum of the lanes. */
-FUSE_FLOW_HD DetourLight sumLanes(const DetourLight* lanes) {
-  DetourLight sum;
-  for (std::uint32_t lane = 0; lane < kDetourLanes; ++lane) {
+FUSE_FLOW_HD IndirectLight sumLanes(const IndirectLight* lanes) {
+  IndirectLight sum;
+  for (std::uint32_t lane = 0; lane < kIndirectLanes; ++lane) {
     sum.in_phase += lanes[lane].in_phase;
     sum.behind += lanes[lane].behind;
   }
@@ -215,21 +215,21 @@ FUSE_FLOW_HD DetourLight sumLanes(const DetourLight* lanes) {
 }
 
 /** \brief One lane of the light of all other patches that comes to one: of tiles that are far, then of the patches of those that are near.
- *  \param tiles mergeSurfacePatches() of \p patches  \param count of tiles  \param lane < kDetourLanes */
-FUSE_FLOW_HD DetourLight sumDetoursOfLane(const DetourReceiver& x, const SurfacePatch* tiles,
-                                          const SurfacePatch* patches, std::uint32_t count, std::uint32_t lane) {
-  DetourLight sum;
+ *  \param tiles mergeSurfacePatches() of \p patches  \param count of tiles  \param lane < kIndirectLanes */
+FUSE_FLOW_HD IndirectLight sumIndirectOfLane(const IndirectReceiver& x, const SurfacePatch* tiles,
+                                             const SurfacePatch* patches, std::uint32_t count, std::uint32_t lane) {
+  IndirectLight sum;
   const auto add = [&](const SurfacePatch& source) {
-    const DetourLight light = x.from(source);
+    const IndirectLight light = x.from(source);
     sum.in_phase += light.in_phase;
     sum.behind += light.behind;
   };
-  for (std::uint32_t tile = lane; tile < count; tile += kDetourLanes)
+  for (std::uint32_t tile = lane; tile < count; tile += kIndirectLanes)
     if (farFrom(tiles[tile].p, tiles[tile].area, x.p)) add(tiles[tile]);
   for (std::uint32_t tile = 0; tile < count; ++tile) {
     if (farFrom(tiles[tile].p, tiles[tile].area, x.p)) continue;
     const SurfacePatch* near = patches + static_cast<std::size_t>(tile) * kTilePatches;
-    for (std::uint32_t k = lane; k < kTilePatches; k += kDetourLanes) add(near[k]);
+    for (std::uint32_t k = lane; k < kTilePatches; k += kIndirectLanes) add(near[k]);
   }
   return sum;
 }
@@ -248,15 +248,15 @@ FUSE_FLOW_HD float turnsOf(float y, float x) {
   return y < 0 ? -turns : turns;
 }
 
-/** \brief By how much detours lengthen the depth of a patch, metres along the optical axis; in ± period / 2. */
-FUSE_FLOW_HD float detourDepth(const DetourLight& light, float period, const SurfacePatch& x) {
+/** \brief By how much indirect light lengthens the depth of a patch, metres along the optical axis; in ± period / 2. */
+FUSE_FLOW_HD float multipathBias(const IndirectLight& light, float period, const SurfacePatch& x) {
   return period * turnsOf(light.behind, 1 + light.in_phase) * x.p.z / x.distance;
 }
 
 /** \brief What a pixel asks of the patches around it: where their planes are, and by how much their depth is too long. */
 struct LatePatch {
   Vec3 away{};    ///< away · p = 1 on the plane; zero: there is no surface
-  float late{0};  ///< detourDepth(), metres
+  float late{0};  ///< multipathBias(), metres
 
   LatePatch() = default;
   FUSE_FLOW_HD LatePatch(const SurfacePatch& x, float l) : away((1 / dot(x.n, x.p)) * x.n), late(l) {}
@@ -282,11 +282,11 @@ struct PatchPlace {
   }
 };
 
-/** \brief Depth without detours: between the four patches around a pixel, of those it lies on. \param patches of which the second is
+/** \brief Depth without multipath bias: between the four patches around a pixel, of those it lies on. \param patches of which the second is
  *  to the right of the first, and the other two below  \param a from the left ones to the right, 0 … 1  \param b downwards
  *  \param z as measured  \return z where it lies on none, 0 where nothing would be left */
-FUSE_FLOW_HD float withoutDetours(const LatePatch& p00, const LatePatch& p10, const LatePatch& p01,
-                                  const LatePatch& p11, float a, float b, const Ray& ray, float z) {
+FUSE_FLOW_HD float withoutMultipath(const LatePatch& p00, const LatePatch& p10, const LatePatch& p01,
+                                    const LatePatch& p11, float a, float b, const Ray& ray, float z) {
   float weight = 0, late = 0;
   const auto add = [&](const LatePatch& patch, float w) {
     const float on_plane = (patch.away.x * ray.x + patch.away.y * ray.y + patch.away.z) * z;

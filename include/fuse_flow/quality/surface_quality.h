@@ -17,7 +17,7 @@ namespace fuse_flow {
 struct SurfaceQualityParameters {
   /** \brief Radius of the piece of surface around a point that counts as a plane, metres; (0, 1]. */
   float neighborhood{0.03f};
-  /** \brief As in QualityParameters: a camera sees a point if |z − D| is under this, metres; > 0. */
+  /** \brief As in ReprojectionQualityParameters: a camera sees a point if |z − D| is under this, metres; > 0. */
   float visibility{0.05f};
   /** \brief Pixels around the one that a point falls on, each way, that must lie behind it, too; 0 … 8. */
   int silhouette{2};

@@ -8,9 +8,9 @@ namespace {
 
 using namespace io_test;
 
-QualityParameters parseQuality(std::vector<std::string> arguments) {
+ReprojectionQualityParameters parseQuality(std::vector<std::string> arguments) {
   CLI::App app;
-  QualityParameters parameters;
+  ReprojectionQualityParameters parameters;
   command_line::addQualityOptions(app, parameters);
   std::reverse(arguments.begin(), arguments.end());  // as CLI11 takes them
   app.parse(arguments);
@@ -24,13 +24,13 @@ TEST(QualityOptions, EveryParameterButTheRangesHasAnOption) {
   EXPECT_EQ(visibility, 0.07f);
   EXPECT_EQ(radius, 0.03f);
   EXPECT_EQ(step, 4);
-  EXPECT_EQ(min_range, QualityParameters().min_range);
-  EXPECT_EQ(max_range, QualityParameters().max_range);
+  EXPECT_EQ(min_range, ReprojectionQualityParameters().min_range);
+  EXPECT_EQ(max_range, ReprojectionQualityParameters().max_range);
 }
 
 TEST(QualityOptions, WithoutOptionsItIsTheLibrarysDefaults) {
   const auto [visibility, radius, step, min_range, max_range] = parseQuality({});
-  const QualityParameters defaults;
+  const ReprojectionQualityParameters defaults;
   EXPECT_EQ(visibility, defaults.visibility);
   EXPECT_EQ(radius, defaults.coverage_radius);
   EXPECT_EQ(step, defaults.coverage_step);

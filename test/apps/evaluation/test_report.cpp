@@ -24,8 +24,8 @@ FrameStatistics statistics(double total_ms) {
   return s;
 }
 
-Quality quality() {
-  Quality q;
+ReprojectionQuality quality() {
+  ReprojectionQuality q;
   q.points = 200;
   q.seen_points = 180;
   q.multi_view_points = 150;
@@ -123,7 +123,7 @@ TEST(Report, TotalsAreMeansOverTheFrames) {
 
 TEST(Report, FramesWithoutAFigureDoNotCountInItsMean) {
   io::Report report("fuse_flow");
-  Quality one = quality(), none;
+  ReprojectionQuality one = quality(), none;
   one.error = 0.010;
   none.error = none.multi_view_error = std::nan("");
   report.addFrame(0, statistics(10), one);
@@ -144,7 +144,7 @@ TEST(Report, FramesWithoutAFigureDoNotCountInItsMean) {
 /** \brief 100 points 10 mm off and 300 that are 20 mm off: 17.5 mm, not the 15 mm between the frames. */
 TEST(Report, InTheTotalEveryPointAndEveryPixelCountsTheSame) {
   io::Report report("fuse_flow");
-  Quality few, many;
+  ReprojectionQuality few, many;
   few.points = few.seen_points = 100;
   few.error = 0.010;
   few.pixels = few.covered_pixels = 1000;

@@ -113,13 +113,13 @@ std::vector<float> surfaceDistances(const SimulationOptions& options) {
   return distances;
 }
 
-TEST(Simulator, ARigSaysThatItsLampsLightTakesDetours) {
+TEST(Simulator, ARigSaysThatItsLampsLightHasMultipath) {
   for (const char* sensor : {"time_of_flight_multipath", "time_of_flight", "structured_light"}) {
-    const bool detours = std::string(sensor) == "time_of_flight_multipath";
+    const bool multipath = std::string(sensor) == "time_of_flight_multipath";
     const Simulator simulator(smallRig("table", sensor));
     for (const fuse_flow::Camera& camera : simulator.cameras())
-      EXPECT_EQ(camera.multipath.modulation_frequency, detours ? 200e6f : 0.0f) << sensor;
-    EXPECT_EQ(simulator.rig().cameras[0].camera.multipath.modulation_frequency, detours ? 200e6f : 0.0f) << sensor;
+      EXPECT_EQ(camera.multipath.modulation_frequency, multipath ? 200e6f : 0.0f) << sensor;
+    EXPECT_EQ(simulator.rig().cameras[0].camera.multipath.modulation_frequency, multipath ? 200e6f : 0.0f) << sensor;
   }
 }
 

@@ -136,8 +136,8 @@ TEST_F(Calibrate, TheDeviceIsChosenAndAMissingGpuIsAnErrorOfOneLine) {
   EXPECT_EQ(readText(out("refined.json")), of_gpu) << "what is chosen where there is a GPU, with the same bytes again";
 }
 
-TEST_F(Calibrate, AKnockedCameraIsToldWhileFusing) {
-  simulate({"--frames", "7", "--fps", "30", "--knock", "60", "--knock-rotation", "1", "--knock-frame", "2"});
+TEST_F(Calibrate, ABumpedCameraIsToldWhileFusing) {
+  simulate({"--frames", "7", "--fps", "30", "--bump", "60", "--bump-rotation", "1", "--bump-frame", "2"});
   const ToolResult result = fuse({recording(), "-o", out(), "--refine-extrinsics", "--no-quality"});
   EXPECT_EQ(result.exit_code, 0);
   EXPECT_NE(result.err.find("camera 'camera_02' has moved by"), std::string::npos) << result.err;

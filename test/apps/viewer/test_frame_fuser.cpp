@@ -231,11 +231,11 @@ TEST_F(Refining, BringsTheViewsOfAStandingFrameTogetherAndOffAgainPosesAreAsGive
   EXPECT_EQ(again->clouds[0]->quality->error, given->clouds[0]->quality->error);
 }
 
-TEST_F(Refining, TellsAKnockedCameraUntilItIsSwitchedOff) {
+TEST_F(Refining, TellsABumpedCameraUntilItIsSwitchedOff) {
   options_.faults = {};
-  options_.faults.knock = 0.06;
-  options_.faults.knock_rotation = M_PI / 180;
-  options_.faults.knock_frame = 2;
+  options_.faults.bump = 0.06;
+  options_.faults.bump_rotation = M_PI / 180;
+  options_.faults.bump_frame = 2;
   EXPECT_TRUE(fuse(true, 1)->refined->moved.empty());
   std::shared_ptr<const FusedFrame> last;
   for (std::size_t frame = 2; frame < 9; ++frame) last = fuse(true, frame);

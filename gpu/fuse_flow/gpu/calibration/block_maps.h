@@ -91,7 +91,7 @@ class BlockMaps {
     }
     image.noise = p.noise;
     image.noise_scale = noise_scales_[camera];
-    image.unknown_detours = unknownDetours(full.model.multipath, p.unknown_detours);
+    image.residual_multipath = residualMultipath(full.model.multipath, p.residual_multipath);
     return image;
   }
 

@@ -145,7 +145,8 @@ struct ConsistencyEvaluator {
     const float du = sight.x - 0.5f - static_cast<float>(u), dv = sight.y - 0.5f - static_cast<float>(v);
     const float refined_depth = depthBetween(du, dv, reach, DepthsAround{map, u, v});
     const float noise = view.noise_scale * axialNoise(noise_model, here);
-    const float variance = Confirmation::varianceOf(noise, unknownDetours(view.model.multipath, kUnknownDetours), here);
+    const float variance =
+        Confirmation::varianceOf(noise, residualMultipath(view.model.multipath, kResidualMultipath), here);
     confirmation.add(p_W - view.model.T_world_camera.t, sight.depth_of_point, refined_depth,
                      noiseWeight(noise, per_half_weight_noise),
                      Confirmation::squaredReach(reach, reach_per_noise, variance));

@@ -55,23 +55,23 @@ struct MergePatches {
   }
 };
 
-/** \brief A lane of the light that comes to each patch: kDetourLanes threads a patch, since there are few patches. */
-struct SumDetours {
+/** \brief A lane of the light that comes to each patch: kIndirectLanes threads a patch, since there are few patches. */
+struct SumIndirectLight {
   TileGrid tiles;
   const SurfacePatch* patches;
   const SurfacePatch* merged;
-  DetourLight* lanes;
+  IndirectLight* lanes;
 
   FUSE_FLOW_HD void operator()(std::uint32_t k) const {
-    const PatchAddress a = patchAddress(tiles, k / kDetourLanes);
+    const PatchAddress a = patchAddress(tiles, k / kIndirectLanes);
     const DeviceView& view = tiles.pixels.views[a.view];
     if (!hasMultipath(view)) return;
-    const SurfacePatch patch = patches[k / kDetourLanes];
+    const SurfacePatch patch = patches[k / kIndirectLanes];
     if (!(patch.power > 0)) return;
     const float period = multipathPeriod(view.model.multipath.modulation_frequency);
-    lanes[k] = sumDetoursOfLane(DetourReceiver(patch, period), merged + a.first_tile,
-                                patches + static_cast<std::size_t>(a.first_tile) * kTilePatches, a.tile_count,
-                                k % kDetourLanes);
+    lanes[k] = sumIndirectOfLane(IndirectReceiver(patch, period), merged + a.first_tile,
+                                 patches + static_cast<std::size_t>(a.first_tile) * kTilePatches, a.tile_count,
+                                 k % kIndirectLanes);
   }
 };
 
@@ -79,7 +79,7 @@ struct SumDetours {
 struct FindLate {
   TileGrid tiles;
   const SurfacePatch* patches;
-  const DetourLight* lanes;
+  const IndirectLight* lanes;
   LatePatch* late;
 
   FUSE_FLOW_HD void operator()(std::uint32_t k) const {
@@ -88,13 +88,13 @@ struct FindLate {
     const SurfacePatch patch = patches[k];
     late[k] = LatePatch{};
     if (!(patch.power > 0)) return;  // of which there are no lanes
-    const DetourLight light = sumLanes(lanes + static_cast<std::size_t>(k) * kDetourLanes);
+    const IndirectLight light = sumLanes(lanes + static_cast<std::size_t>(k) * kIndirectLanes);
     const float period = multipathPeriod(view.model.multipath.modulation_frequency);
-    late[k] = LatePatch(patch, detourDepth(light, period, patch));
+    late[k] = LatePatch(patch, multipathBias(light, period, patch));
   }
 };
 
-/** \brief Takes the detours from each pixel's depth. */
+/** \brief Takes the multipath bias from each pixel's depth. */
 struct CorrectMultipath {
   TileGrid tiles;
   const LatePatch* late;
@@ -124,8 +124,9 @@ struct CorrectMultipath {
       return late[(static_cast<std::size_t>(first_tile) + static_cast<std::size_t>(tile)) * kTilePatches +
                   static_cast<std::size_t>(place)];
     };
-    return withoutDetours(at(column.first, row.first), at(column.first + 1, row.first), at(column.first, row.first + 1),
-                          at(column.first + 1, row.first + 1), column.share, row.share, view.ray(a.u, a.v), value);
+    return withoutMultipath(at(column.first, row.first), at(column.first + 1, row.first),
+                            at(column.first, row.first + 1), at(column.first + 1, row.first + 1), column.share,
+                            row.share, view.ray(a.u, a.v), value);
   }
 };
 
@@ -138,11 +139,11 @@ class MultipathCorrection {
     const std::size_t patches = static_cast<std::size_t>(tiles.count) * kTilePatches;
     patches_.resize(patches);
     late_.resize(patches);
-    lanes_.resize(patches * kDetourLanes);
+    lanes_.resize(patches * kIndirectLanes);
     merged_.resize(tiles.count);
     run.forEach(patches, MakePatches{tiles, z, patches_.data()});
     run.forEach(tiles.count, MergePatches{tiles, patches_.data(), merged_.data()});
-    run.forEach(patches * kDetourLanes, SumDetours{tiles, patches_.data(), merged_.data(), lanes_.data()});
+    run.forEach(patches * kIndirectLanes, SumIndirectLight{tiles, patches_.data(), merged_.data(), lanes_.data()});
     run.forEach(patches, FindLate{tiles, patches_.data(), lanes_.data(), late_.data()});
     run.forEach(views.pixels(), CorrectMultipath{tiles, late_.data(), z, q});
   }
@@ -151,7 +152,7 @@ class MultipathCorrection {
 
  private:
   DeviceBuffer<SurfacePatch> patches_, merged_;
-  DeviceBuffer<DetourLight> lanes_;
+  DeviceBuffer<IndirectLight> lanes_;
   DeviceBuffer<LatePatch> late_;
 };
 

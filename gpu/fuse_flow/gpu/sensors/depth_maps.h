@@ -62,12 +62,12 @@ class DepthMaps {
     float* q = smooth && !p.bilateral ? maps_[0].data() : nullptr;
     float* const z = (fill ? raw_z_ : z_).data();
     float* const q_of_z = fill ? nullptr : q;
-    const bool detours = views.hasMultipath();
+    const bool multipath = views.hasMultipath();
     run.forEach(pixels / ConvertDepth::kPixels,
-                ConvertDepth{views.grid(), p.min_range, p.max_range, z, detours ? nullptr : q_of_z});
+                ConvertDepth{views.grid(), p.min_range, p.max_range, z, multipath ? nullptr : q_of_z});
     const double inverse = q ? 4 : 0;
-    times.mark("metres", (2 + 4 + (fill || detours ? 0 : inverse)) * of_pixels);
-    if (detours) {
+    times.mark("metres", (2 + 4 + (fill || multipath ? 0 : inverse)) * of_pixels);
+    if (multipath) {
       multipath_.correct(run, views, z, q_of_z);
       times.mark("multipath", (4 + 4 + 4 + (fill ? 0 : inverse)) * of_pixels);
     }

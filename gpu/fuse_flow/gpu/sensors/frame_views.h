@@ -91,7 +91,7 @@ class FrameViews {
   PixelGrid grid() const {
     return {device_views_.data(), device_offsets_.data(), static_cast<std::uint32_t>(rig_.size())};
   }
-  /** \brief Whether the depth of any view that is there is to be corrected for light on detours. */
+  /** \brief Whether the depth of any view that is there is to be corrected for multipath interference. */
   bool hasMultipath() const { return has_multipath_; }
   TileGrid tiles() const { return {grid(), device_offsets_.data() + rig_.size() + 1, tiles_}; }
   /** \brief As uploaded. */

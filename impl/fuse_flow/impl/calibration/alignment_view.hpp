@@ -67,7 +67,7 @@ class AlignmentView {
     image_.max_squared_radius = geometry.max_squared_radius;
     image_.reduction = reduction;
     image_.noise = p.noise;
-    image_.unknown_detours = unknownDetours(geometry.multipath, p.unknown_detours);
+    image_.residual_multipath = residualMultipath(geometry.multipath, p.residual_multipath);
     image_.width = full_.width() / reduction;
     image_.height = full_.height() / reduction;
     image_.pitch = image_.width;

@@ -23,7 +23,7 @@ FUSE_FLOW_INLINE void checkParameters(const ExtrinsicParameters& p) {
   detail::checkRange(owner, "min_distance", p.min_distance, 0.0f, p.max_distance);
   detail::checkRange(owner, "max_normal_angle", p.max_normal_angle, 0.01f, 1.57f);
   detail::checkRange(owner, "min_information", p.min_information, 1.0f, 1e12f);
-  detail::checkNonNegative(owner, "unknown_detours", p.unknown_detours);
+  detail::checkNonNegative(owner, "residual_multipath", p.residual_multipath);
   detail::checkRange(owner, "max_iterations", p.max_iterations, 1, 1 << 20);
 }
 

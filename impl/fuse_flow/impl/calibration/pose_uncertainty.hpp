@@ -13,7 +13,7 @@ namespace host {
  *
  *  Residuals are not independent: the noise of neighbouring pixels goes together, and where one thing hides another all
  *  counterparts err to one side. So the images are cut into parts c, of which each pulls the poses its own way with the gradient
- *  g_c; Σ g_c = 0 where the poses have come to rest, and how much the g_c scatter says how well the parts agree. With J the
+ *  g_c; Σ g_c = 0 where the poses have converged, and how much the g_c scatter says how well the parts agree. With J the
  *  change of Σ g_c along the motions, noise of the normals aside, the covariance is J⁻¹ (Σ g_c g_cᵀ) J⁻ᵀ, the sandwich of
  *  Huber (1967) and White (1980), clustered after Liang and Zeger (1986). */
 class PoseUncertainty {

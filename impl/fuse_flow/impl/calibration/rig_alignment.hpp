@@ -258,7 +258,7 @@ class RigAlignment {
   static constexpr double kMaxColorDeviation = 4e-3;  ///< metres at the scene's radius
   static constexpr double kScaleTolerance = 4;        ///< deviation over that of the next finer scale
   static constexpr int kScalePatience = 5;            ///< iterations; along weak motions colour is slow
-  static constexpr int kPatience = 10;                ///< iterations; noisy data never come to rest
+  static constexpr int kPatience = 10;                ///< iterations; noisy data never converge
   static constexpr int kSecondLook = 6;               ///< iteration after which neighbours are known
 
   RigCorrespondences& system_;

@@ -24,14 +24,14 @@ class CellConfirmations {
   void reserve(std::size_t n) {
     if (n <= capacity()) return;
     for (std::vector<float>* a :
-         {&x_, &y_, &z_, &here_, &beside_, &opposite_, &below_, &above_, &noise_scale_, &detours_, &a_, &w_, &pull_})
+         {&x_, &y_, &z_, &here_, &beside_, &opposite_, &below_, &above_, &noise_scale_, &multipath_, &a_, &w_, &pull_})
       a->resize(n);
   }
 
   /** \brief One share more, for which there must be room. \param refined D^r of the view, with zeros around it
    *  \param x,y,z of ViewModel::locate()  \param noise_scale of the view, see noiseScale()
-   *  \param detours of the view, see unknownDetours() */
-  void add(const DepthMap& refined, float x, float y, float z, float noise_scale, float detours) {
+   *  \param multipath of the view, see residualMultipath() */
+  void add(const DepthMap& refined, float x, float y, float z, float noise_scale, float multipath) {
     const int u = static_cast<int>(x), v = static_cast<int>(y);
     const float du = x - 0.5f - static_cast<float>(u), dv = y - 0.5f - static_cast<float>(v);
     // Arithmetic, where compilers would make branches of conditions: which side it is is anyone's guess.
@@ -47,7 +47,7 @@ class CellConfirmations {
     below_[n_] = here[down];
     above_[n_] = here[-down];
     noise_scale_[n_] = noise_scale;
-    detours_[n_] = detours;
+    multipath_[n_] = multipath;
     ++n_;
   }
 
@@ -63,7 +63,7 @@ class CellConfirmations {
   void weigh(const Weighing& by) {
     inWideVectors([&] {
       weigh(n_, by, x_.data(), y_.data(), z_.data(), here_.data(), beside_.data(), opposite_.data(), below_.data(),
-            above_.data(), noise_scale_.data(), detours_.data(), a_.data(), w_.data(), pull_.data());
+            above_.data(), noise_scale_.data(), multipath_.data(), a_.data(), w_.data(), pull_.data());
     });
   }
 
@@ -74,7 +74,7 @@ class CellConfirmations {
   static void weigh(std::size_t n, Weighing by, const float* __restrict x, const float* __restrict y,
                     const float* __restrict z, const float* __restrict here, const float* __restrict beside,
                     const float* __restrict opposite, const float* __restrict below, const float* __restrict above,
-                    const float* __restrict noise_scale, const float* __restrict detours, float* __restrict a,
+                    const float* __restrict noise_scale, const float* __restrict multipath, float* __restrict a,
                     float* __restrict w, float* __restrict pull) {
     for (std::size_t k = 0; k < n; ++k) {
       const float refined = depthBetween(x[k], y[k], by.reach, here[k], beside[k], opposite[k], below[k], above[k]);
@@ -82,7 +82,7 @@ class CellConfirmations {
       const Confirmation::Share share =
           Confirmation::share(z[k], refined, noiseWeight(noise, by.per_half_weight),
                               Confirmation::squaredReach(by.reach, by.reach_per_noise,
-                                                         Confirmation::varianceOf(noise, detours[k], here[k])));
+                                                         Confirmation::varianceOf(noise, multipath[k], here[k])));
       a[k] = share.a;
       w[k] = share.w;
       pull[k] = share.pull;
@@ -92,7 +92,7 @@ class CellConfirmations {
   std::size_t n_{0};
   std::vector<float> x_, y_, z_;  // in the view: pixels from the centre of one, metres
   std::vector<float> here_, beside_, opposite_, below_, above_;
-  std::vector<float> noise_scale_, detours_;  // of the view
+  std::vector<float> noise_scale_, multipath_;  // of the view
   std::vector<float> a_, w_, pull_;
 };
 

@@ -109,7 +109,7 @@ class ConsistencyEvaluator {
       const CellOpinions::Sight sight = opinions.sight(k, a);
       const float noise_scale = noise_scales_ != nullptr ? (*noise_scales_)[sight.view] : 1.0f;
       confirmations.add((*refined_)[sight.view], sight.x, sight.y, sight.z, noise_scale,
-                        unknownDetours((*rig_)[sight.view].multipath, kUnknownDetours));
+                        residualMultipath((*rig_)[sight.view].multipath, kResidualMultipath));
     }
   }
 

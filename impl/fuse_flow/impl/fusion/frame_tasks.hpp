@@ -16,7 +16,7 @@ class FrameTasks {
   enum class Step : std::uint8_t {
     TakeScratch,  ///< the map that a view is smoothed in, once the view that had it is smoothed
     Convert,      ///< raw depth to metres
-    WholeView,    ///< what is not done row by row: light on detours, filling, the view's noise
+    WholeView,    ///< what is not done row by row: multipath interference, filling, the view's noise
     Invert,       ///< depth to inverse depth, where Convert could not do it yet
     Smooth,       ///< one pass
     Points

@@ -14,7 +14,7 @@ namespace host {
 /** \brief Patches number by number, for vector code. */
 class PatchColumns {
  public:
-  static constexpr std::size_t kLanes = kDetourLanes;
+  static constexpr std::size_t kLanes = kIndirectLanes;
 
   /** \brief Room for whole vectors; what is not set() sends nothing, and counts as far away. */
   void resize(std::size_t count) {
@@ -48,7 +48,7 @@ class PatchColumns {
     const float* __restrict area;
     const float* __restrict distance;
 
-    DetourLight light(const DetourReceiver& receiver, std::size_t k) const {
+    IndirectLight light(const IndirectReceiver& receiver, std::size_t k) const {
       return receiver.from({x[k], y[k], z[k]}, {nx[k], ny[k], nz[k]}, power[k], area[k], distance[k]);
     }
     bool far(const Vec3& p, std::size_t k) const { return farFrom({x[k], y[k], z[k]}, area[k], p); }
@@ -62,7 +62,7 @@ class PatchColumns {
   std::vector<float> x_, y_, z_, nx_, ny_, nz_, power_, area_, distance_;
 };
 
-/** \brief Takes from a view's depth what light on detours has added (math/multipath.h). Once warm it allocates nothing. */
+/** \brief Takes from a view's depth what multipath interference has added (math/multipath.h). Once warm it allocates nothing. */
 class MultipathCorrection {
  public:
   static bool wantedBy(const ViewModel& view) { return view.multipath.modulation_frequency > 0; }
@@ -109,19 +109,19 @@ class MultipathCorrection {
       const int a = tile % tiles_across_ * kPatchesAcrossTile + place % kPatchesAcrossTile;
       const int b = tile / tiles_across_ * kPatchesAcrossTile + place / kPatchesAcrossTile;
       late_[static_cast<std::size_t>(b * across() + a)] = {
-          patch, detourDepth(sum(DetourReceiver(patch, period)), period, patch)};
+          patch, multipathBias(sum(IndirectReceiver(patch, period)), period, patch)};
     }
   }
 
-  /** \brief The lanes of sumDetoursOfLane() at once, in vector code, and their sum. */
-  DetourLight sum(const DetourReceiver& receiver) {
+  /** \brief The lanes of sumIndirectOfLane() at once, in vector code, and their sum. */
+  IndirectLight sum(const IndirectReceiver& receiver) {
     constexpr std::size_t kLanes = PatchColumns::kLanes;
-    DetourLight lanes[kLanes];
+    IndirectLight lanes[kLanes];
     const PatchColumns::View all_tiles = tile_columns_.view(), all_patches = patch_columns_.view();
     float* const of_near = near_.data();
     const std::size_t count = near_.size();
     inWideVectors([&, of_near, count] {
-      const DetourReceiver x = receiver;  // copies: the compiler then knows that nothing overwrites them
+      const IndirectReceiver x = receiver;  // copies: the compiler then knows that nothing overwrites them
       const PatchColumns::View tiles = all_tiles, patches = all_patches;
       float* __restrict near = of_near;
       float real[kLanes] = {}, imaginary[kLanes] = {};
@@ -129,7 +129,7 @@ class MultipathCorrection {
         for (std::size_t lane = 0; lane < kLanes; ++lane) {
           const std::size_t k = first + lane;
           const float far = tiles.far(x.p, k) ? 1.0f : 0.0f;
-          const DetourLight light = tiles.light(x, k);
+          const IndirectLight light = tiles.light(x, k);
           real[lane] += far * light.in_phase;
           imaginary[lane] += far * light.behind;
           near[k] = 1 - far;
@@ -138,7 +138,7 @@ class MultipathCorrection {
         if (near[tile] == 0) continue;
         for (std::size_t first = tile * kTilePatches; first < (tile + 1) * kTilePatches; first += kLanes)
           for (std::size_t lane = 0; lane < kLanes; ++lane) {
-            const DetourLight light = patches.light(x, first + lane);
+            const IndirectLight light = patches.light(x, first + lane);
             real[lane] += light.in_phase;
             imaginary[lane] += light.behind;
           }
@@ -163,8 +163,8 @@ class MultipathCorrection {
           const LatePatch p00 = above[first], p10 = above[first + 1], p01 = below[first], p11 = below[first + 1];
           for (; u < end; ++u) {
             const auto k = static_cast<std::size_t>(u);
-            corrected[u] = withoutDetours(p00, p10, p01, p11, PatchPlace::shareOfNext(u, first), rows.share,
-                                          {rays.x(k), rays.y(k)}, corrected[u]);
+            corrected[u] = withoutMultipath(p00, p10, p01, p11, PatchPlace::shareOfNext(u, first), rows.share,
+                                            {rays.x(k), rays.y(k)}, corrected[u]);
           }
         }
       });

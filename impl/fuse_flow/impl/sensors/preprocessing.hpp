@@ -65,7 +65,7 @@ inline bool needsWholeImage(const PreprocessingParameters& p, const ViewModel& v
   return p.fill_neighbours > 0 || p.bilateral || MultipathCorrection::wantedBy(view);
 }
 
-/** \brief What needs a whole image: light on detours, filling and smoothing. */
+/** \brief What needs a whole image: multipath interference, filling and smoothing. */
 inline void preprocessDepthMap(const PreprocessingParameters& p, const ViewGeometry& view,
                                MultipathCorrection& multipath, DepthMap& depth) {
   if (MultipathCorrection::wantedBy(view)) multipath.correct(view, depth);

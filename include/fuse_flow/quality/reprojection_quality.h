@@ -9,7 +9,7 @@
 namespace fuse_flow {
 
 /** \brief What eq. 12 leaves open, settled. */
-struct QualityParameters {
+struct ReprojectionQualityParameters {
   /** \brief A camera sees a point if the point projects inside, the depth there is valid and |z − D| is under this;
    *  metres; (0, 10]. */
   float visibility{0.05f};
@@ -22,11 +22,11 @@ struct QualityParameters {
 };
 
 /** \brief Throws pcl::BadArgumentException naming the parameter and its value if one is out of its range. */
-inline void checkParameters(const QualityParameters& parameters);
+inline void checkParameters(const ReprojectionQualityParameters& parameters);
 
 /** \brief How well a cloud agrees with the views of a frame. Look at all of it: E_MC alone is won by throwing points
  *  away. */
-struct Quality {
+struct ReprojectionQuality {
   std::size_t points{0};             ///< of the cloud, finite or not
   std::size_t seen_points{0};        ///< by one view at least
   std::size_t multi_view_points{0};  ///< by two views or more
@@ -51,9 +51,9 @@ struct Quality {
  *  \param threads 0: one per core
  *  \throws pcl::BadArgumentException if a camera or a view contradicts itself, or a parameter is out of its range */
 template <typename PointT>
-Quality multiCameraConsistency(const pcl::PointCloud<PointT>& cloud, const RigFrame& frame,
-                               const QualityParameters& parameters = {}, unsigned int threads = 0);
+ReprojectionQuality reprojectionQuality(const pcl::PointCloud<PointT>& cloud, const RigFrame& frame,
+                                        const ReprojectionQualityParameters& parameters = {}, unsigned int threads = 0);
 
 }  // namespace fuse_flow
 
-#include <fuse_flow/impl/quality/multi_camera_consistency.hpp>
+#include <fuse_flow/impl/quality/reprojection_quality.hpp>

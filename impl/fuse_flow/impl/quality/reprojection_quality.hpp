@@ -4,7 +4,7 @@
 #include <fuse_flow/impl/quality/local_frame.hpp>
 #include <fuse_flow/impl/quality/point_index.hpp>
 #include <fuse_flow/impl/sensors/frame_views.hpp>
-#include <fuse_flow/quality/multi_camera_consistency.h>
+#include <fuse_flow/quality/reprojection_quality.h>
 
 #include <limits>
 
@@ -38,8 +38,8 @@ inline PointAgreement pointAgreement(const Vec3& p, const host::FrameViews& view
 
 }  // namespace detail
 
-inline void checkParameters(const QualityParameters& p) {
-  constexpr const char* owner = "fuse_flow::multiCameraConsistency";
+inline void checkParameters(const ReprojectionQualityParameters& p) {
+  constexpr const char* owner = "fuse_flow::reprojectionQuality";
   detail::checkLength(owner, "visibility", p.visibility);
   detail::checkLength(owner, "coverage_radius", p.coverage_radius);
   detail::checkRange(owner, "coverage_step", p.coverage_step, 1, 1 << 16);
@@ -47,8 +47,8 @@ inline void checkParameters(const QualityParameters& p) {
 }
 
 template <typename PointT>
-Quality multiCameraConsistency(const pcl::PointCloud<PointT>& cloud, const RigFrame& frame,
-                               const QualityParameters& parameters, unsigned int threads) {
+ReprojectionQuality reprojectionQuality(const pcl::PointCloud<PointT>& cloud, const RigFrame& frame,
+                                        const ReprojectionQualityParameters& parameters, unsigned int threads) {
   checkRigFrame(frame);
   checkParameters(parameters);
   const int resolved = host::resolveThreads(static_cast<int>(threads));
@@ -60,7 +60,7 @@ Quality multiCameraConsistency(const pcl::PointCloud<PointT>& cloud, const RigFr
   views.assign(detail::movedTo(origin, frame), raw, resolved);
   const std::vector<Vec3> points = detail::pointsFrom(origin, cloud);
 
-  Quality quality;
+  ReprojectionQuality quality;
   quality.points = cloud.size();
   double sum = 0, multi_view_sum = 0;
   for (const Vec3& point : points) {
@@ -82,10 +82,10 @@ Quality multiCameraConsistency(const pcl::PointCloud<PointT>& cloud, const RigFr
   quality.multi_view_error = mean(multi_view_sum, quality.multi_view_points);
 
   const detail::PointIndex index(points, parameters.coverage_radius);
-  std::vector<Quality> per_view(views.depths.size());
+  std::vector<ReprojectionQuality> per_view(views.depths.size());
   const int step = parameters.coverage_step;
   host::parallelFor(resolved, views.depths.size(), [&](std::size_t j, int) {
-    Quality counts;
+    ReprojectionQuality counts;
     for (int v = 0; v < views.depths[j].height(); v += step)
       for (int u = 0; u < views.depths[j].width(); u += step) {
         const float z = views.depths[j].row(v)[u];
@@ -96,7 +96,7 @@ Quality multiCameraConsistency(const pcl::PointCloud<PointT>& cloud, const RigFr
       }
     per_view[j] = counts;
   });
-  for (const Quality& counts : per_view) {
+  for (const ReprojectionQuality& counts : per_view) {
     quality.pixels += counts.pixels;
     quality.covered_pixels += counts.covered_pixels;
   }

@@ -1,4 +1,4 @@
-#include "simulation/detours.h"
+#include "simulation/indirect_light.h"
 
 #include "simulation/pi.h"
 #include "simulation/portable_math.h"
@@ -34,8 +34,8 @@ float returnedLight(const RayScene& scene, const SurfacePoint& surface, const Ve
          (squared * std::sqrt(squared));
 }
 
-Detours::Detours(const RayScene& scene, const Intrinsics& K, const Eigen::Isometry3d& T_world_camera, float period,
-                 std::uint64_t seed, int threads)
+IndirectLight::IndirectLight(const RayScene& scene, const Intrinsics& K, const Eigen::Isometry3d& T_world_camera,
+                             float period, std::uint64_t seed, int threads)
     : width_(K.width),
       height_(K.height),
       radians_per_metre_(kPiF / period),
@@ -48,8 +48,8 @@ Detours::Detours(const RayScene& scene, const Intrinsics& K, const Eigen::Isomet
   });
 }
 
-Detours::Receiver Detours::receive(const RayScene& scene, const PixelRays& rays, int u, int v,
-                                   std::uint64_t seed) const {
+IndirectLight::Receiver IndirectLight::receive(const RayScene& scene, const PixelRays& rays, int u, int v,
+                                               std::uint64_t seed) const {
   Receiver receiver;
   const RayHit hit = scene.intersect(rays.origin(), rays.direction(static_cast<float>(u), static_cast<float>(v)));
   if (!hit) return receiver;
@@ -80,7 +80,7 @@ Detours::Receiver Detours::receive(const RayScene& scene, const PixelRays& rays,
   return receiver;
 }
 
-Detours::Light Detours::at(int u, int v) const {
+IndirectLight::Light IndirectLight::at(int u, int v) const {
   const Receiver& own = receiver(u, v);
   if (!(own.distance > 0)) return {};
   float real = 0, imaginary = 0, count = 0;

@@ -13,13 +13,13 @@ namespace fuse_flow::simulation {
  *  The light that falls on a place from all around is an integral, and smooth along a surface. It is estimated from 36 random
  *  directions for each pixel, in strata, together with those of the 7 × 7 pixels around it on the same surface: 1,764 in all.
  *  A few alone would leave noise that no sensor has. */
-class Detours {
+class IndirectLight {
  public:
   /** \param period depth at which the phase begins again, metres  \param seed of the directions */
-  Detours(const RayScene& scene, const Intrinsics& K, const Eigen::Isometry3d& T_world_camera, float period,
-          std::uint64_t seed, int threads);
+  IndirectLight(const RayScene& scene, const Intrinsics& K, const Eigen::Isometry3d& T_world_camera, float period,
+                std::uint64_t seed, int threads);
 
-  /** \brief Of the light that takes a detour to what a pixel sees: in phase with light that comes straight, and a quarter of a period
+  /** \brief Of the indirect light on what a pixel sees: in phase with the direct light, and a quarter of a period
    *  behind it. In shares of the light that the lamp sends to a place 1 m away, as a surface that swallows nothing would
    *  send it back. 0 where the pixel sees nothing. */
   struct Light {

@@ -1,6 +1,6 @@
 #include "mesh_checks.h"
 
-#include "simulation/detours.h"
+#include "simulation/indirect_light.h"
 #include "simulation/sensor.h"
 
 #include <fuse_flow/impl/sensors/multipath_correction.hpp>
@@ -68,35 +68,35 @@ std::complex<double> integral(const Intrinsics& K, const Vector3f& place) {
   return sum;
 }
 
-TEST(Detours, AreAllTheLightThatComesByTheOtherWall) {
+TEST(IndirectLight, AreAllTheLightThatComesByTheOtherWall) {
   const Intrinsics K = wideCamera();
   const RayScene scene = corner();
-  const Detours detours(scene, K, Eigen::Isometry3d::Identity(), kPeriod, 1, 2);
+  const IndirectLight indirect(scene, K, Eigen::Isometry3d::Identity(), kPeriod, 1, 2);
   for (const auto& [u, v] : {std::pair{130, 120}, std::pair{150, 120}, std::pair{180, 60}, std::pair{210, 180}}) {
     const float x = (static_cast<float>(u) - K.cx) / K.fx, y = (static_cast<float>(v) - K.cy) / K.fy;
     const float z = 2 / (1 + x);  // on the right wall, z = 2 − x z
     const std::complex<double> expected = integral(K, {x * z, y * z, z});
-    const Detours::Light light = detours.at(u, v);
+    const IndirectLight::Light light = indirect.at(u, v);
     EXPECT_NEAR(static_cast<double>(light.in_phase), expected.real(), 0.04 * std::abs(expected)) << u << ", " << v;
     EXPECT_NEAR(static_cast<double>(light.behind), expected.imag(), 0.04 * std::abs(expected)) << u << ", " << v;
     EXPECT_GT(std::abs(expected), 0.003) << "there is something to compare";
   }
 }
 
-TEST(Detours, AreNoneOnAWallAloneNorWhereNothingIsSeen) {
+TEST(IndirectLight, AreNoneOnAWallAloneNorWhereNothingIsSeen) {
   Object wall = mesh_checks::squareFacingUp(1, 0);
   for (Vector3f& v : wall.mesh.vertices) v = Vector3f(v.x(), -v.y(), 2 - v.z());
   RayScene scene;
   scene.setFixed({wall});
-  const Detours detours(scene, wideCamera(), Eigen::Isometry3d::Identity(), kPeriod, 1, 2);
+  const IndirectLight indirect(scene, wideCamera(), Eigen::Isometry3d::Identity(), kPeriod, 1, 2);
   for (const auto& [u, v] : {std::pair{120, 120}, std::pair{0, 0}}) {
-    EXPECT_EQ(detours.at(u, v).in_phase, 0.0f);
-    EXPECT_EQ(detours.at(u, v).behind, 0.0f);
+    EXPECT_EQ(indirect.at(u, v).in_phase, 0.0f);
+    EXPECT_EQ(indirect.at(u, v).behind, 0.0f);
   }
 }
 
-TEST(Detours, HaveNoNoiseOfTheirOwn) {
-  // The noise of both sensors is the same, number by number: their difference is what detours do, and is smooth.
+TEST(IndirectLight, HaveNoNoiseOfTheirOwn) {
+  // The noise of both sensors is the same, number by number: their difference is what indirect light does, and is smooth.
   const RayScene scene = corner();
   FloatImage with, without;
   makeSensor("time_of_flight_multipath", 0.5)->measure(scene, Eigen::Isometry3d::Identity(), {1, 0, 0}, 2, with);
@@ -113,11 +113,11 @@ TEST(Detours, HaveNoNoiseOfTheirOwn) {
     ++count;
   }
   ASSERT_GT(count, 60);
-  EXPECT_GT(std::abs(sum) / count, 0.002) << "metres of detour";
+  EXPECT_GT(std::abs(sum) / count, 0.002) << "metres of bias";
   EXPECT_LT(std::sqrt(squares / count / 6), 0.0008) << "noise of a pixel, metres";
 }
 
-TEST(Detours, AreTakenFromWhatASensorMeasuresInACorner) {
+TEST(IndirectLight, AreTakenFromWhatASensorMeasuresInACorner) {
   const auto sensor = makeSensor("time_of_flight_multipath", 0.5);
   const RayScene scene = corner();
   FloatImage measured;
