@@ -1,4 +1,4 @@
-// A frame of three cameras to one cloud: the tutorial's lines.
+// A frame of three cameras to one cloud: the lines of doc/guide/cpp.md.
 #include "scene.h"
 
 #include <fuse_flow/fuse_flow.h>
@@ -35,8 +35,8 @@ int main() {
 
   // Frame after frame.
   fuse_flow::FuseFlowParameters parameters;
-  parameters.preprocessing.max_range = 4.0f;     // metres
-  parameters.aggregation.min_cell_size = 0.01f;  // metres: fewer, smoother points
+  parameters.preprocessing.max_range = 4.0f;      // metres
+  parameters.aggregation.min_cell_size = 0.016f;  // metres: a third of the points
   fusion.setParameters(parameters);
   bool good = absent.size() == 2;
   for (int instant = 0; instant < 2; ++instant) {
