@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# ./build.sh demo | test | bench | tables | screenshots | packages | format   — see the README. Installs missing distribution packages, builds, runs.
+# ./build.sh demo | test | bench | tables | screenshots | film | packages | lint | check-format | format   — see the README. Installs
+# missing distribution packages, builds, runs.
 set -euo pipefail
 cd "$(dirname "$0")"
 
@@ -9,6 +10,7 @@ packages=(build-essential cmake ninja-build clang-format pkg-config
           xvfb xauth xdotool libgl1-mesa-dri libx11-dev libgl-dev libopengl-dev)
 # For the GPU classes, and for fuse_flow_calibrate --board; installed where the distribution has them.
 optional=(libthrust-dev libapriltag-dev)
+analysers=(clang-tidy cppcheck shellcheck)
 
 fail() { echo "build.sh: $*" >&2; exit 1; }
 
@@ -33,11 +35,11 @@ apt_install() {  # apt_install AS_ROOT PACKAGE…, where AS_ROOT is a command, o
     rm -f build/build.ninja  # so that it is configured again
 }
 
-install_missing() {
+install_missing() {  # install_missing [PACKAGE…]: the packages, and those named
   command -v dpkg-query > /dev/null || fail "this script installs with apt; elsewhere see doc/building.md"
   local missing=() package sudo=
   if [ "$(id -u)" -ne 0 ]; then sudo=sudo; fi
-  for package in "${packages[@]}"; do installed "$package" || missing+=("$package"); done
+  for package in "${packages[@]}" "$@"; do installed "$package" || missing+=("$package"); done
   if [ ${#missing[@]} -gt 0 ]; then
     [ -z "$sudo" ] || command -v sudo > /dev/null || fail "needs root or sudo to install: ${missing[*]}"
     apt_install "$sudo" "${missing[@]}" || fail "could not install ${missing[*]}"
@@ -142,7 +144,31 @@ demo() {
   echo "The rest:       cmake --build build --target tools samples"
 }
 
-# The pictures of doc/viewer.md, of the demo's recording.
+# The film of the README: two seconds of the demo's scene, concatenated left, fused right.
+film() {
+  install_missing
+  command -v img2webp > /dev/null || fail "a film needs img2webp: apt-get install webp"
+  build fuse_flow_fuse fuse_flow_simulate fuse_flow_picture
+  local out=build/film frame clouds=()
+  rm -rf $out
+  mkdir -p $out/pictures
+  build/bin/fuse_flow_simulate --scene person --rig ring-4 --sensor structured_light --frames 20 --fps 10 \
+    --position-error 2 --rotation-error 0.1 -o $out/recording
+  for method in concatenate fuse_flow; do
+    build/bin/fuse_flow_fuse $out/recording -o $out/$method --method $method --no-quality
+  done
+  for frame in $(seq 0 19); do
+    mapfile -t clouds < <(printf "$out/%s/%06d.ply\n" concatenate "$frame" fuse_flow "$frame")
+    # Eight degrees to and fro about the subject.
+    mapfile -t from < <(awk -v k="$frame" 'BEGIN {pi = atan2(0, -1); a = (-30.6 + 8 * sin(2 * pi * k / 20)) * pi / 180
+                          print -0.2 + 2.544 * cos(a) "\n" 0.1 + 2.544 * sin(a)}')
+    with_display build/bin/fuse_flow_picture "${clouds[@]}" -o "$(printf "$out/pictures/%06d.png" "$frame")" \
+      --size 1000 440 --from "${from[@]}" 1.9 --at -0.2 0.1 0.85 --zoom 0.62 --point-size 4
+  done
+  img2webp -loop 0 -d 100 -lossy -q 62 -m 6 $out/pictures/*.png -o doc/images/demo.webp
+}
+
+# The pictures of doc/reference/viewer.md, of the demo's recording.
 screenshots() {
   install_missing
   build fuse_flow_simulate fuse_flow_viewer
@@ -205,8 +231,23 @@ bench() {
 tables() {
   install_missing
   build fuse_flow_tables
-  with_display build/bin/fuse_flow_tables -o doc/results.md --reading doc/results_reading.md \
-    --measures doc/quality_measures.md "$@"
+  # Without its first paragraph, which is about itself; its links, which begin in doc/notes, begin in doc on the page.
+  sed -E '1,/^$/d; s@\]\(([a-z_]+\.md)@](notes/\1@g; s@\]\(\.\./@](@g' doc/notes/results_reading.md > build/results_reading.md
+  with_display build/bin/fuse_flow_tables -o doc/results.md --reading build/results_reading.md \
+    --measures doc/notes/quality_measures.md "$@"
+}
+
+# Static analysis. Clang parses what gcc cannot give it precompiled.
+lint() {
+  install_missing "${analysers[@]}"
+  shellcheck build.sh .ci/run test/*.sh test/gpu/*.sh bench/*.sh
+  mkdir -p build/cppcheck
+  cppcheck -j 2 --quiet --error-exitcode=1 --std=c++17 --language=c++ --enable=warning,performance,portability \
+    --suppressions-list=.cppcheck --cppcheck-build-dir=build/cppcheck -I include -I impl -I gpu -I apps \
+    -I apps/recordings/include apps src
+  cmake --preset release -B build/lint -DFUSE_FLOW_CUDA=OFF -DFUSE_FLOW_WARNINGS_AS_ERRORS=OFF \
+    -DCMAKE_DISABLE_PRECOMPILE_HEADERS=ON > /dev/null
+  run-clang-tidy -j 2 -p build/lint -quiet -extra-arg=-std=c++17 'lint/apps/|/apps/methods/|/headers_together\.cpp$'
 }
 
 format() {
@@ -224,7 +265,9 @@ test) run_tests ;;
 bench) shift; bench "$@" ;;
 tables) shift; tables "$@" ;;
 screenshots) screenshots ;;
+film) film ;;
+lint) lint ;;
 check-format) format --dry-run -Werror ;;
 format) format -i ;;
-*) echo "usage: ./build.sh demo | test | bench | tables | screenshots | packages | check-format | format" >&2; exit 2 ;;
+*) echo "usage: ./build.sh demo | test | bench | tables | screenshots | film | packages | lint | check-format | format" >&2; exit 2 ;;
 esac

@@ -5,6 +5,7 @@
 # Needs a display, and xdotool, which ends what opens a window with the key q.
 set -euo pipefail
 source=$1 binary=$2 page=$3
+[[ $page == /* || $page == --wrong ]] || page=$PWD/$page
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 
@@ -13,6 +14,15 @@ fail() { echo "$(basename "$page"): $1" >&2; exit 1; }
 # The lines of the sh blocks, without comments.
 commands() {
   awk '/^```/ {inside = ($0 == "```sh"); next} inside' "$1" | sed -E 's/(^| +)#.*//; s/ +$//' | sed '/^$/d'
+}
+
+# The rig.json that a page shows: nothing but the images must be missing.
+check_json() {
+  awk '/^```/ {inside = ($0 == "```json"); next} inside' "$page" > "$work/rig.json"
+  if [ ! -s "$work/rig.json" ]; then return; fi
+  local said
+  said=$(build/bin/fuse_flow_fuse "$work/rig.json" -o none.ply 2>&1) && fail "its rig.json needs no images"
+  [[ $said == *"there are no depth images"* && $said != *warning* ]] || fail "its rig.json is wrong: $said"
 }
 
 # Programs that whoever has come as far as this line has built: those of the demo, and what the page has told to build since.
@@ -34,7 +44,7 @@ build_targets() {
 
 # Presses q until the program has ended; it must have had a window.
 run_with_window() {
-  local seen= window pid status=0
+  local seen='' window pid status=0
   timeout 120 bash -c "exec $1" &
   pid=$!
   while kill -0 $pid 2> /dev/null; do
@@ -76,6 +86,7 @@ run() {
   [[ $available == *" $program "* ]] || fail "nothing before it has built $program: $command"
   echo "$command"
   case $command in
+  build/bin/fuse_flow_viewer*\ --offscreen*) bash -c "$command" || fail "does not work: $command" ;;
   build/bin/fuse_flow_viewer\ * | build/bin/sample_visualize\ *) run_with_window "$command" || fail "does not work: $command" ;;
   build/bin/fuse_flow_simulate\ *) bash -c "$command --scale 0.15" || fail "does not work: $command" ;;  # in small, too
   *) bash -c "$command" || fail "does not work: $command" ;;
@@ -109,4 +120,5 @@ ln -s "$binary/bin" "$work/build/bin"
 cd "$work"
 build/bin/fuse_flow_simulate --scene person --rig ring-4 --sensor structured_light --frames 3 --fps 5 --position-error 2 \
   --rotation-error 0.1 --scale 0.25 -o build/demo/recording
+check_json
 for line in "${lines[@]}"; do run "$line"; done

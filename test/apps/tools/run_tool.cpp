@@ -1,7 +1,5 @@
 #include "run_tool.h"
 
-#include "fork_server.h"
-
 #include <fcntl.h>
 #include <poll.h>
 #include <signal.h>
@@ -38,6 +36,20 @@ Channel makeTerminal() {
   channel.write_end = open(ptsname(channel.read_end), O_RDWR | O_NOCTTY | O_CLOEXEC);
   if (channel.write_end < 0) fail("terminal");
   return channel;
+}
+
+/** \brief What the started process, before it is the tool, does to itself. Nothing but system calls. */
+void becomeTool(int out, int err, const std::optional<rlim_t>& file_size_limit) {
+  dup2(out, STDOUT_FILENO);
+  dup2(err, STDERR_FILENO);
+  if (file_size_limit) {
+    const rlimit limit{*file_size_limit, *file_size_limit};
+    setrlimit(RLIMIT_FSIZE, &limit);
+    const rlimit no_core{0, 0};
+    setrlimit(RLIMIT_CORE, &no_core);
+  }
+  // Whoever started the tests in the background, or with nohup, has had them ignored.
+  for (const int number : {SIGINT, SIGQUIT, SIGHUP}) signal(number, SIG_DFL);
 }
 
 pid_t execute(const std::vector<std::string>& arguments, int out, int err, const RunOptions& options) {
@@ -79,9 +91,7 @@ ToolResult runProgram(const std::string& path, const std::vector<std::string>& a
   const int out_file =
       options.out_path.empty() ? out.write_end : open(options.out_path.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0600);
   if (out_file < 0) fail(options.out_path);
-  ForkServer* const server = ForkServer::of(path);
-  const pid_t pid = server ? server->start(all, out_file, err.write_end, options.file_size_limit)
-                           : execute(all, out_file, err.write_end, options);
+  const pid_t pid = execute(all, out_file, err.write_end, options);
   close(out.write_end);
   close(err.write_end);
   if (out_file != out.write_end) close(out_file);
@@ -102,7 +112,7 @@ ToolResult runProgram(const std::string& path, const std::vector<std::string>& a
     if (polled[0].revents && !drain(polled[0].fd, result.out)) polled[0].fd = -1;
     if (polled[1].revents && !drain(polled[1].fd, result.err)) polled[1].fd = -1;
   }
-  const int status = server ? server->waitForStatus() : waitForStatus(pid);
+  const int status = waitForStatus(pid);
   close(out.read_end);
   close(err.read_end);
   result.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);

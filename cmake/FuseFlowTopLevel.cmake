@@ -1,0 +1,35 @@
+# What only a build of this project by itself decides, and not one that takes it with add_subdirectory.
+if(NOT CMAKE_BUILD_TYPE AND NOT CMAKE_CONFIGURATION_TYPES)
+  set(CMAKE_BUILD_TYPE Release CACHE STRING "Build type" FORCE)
+endif()
+set(CMAKE_RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/bin)
+set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
+
+# ccache keeps nothing that uses a precompiled header unless it is told not to mind macros and times in it.
+find_program(FUSE_FLOW_CCACHE ccache)
+if(FUSE_FLOW_CCACHE)
+  foreach(language CXX CUDA)
+    if(NOT CMAKE_${language}_COMPILER_LAUNCHER)
+      set(CMAKE_${language}_COMPILER_LAUNCHER ${CMAKE_COMMAND} -E env CCACHE_SLOPPINESS=pch_defines,time_macros ${FUSE_FLOW_CCACHE})
+    endif()
+  endforeach()
+endif()
+
+# PCL and VTK name every library there is, and each takes time to load.
+include(CheckLinkerFlag)
+check_linker_flag(CXX -Wl,--as-needed FUSE_FLOW_LINKS_AS_NEEDED)
+if(FUSE_FLOW_LINKS_AS_NEEDED)
+  add_link_options($<$<LINK_LANGUAGE:CXX>:-Wl,--as-needed>)
+endif()
+
+# The reference.
+find_program(FUSE_FLOW_DOXYGEN doxygen)
+if(FUSE_FLOW_DOXYGEN)
+  add_custom_target(
+    doc
+    COMMAND ${CMAKE_COMMAND} -E make_directory build
+    COMMAND ${FUSE_FLOW_DOXYGEN} doc/Doxyfile
+    WORKING_DIRECTORY ${PROJECT_SOURCE_DIR}
+    COMMENT "Writing build/doc/html/index.html"
+    VERBATIM)
+endif()
