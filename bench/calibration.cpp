@@ -1,4 +1,4 @@
-// The tables of doc/calibration.md: how near the truth extrinsic estimation comes, beside PCL's registration, and what it costs
+// The tables of doc/notes/calibration_measured.md and the pages that it names: how near the truth extrinsic estimation comes, beside PCL's registration, and what it costs
 // beside the fusion. fuse_flow_calibration_bench [accuracy | accuracy-tuning | frames | multipath | floor | registration | peers | scratch | scratch-peers |
 // scratch-tuning | scratch-near-tuning | board | distortion | real | beside | bump]…; without a name all but those that are of scenes that
 // served tuning. Of accuracy, frames, multipath, and of the tables that begin from scratch, SCENE/RIG/SENSOR stands for one row; with /N behind it for that of N trials.

@@ -1,4 +1,4 @@
-// What ViewSynchronizer makes of a minute of simulated cameras: the table in doc/live.md. Host time is simulated too, so that
+// What ViewSynchronizer makes of a minute of simulated cameras: the table in doc/notes/live.md. Host time is simulated too, so that
 // every machine gets the same numbers; only the last column is this machine's.
 #include "evaluation/tables/markdown.h"
 

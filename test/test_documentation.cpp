@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -67,45 +68,87 @@ std::vector<std::string> linesOf(const fs::path& file) {
 }
 
 const fs::path examples = root / "doc/examples";
-const std::vector<fs::path> pages{root / "README.md", root / "doc/tutorial.md"};
+
+/** \brief The pages of the guide. */
+std::vector<fs::path> guide() {
+  std::vector<fs::path> pages;
+  for (const auto& entry : fs::directory_iterator(root / "doc/guide"))
+    if (entry.path().extension() == ".md") pages.push_back(entry.path());
+  return pages;
+}
+
+/** \brief The sources that are compiled and run: of the examples and of the samples. */
+std::vector<fs::path> compiledSources() {
+  std::vector<fs::path> sources;
+  for (const fs::path& folder : {examples, root / "apps/samples"})
+    for (const auto& entry : fs::directory_iterator(folder))
+      if (entry.path().extension() == ".cpp") sources.push_back(entry.path());
+  return sources;
+}
 
 // Programs, which whoever reads them copies whole: nothing around them is needed.
 TEST(Documentation, TheReadmesCppIsWholeExamplesAsTheyStand) {
+  const std::vector<fs::path> whole{examples / "ten_lines.cpp", examples / "fuse_recording.cpp"};
   const auto programs = blocks(root / "README.md", "cpp");
-  ASSERT_EQ(programs.size(), 2u);
-  EXPECT_EQ(joined(programs[0]), joined(linesOf(examples / "ten_lines.cpp")));
-  EXPECT_EQ(joined(programs[1]), joined(linesOf(examples / "fuse_recording.cpp")));
+  ASSERT_EQ(programs.size(), whole.size());
+  for (std::size_t i = 0; i < whole.size(); ++i) EXPECT_EQ(joined(programs[i]), joined(linesOf(whole[i])));
 }
 
 TEST(Documentation, ShowsOnlyCppThatAnExampleCompiles) {
-  const auto shown = blocks(root / "doc/tutorial.md", "cpp");
-  for (const auto& block : shown)
-    EXPECT_TRUE(quotes(block, examples / "fuse_frame.cpp") || quotes(block, examples / "filters_in_a_pipeline.cpp"))
-        << "the tutorial shows what no example has:\n"
-        << joined(block);
-  EXPECT_GT(shown.size(), 10u);
+  const std::vector<fs::path> sources = compiledSources();
+  std::size_t shown = 0;
+  for (const fs::path& page : guide())
+    for (const auto& block : blocks(page, "cpp")) {
+      ++shown;
+      EXPECT_TRUE(std::any_of(sources.begin(), sources.end(), [&](const fs::path& s) { return quotes(block, s); }))
+          << page << " shows what no example has:\n"
+          << joined(block);
+    }
+  EXPECT_GT(shown, 15u);
 }
 
 TEST(Documentation, ShowsOnlyCMakeThatTheExamplesAreBuiltWith) {
-  for (const fs::path& page : pages) {
-    const auto cmake = blocks(page, "cmake");
-    ASSERT_EQ(cmake.size(), 1u) << page;
-    EXPECT_TRUE(quotes(cmake[0], examples / "CMakeLists.txt")) << page << "\n" << joined(cmake[0]);
-  }
+  std::vector<fs::path> pages = guide();
+  pages.push_back(root / "README.md");
+  std::size_t shown = 0;
+  for (const fs::path& page : pages)
+    for (const auto& block : blocks(page, "cmake")) {
+      ++shown;
+      EXPECT_TRUE(quotes(block, examples / "CMakeLists.txt")) << page << "\n" << joined(block);
+    }
+  EXPECT_EQ(shown, 3u);  // of the README, and of the pages of C++ and of the GPU
 }
 
-// What is no program, no CMake and no command is checked by nothing.
+// What is no program, no CMake, no command and no rig.json is checked by nothing: a picture of folders, or lines of a --config file.
 TEST(Documentation, EveryBlockIsOfALanguageThatIsChecked) {
+  std::vector<fs::path> pages = guide();
+  pages.push_back(root / "README.md");
+  std::size_t unchecked = 0;
   for (const fs::path& page : pages) {
     std::ifstream stream(page);
     bool inside = false;
     for (std::string line; std::getline(stream, line);) {
       if (line.rfind("```", 0) != 0) continue;
       inside = !inside;
-      EXPECT_TRUE(!inside || line == "```cpp" || line == "```cmake" || line == "```sh") << page << ": " << line;
+      if (inside && line == "```text") ++unchecked;
+      EXPECT_TRUE(!inside || line == "```cpp" || line == "```cmake" || line == "```sh" || line == "```json" ||
+                  line == "```text")
+          << page << ": " << line;
     }
     EXPECT_FALSE(inside) << page << " has a block without an end";
   }
+  EXPECT_LE(unchecked, 3u);
+}
+
+// The pages' commands are run one page a test: test/CMakeLists.txt names them.
+TEST(Documentation, EveryPageOfTheGuideWithCommandsIsRun) {
+  std::ifstream stream(root / "test/CMakeLists.txt");
+  std::string names;
+  for (std::string line; std::getline(stream, line);)
+    if (line.find("foreach(page recording") != std::string::npos) names = line;
+  for (const fs::path& page : guide())
+    if (!blocks(page, "sh").empty())
+      EXPECT_NE(names.find(" " + page.stem().string()), std::string::npos) << page << " is not run";
 }
 
 TEST(Documentation, TheSamplesAreAsShortAsTheReadmeSays) {

@@ -16,8 +16,9 @@ bool isCoarse(const Camera& camera, const DepthView& view, const ExtrinsicParame
   geometry.assign(camera);
   host::DepthMap depth;
   host::makeDepthMap(parameters.preprocessing, geometry, view, depth);
-  const float noise_scale = host::measureNoiseScale(parameters.noise, depth);
-  return blockReduction(parameters, depth.width(), noise_scale) > parameters.reduction;
+  ViewNoise noise = viewNoise(noiseParameters(parameters), geometry.ownNoise());
+  noise.scale = host::measureNoiseScale(noise.model, depth);
+  return blockReduction(parameters, depth.width(), noise.level()) > parameters.reduction;
 }
 
 }  // namespace

@@ -1,8 +1,8 @@
 #include "clouds/cloud_io.h"
 
 #include "clouds/ply_header.h"
-#include "recordings/file_io.h"
-#include "recordings/pcd_file.h"
+#include "recordings/files/file_io.h"
+#include "recordings/files/pcd_file.h"
 
 #include <pcl/common/io.h>
 #include <pcl/io/ply_io.h>

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "recordings/pcd_file.h"
+#include "recordings/files/pcd_file.h"
 
 #include <pcl/PCLPointCloud2.h>
 #include <pcl/conversions.h>

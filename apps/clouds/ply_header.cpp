@@ -1,7 +1,7 @@
 #include "clouds/ply_header.h"
 
-#include "recordings/cut_short.h"
-#include "recordings/text_header.h"
+#include "recordings/files/cut_short.h"
+#include "recordings/files/text_header.h"
 
 #include <fuse_flow/recordings/error.h>
 

@@ -1,6 +1,6 @@
 #include "command_line/config_file.h"
 
-#include "recordings/cut_short.h"
+#include "recordings/files/cut_short.h"
 
 #include <fuse_flow/recordings/error.h>
 

@@ -79,15 +79,19 @@ ParameterOptions::ParameterOptions(CLI::App& app) {
   add(app, "--min-support", given_.min_support, "drop measurements that fewer neighbours continue, 1-8; 0: none");
   ConfidenceParameters& c = given_.confidence;
   addEnum(app, "--confidence-form", c.form,
-          {{"published", ConfidenceForm::Published}, {"slope_compensated", ConfidenceForm::SlopeCompensated}}, "eq. 3");
+          {{"published", ConfidenceForm::Published},
+           {"slope_compensated", ConfidenceForm::SlopeCompensated},
+           {"given", ConfidenceForm::Given}},
+          "eq. 3, or the recording's own confidence images");
   add(app, "--alpha", c.alpha, "eq. 3");
   add(app, "--beta", c.beta, "eq. 3, per length unit");
   add(app, "--gamma", c.gamma, "eq. 3");
   add(app, "--delta", c.delta, "eq. 3, per length unit");
   add(app, "--tau", c.threshold, "eq. 9 on the scale 0-1");
   add(app, "--length-unit", c.length_unit, "of G and sigma_local, m");
-  add(app, "--noise-floor", c.noise_floor, "axial noise at 0, m");
-  add(app, "--noise-quadratic", c.noise_quadratic, "axial noise per z squared, 1/m");
+  add(app, "--noise-floor", c.noise.floor, "axial noise at 0, m; where a camera names no noise of its own");
+  add(app, "--noise-linear", c.noise.linear, "axial noise per z");
+  add(app, "--noise-quadratic", c.noise.quadratic, "axial noise per z squared, 1/m");
   add(app, "--noise-reference", c.noise_reference, "depth at which C is scaled, m");
   add(app, "--max-incidence", c.max_incidence, "steepest surface, rad");
   ConsistencyParameters& v = given_.consistency;
@@ -155,12 +159,17 @@ std::string ParameterOptions::inWordsOfTheCommandLine(const std::string& message
   const std::size_t owner = message.find("fuse_flow::");
   const std::size_t begin = owner == std::string::npos ? 0 : message.find(": ", owner) + 2;
   std::string result, word;
-  for (const char c : message.substr(begin) + ' ') {
-    if (std::isalnum(static_cast<unsigned char>(c)) || c == '_') {
+  const std::string text = message.substr(begin) + "  ";
+  for (std::size_t k = 0; k + 1 < text.size(); ++k) {
+    const char c = text[k];
+    const bool member = c == '.' && !word.empty() && std::isalpha(static_cast<unsigned char>(text[k + 1]));
+    if (std::isalnum(static_cast<unsigned char>(c)) || c == '_' || member) {
       word += c;
       continue;
     }
-    const auto option = option_of_.find(word);
+    std::string parameter = word;  // noise.floor is --noise-floor
+    std::replace(parameter.begin(), parameter.end(), '.', '_');
+    const auto option = option_of_.find(parameter);
     result += (option == option_of_.end() ? word : option->second) + c;
     word.clear();
   }

@@ -2,7 +2,7 @@
 
 #include "command_line/message_of.h"
 #include "command_line/printable.h"
-#include "recordings/cut_short.h"
+#include "recordings/files/cut_short.h"
 
 #include <pcl/exceptions.h>
 

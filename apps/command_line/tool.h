@@ -1,6 +1,6 @@
 #pragma once
 
-#include "recordings/interrupt.h"
+#include "recordings/files/interrupt.h"
 
 #include <fuse_flow/recordings/error.h>
 

@@ -84,7 +84,7 @@ nlohmann::json surfaceJson(const SurfaceQuality& q) {
           {"flicker_mm", number(1e3 * q.flicker.mean())}};
 }
 
-// In the order in which they can be trusted to rank methods as the truth does: doc/quality_measures.md.
+// In the order in which they can be trusted to rank methods as the truth does: doc/notes/quality_measures.md.
 std::string surfaceHeader(std::size_t name_width) {
   return padded("cloud", name_width) +
          "    points  violations off silhouettes [%]  flicker [mm]  double surfaces [%]  noise [mm]  "

@@ -2,10 +2,10 @@
 
 #include "clouds/cloud_io.h"
 #include "clouds/ply_header.h"
-#include "recordings/cut_short.h"
-#include "recordings/file_io.h"
-#include "recordings/json_file.h"
-#include "recordings/view_files.h"
+#include "recordings/files/cut_short.h"
+#include "recordings/files/file_io.h"
+#include "recordings/files/json_file.h"
+#include "recordings/readers/view_files.h"
 
 #include <fuse_flow/recordings/error.h>
 #include <fuse_flow/recordings/rig_json.h>

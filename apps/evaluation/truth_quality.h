@@ -1,6 +1,6 @@
 #pragma once
 
-#include "simulation/ray_scene.h"
+#include "simulation/surfaces/ray_scene.h"
 
 #include <fuse_flow/camera.h>
 

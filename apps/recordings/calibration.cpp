@@ -1,7 +1,7 @@
 #include "recordings/calibration.h"
 
-#include "recordings/cut_short.h"
-#include "recordings/file_io.h"
+#include "recordings/files/cut_short.h"
+#include "recordings/files/file_io.h"
 
 #include <fuse_flow/recordings/error.h>
 

@@ -1,9 +1,9 @@
 #include "recordings/intrinsics_file.h"
 
 #include "recordings/calibration.h"
-#include "recordings/cut_short.h"
-#include "recordings/file_io.h"
-#include "recordings/json_file.h"
+#include "recordings/files/cut_short.h"
+#include "recordings/files/file_io.h"
+#include "recordings/files/json_file.h"
 
 #include <fuse_flow/recordings/error.h>
 

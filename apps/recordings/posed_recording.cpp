@@ -75,6 +75,7 @@ class PosedRecording : public MovedRecording {
       camera.T_world_camera = found->second.T_world_camera;
       camera.depth_correction = found->second.depth_correction;
       camera.multipath = found->second.multipath;
+      if (found->second.noise) camera.noise = found->second.noise;
     }
   }
 

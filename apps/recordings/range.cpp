@@ -1,6 +1,6 @@
 #include "recordings/range.h"
 
-#include "recordings/name_number.h"
+#include "recordings/readers/name_number.h"
 
 #include <fuse_flow/recordings/error.h>
 

@@ -2,7 +2,7 @@
 
 #include "recordings/posed_recording.h"
 #include "recordings/range.h"
-#include "recordings/readers.h"
+#include "recordings/readers/readers.h"
 
 #include <algorithm>
 #include <cmath>

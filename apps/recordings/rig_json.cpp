@@ -1,10 +1,10 @@
 #include <fuse_flow/recordings/rig_json.h>
 
 #include "recordings/calibration.h"
-#include "recordings/cut_short.h"
-#include "recordings/file_io.h"
-#include "recordings/json_file.h"
-#include "recordings/unknown_keys.h"
+#include "recordings/files/cut_short.h"
+#include "recordings/files/file_io.h"
+#include "recordings/files/json_file.h"
+#include "recordings/files/unknown_keys.h"
 
 #include <fuse_flow/recordings/error.h>
 
@@ -94,6 +94,22 @@ Multipath parseMultipath(const Entry& entry) {
   return multipath;
 }
 
+/** \brief What is not named is 0. */
+NoiseModel parseNoise(const Entry& entry) {
+  NoiseModel noise{0, 0, 0};
+  const auto read = [&](const char* key, float& value) {
+    if (!entry.has(key)) return;
+    value = static_cast<float>(entry.number(key));
+    if (!(value >= 0 && value <= 10))
+      entry.fail(key, "is " + quoted(entry.object[key]) + ", must be 0 to 10: the standard deviation of depth z is " +
+                          "floor + linear z + quadratic z^2, in metres");
+  };
+  read("floor", noise.floor);
+  read("linear", noise.linear);
+  read("quadratic", noise.quadratic);
+  return noise;
+}
+
 const std::vector<std::string> kLensKeys = {"width", "height", "fx", "fy", "cx", "cy", "distortion"};
 
 std::vector<std::string> withLensKeys(std::vector<std::string> keys) {
@@ -169,10 +185,11 @@ class UnknownKeys {
 
 void lookAtKeys(const Json& object, const std::string& owner, UnknownKeys& unknown) {
   static const std::vector<std::string> of_camera = withLensKeys(
-      {"name", "depth_scale", "confidence_scale", "T_world_camera", "depth_correction", "multipath", "color"});
+      {"name", "depth_scale", "confidence_scale", "T_world_camera", "depth_correction", "multipath", "noise", "color"});
   static const std::vector<std::string> of_color = withLensKeys({"T_depth_color"});
   static const std::vector<std::string> of_correction = {"columns", "rows", "relative", "per_metre"};
   static const std::vector<std::string> of_multipath = {"modulation_frequency", "reflectance"};
+  static const std::vector<std::string> of_noise = {"floor", "linear", "quadratic"};
   unknown.look(object, owner, of_camera);
   const auto look_inside = [&](const char* key, const std::vector<std::string>& known) {
     if (object.contains(key)) unknown.look(object[key], owner + " " + key, known);
@@ -180,6 +197,7 @@ void lookAtKeys(const Json& object, const std::string& owner, UnknownKeys& unkno
   look_inside("color", of_color);
   look_inside("depth_correction", of_correction);
   look_inside("multipath", of_multipath);
+  look_inside("noise", of_noise);
 }
 
 RigCamera parseCamera(const Entry& entry, const std::string& name) {
@@ -208,6 +226,13 @@ RigCamera parseCamera(const Entry& entry, const std::string& name) {
     if (!multipath.object.is_object())
       entry.fail("multipath", "must be an object with modulation_frequency, reflectance");
     result.camera.multipath = parseMultipath(multipath);
+  }
+  if (entry.has("noise")) {
+    const Entry noise{entry.object["noise"], entry.owner + " noise"};
+    if (!noise.object.is_object()) entry.fail("noise", "must be an object with floor, linear, quadratic");
+    result.camera.noise = parseNoise(noise);
+    if (*result.camera.noise == NoiseModel{0, 0, 0})
+      entry.fail("noise", "is 0 at every depth; leave it out where it is not known");
   }
   if (entry.has("color")) {
     const Entry color{entry.object["color"], entry.owner + " color"};
@@ -310,6 +335,11 @@ void writeRigJson(const std::string& path, const RigDescription& rig) {
     if (const Multipath& multipath = rig_camera.camera.multipath; multipath.modulation_frequency > 0) {
       entry["multipath"]["modulation_frequency"] = shortest(multipath.modulation_frequency);
       entry["multipath"]["reflectance"] = shortest(multipath.reflectance);
+    }
+    if (const std::optional<NoiseModel>& noise = rig_camera.camera.noise) {
+      entry["noise"]["floor"] = shortest(noise->floor);
+      entry["noise"]["linear"] = shortest(noise->linear);
+      entry["noise"]["quadratic"] = shortest(noise->quadratic);
     }
     json["cameras"].push_back(std::move(entry));
   }

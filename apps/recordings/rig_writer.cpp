@@ -1,7 +1,7 @@
 #include <fuse_flow/recordings/rig_writer.h>
 
-#include "recordings/image_io.h"
-#include "recordings/view_files.h"
+#include "recordings/files/image_io.h"
+#include "recordings/readers/view_files.h"
 
 #include <utility>
 

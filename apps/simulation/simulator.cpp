@@ -1,10 +1,10 @@
 #include "simulation/simulator.h"
 
 #include "simulation/depth_distortion.h"
-#include "simulation/marker.h"
 #include "simulation/portable_math.h"
 #include "simulation/random.h"
 #include "simulation/rig_layout.h"
+#include "simulation/surfaces/marker.h"
 
 #include <fuse_flow/recordings/error.h>
 

@@ -1,8 +1,8 @@
 #pragma once
 
-#include "simulation/ray_scene.h"
 #include "simulation/scene.h"
 #include "simulation/sensor.h"
+#include "simulation/surfaces/ray_scene.h"
 
 #include <fuse_flow/recordings/recording.h>
 #include <fuse_flow/recordings/rig_json.h>

@@ -12,9 +12,9 @@
 #include "drawing/display.h"
 #include "evaluation/report.h"
 #include "methods/method.h"
-#include "recordings/cut_short.h"
-#include "recordings/file_io.h"
-#include "recordings/image_io.h"
+#include "recordings/files/cut_short.h"
+#include "recordings/files/file_io.h"
+#include "recordings/files/image_io.h"
 #include "recordings/range.h"
 #include "recordings/still_there.h"
 

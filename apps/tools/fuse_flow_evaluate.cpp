@@ -12,9 +12,9 @@
 #include "evaluation/report.h"
 #include "evaluation/truth.h"
 #include "evaluation/truth_report.h"
-#include "recordings/file_io.h"
-#include "recordings/image_io.h"
-#include "recordings/readers.h"
+#include "recordings/files/file_io.h"
+#include "recordings/files/image_io.h"
+#include "recordings/readers/readers.h"
 #include "recordings/still_there.h"
 
 #include <fuse_flow/impl/host/parallel.hpp>

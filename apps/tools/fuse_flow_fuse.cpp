@@ -1,7 +1,6 @@
 // Fuses a recording of several depth cameras, frame by frame.
 
 #include "calibration/live_extrinsics.h"
-#include "clouds/cloud_io.h"
 #include "command_line/config_file.h"
 #include "command_line/message_of.h"
 #include "command_line/method_arguments.h"
@@ -10,26 +9,25 @@
 #include "command_line/recording_arguments.h"
 #include "command_line/threads.h"
 #include "command_line/tool.h"
-#include "evaluation/report.h"
 #include "input_checks/color_check.h"
 #include "input_checks/depth_in_range.h"
 #include "input_checks/view_overlap.h"
-#include "recordings/file_io.h"
 #include "recordings/range.h"
 #include "recordings/still_there.h"
+#include "sinks/cloud_files.h"
+#include "sinks/frame_sink.h"
+#include "sinks/quality_report.h"
 
 #include <fuse_flow/recordings/input_files.h>
 
 #include <unistd.h>
 
-#include <algorithm>
-#include <cctype>
 #include <chrono>
 #include <filesystem>
 #include <map>
+#include <memory>
 #include <new>
 #include <optional>
-#include <set>
 
 namespace {
 
@@ -52,65 +50,21 @@ struct Options {
   io::MethodOptions method_options;
 };
 
-/** \brief A single frame goes to the file that was named, a sequence into a folder of that name. */
-std::string outputPath(const Options& options, std::size_t frame, std::size_t count) {
-  std::string extension = fs::path(options.output).extension();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return std::tolower(c); });
-  const bool names_file = extension == ".ply" || extension == ".pcd";
-  if (names_file && count > 1)
-    throw io::OptionError("-o " + options.output + ": names one file for " + std::to_string(count) +
-                          " frames; name a folder, or one frame with --frames");
-  if (names_file) return options.output;
-  if (!extension.empty() && !fs::is_directory(options.output))
-    throw io::OptionError("-o " + options.output + ": must end in .ply or .pcd; the folder of this name is " +
-                          options.output + "/");
-  char name[32];
-  std::snprintf(name, sizeof(name), "%06zu.", frame);
-  return (fs::path(options.output) / (name + options.format)).string();
-}
-
 /** \brief Neither may take the place of an input, nor the report that of a cloud. */
-void checkOutputs(const Options& options, const io::Recording& recording, const std::vector<std::size_t>& frames) {
+void checkOutputs(const Options& options, const io::Recording& recording, const io::CloudFiles& files,
+                  const std::vector<std::size_t>& frames) {
   io::InputFiles inputs(recording.inputs());
   inputs.add(options.config);
   std::error_code error;
   const auto whole = [&](const std::string& path) { return fs::weakly_canonical(fs::absolute(path, error), error); };
   const fs::path report = whole(options.report);
   for (const std::size_t frame : frames) {
-    const std::string cloud = outputPath(options, frame, frames.size());
+    const std::string cloud = files.pathOf(frame);
     inputs.refuseToReplace("-o", cloud);
     if (!options.report.empty() && whole(cloud) == report)
       throw io::OptionError("--report " + options.report + ": a cloud goes to this file, must be another");
   }
   if (!options.report.empty()) inputs.refuseToReplace("--report", options.report);
-}
-
-/** \brief Clouds in the output folder that an earlier run has left and this one has not replaced: whoever reads the folder takes them for
- *  frames of this recording. One line, empty if there are none. */
-std::string olderClouds(const Options& options, const std::set<std::string>& written) {
-  if (written.empty() || !fs::is_directory(options.output)) return "";
-  std::size_t count = 0;
-  std::string first;
-  for (const std::string& name : io::filesIn(options.output)) {
-    const std::string stem = fs::path(name).stem().string(), extension = fs::path(name).extension().string();
-    const bool numbered = stem.size() >= 6 && stem.find_first_not_of("0123456789") == std::string::npos;
-    if (!numbered || (extension != ".ply" && extension != ".pcd") ||
-        written.count((fs::path(options.output) / name).string()) > 0)
-      continue;
-    if (count++ == 0) first = name;
-  }
-  if (count == 0) return "";
-  return options.output + " holds " + std::to_string(count) + " cloud" + (count == 1 ? "" : "s") +
-         " that this run has not written, such as " + first + "; must be removed unless they belong to the others";
-}
-
-void makeFolderOf(const std::string& path) {
-  const fs::path folder = fs::path(path).parent_path();
-  if (folder.empty()) return;
-  std::error_code error;
-  fs::create_directories(folder, error);
-  if (error) throw io::OutputError(folder.string() + ": cannot be created: " + error.message());
 }
 
 /** \brief What the library says, and what would be right. */
@@ -177,80 +131,74 @@ class InputChecks {
   io::OverlapCheck overlap_;
 };
 
+io::QualityReport::Options reportOptions(const Options& options) {
+  io::QualityReport::Options result;
+  result.measure = options.evaluate;
+  result.threads = options.method_options.threads;
+  result.file = options.report;
+  result.reprojection = options.quality;
+  const PreprocessingParameters& range = options.method_options.parameters.preprocessing;
+  result.reprojection.min_range = range.min_range;
+  result.reprojection.max_range = range.max_range;
+  result.surface = command_line::surfaceParameters(result.reprojection);
+  return result;
+}
+
 int run(const Options& options) {
   const std::unique_ptr<io::Method> method = io::makeMethod(options.method, options.method_options);
   const std::unique_ptr<io::Recording> recording =
       command_line::openRecording("fuse_flow_fuse", options.inputs, options.recording);
   const std::vector<std::size_t> frames = io::chooseFrames(*recording, options.frames);
 
-  checkOutputs(options, *recording, frames);
+  const auto files = std::make_shared<io::CloudFiles>(options.output, options.format, frames.size());
+  checkOutputs(options, *recording, *files, frames);
 
   std::vector<std::string> cameras;
   for (const Camera& camera : recording->cameras()) cameras.push_back(camera.name);
-  io::Report report(options.method, std::move(cameras));
-  io::LoadedFrame loaded, before;
-  io::Method::Cloud cloud, cloud_before;
-  std::optional<std::size_t> measured_before;
+  const auto report = std::make_shared<io::QualityReport>(options.method, std::move(cameras), reportOptions(options));
+  const std::vector<std::shared_ptr<io::FrameSink>> sinks{files, report};
+
+  io::FramePool pool;
   io::LiveExtrinsics extrinsics(options.method_options.device);
   io::catchInterrupts();
   Progress progress(frames.size());
   std::size_t done = 0;
-  std::set<std::string> written;
   const io::StillThere still_there(*recording);
   std::map<std::size_t, std::string> ended;  // by camera
   InputChecks checks(options.method, options.method_options.parameters);
-  for (const std::size_t frame : frames) {
+  for (const std::size_t number : frames) {
     if (io::interrupt_requested) break;
-    const std::string path = outputPath(options, frame, frames.size());
-    std::swap(loaded, before);
-    std::swap(cloud, cloud_before);
+    const std::shared_ptr<io::FusedFrame> frame = pool.next();
+    frame->number = number;
     try {
-      recording->read(frame, loaded);
-      still_there.check(loaded);
-      for (const io::DamagedView& view : loaded.ended) ended[view.view] = view.message;
-      if (options.refine_extrinsics) extrinsics.place(loaded.rig);
-      checks.look(loaded);
+      recording->read(number, frame->input);
+      still_there.check(frame->input);
+      for (const io::DamagedView& view : frame->input.ended) ended[view.view] = view.message;
+      if (options.refine_extrinsics) extrinsics.place(frame->input.rig);
+      checks.look(frame->input);
       for (const CameraMotion& motion : extrinsics.moved())
-        std::cerr << io::describe(motion, loaded.rig.cameras) << std::endl;
-      method->fuse(loaded.rig, cloud);
+        std::cerr << io::describe(motion, frame->input.rig.cameras) << std::endl;
+      method->fuse(frame->input.rig, frame->cloud);
     } catch (const pcl::PCLException& error) {
-      throw io::InputError(options.inputs[0] + ": frame " + std::to_string(frame) + ": " + whyNotFused(error));
+      throw io::InputError(options.inputs[0] + ": frame " + std::to_string(number) + ": " + whyNotFused(error));
     } catch (const std::bad_alloc&) {
-      throw io::InputError(options.inputs[0] + ": frame " + std::to_string(frame) + ": not enough memory for its " +
+      throw io::InputError(options.inputs[0] + ": frame " + std::to_string(number) + ": not enough memory for its " +
                            std::to_string(recording->cameras().size()) + " cameras; --views leaves some out");
     }
-    makeFolderOf(path);
-    if (options.method_options.normals)
-      io::writeCloud(path, method->withNormals());
-    else
-      io::writeCloud(path, cloud);
-    written.insert(path);
-    const PreprocessingParameters& pre = options.method_options.parameters.preprocessing;
-    ReprojectionQualityParameters quality = options.quality;
-    quality.min_range = pre.min_range;
-    quality.max_range = pre.max_range;
-    if (options.evaluate) {
-      const unsigned int threads = options.method_options.threads;
-      const SurfaceQualityParameters parameters = command_line::surfaceParameters(quality);
-      SurfaceQuality surface = surfaceQuality(cloud, loaded.rig, parameters, threads);
-      if (measured_before && *measured_before + 1 == frame)
-        surface.flicker = temporalFlicker(cloud_before, before.rig, cloud, loaded.rig, parameters, threads);
-      measured_before = frame;
-      report.addFrame(frame, method->statistics(), reprojectionQuality(cloud, loaded.rig, quality, threads), surface);
-    } else {
-      report.addFrame(frame, method->statistics(), std::nullopt);
-    }
+    frame->has_normals = options.normals;
+    if (options.normals) frame->with_normals = method->withNormals();
+    frame->statistics = method->statistics();
+    for (const std::shared_ptr<io::FrameSink>& sink : sinks) sink->take(frame);
     progress.show(++done);
   }
   progress.endLine();
-  if (!options.report.empty()) {
-    makeFolderOf(options.report);
-    io::writeFile(options.report, io::jsonText(report.json()));
-  }
-  std::cout << report.summary();
+  std::vector<std::string> noticed;
+  for (const std::shared_ptr<io::FrameSink>& sink : sinks)
+    for (std::string& line : sink->finish()) noticed.push_back(std::move(line));
+  std::cout << report->report().summary();
   for (const auto& [camera, message] : ended) std::cout << "  " << message << "\n";
   for (const std::string& complaint : checks.complaints()) std::cout << "  " << complaint << "\n";
-  if (const std::string older = olderClouds(options, written); !older.empty()) std::cout << "  " << older << "\n";
+  for (const std::string& line : noticed) std::cout << "  " << line << "\n";
   if (io::interrupt_requested) {
     std::cerr << "fuse_flow_fuse: interrupted after " << done << " of " << frames.size()
               << " frames; those are complete" << std::endl;

@@ -5,8 +5,8 @@
 #include "command_line/tool.h"
 #include "drawing/clouds.h"
 #include "drawing/display.h"
-#include "recordings/file_io.h"
-#include "recordings/image_io.h"
+#include "recordings/files/file_io.h"
+#include "recordings/files/image_io.h"
 
 #include <fuse_flow/recordings/input_files.h>
 

@@ -11,8 +11,8 @@
 #include "evaluation/tables/measure_ranking.h"
 #include "evaluation/tables/open3d_methods.h"
 #include "evaluation/tables/place_means.h"
-#include "recordings/file_io.h"
-#include "recordings/image_io.h"
+#include "recordings/files/file_io.h"
+#include "recordings/files/image_io.h"
 
 #include <fuse_flow/impl/host/parallel.hpp>
 #include <fuse_flow/recordings/input_files.h>
@@ -62,7 +62,7 @@ class Page {
           << " threads. Simulated rigs, calibrated to 2 mm and 0.1°, measured "
              "against the true surface; the peers are thinned to the number of points that FUSE-Flow gives, but for "
              "the last row. "
-             "[parameters.md](parameters.md) says how the defaults were chosen.\n\n";
+             "[defaults.md](notes/defaults.md) says how the defaults were chosen.\n\n";
     if (tables::open3dPeers().empty()) text_ << "Without Open3D, which was not found when this was built.\n\n";
     addReading();
     text_ << "Columns: mean distance of the points to the true surface and its ratio to VoxelGrid's; 95th percentile; "
@@ -74,9 +74,9 @@ class Page {
              "difference to the true colour, of 255; E_MC of eq. 12; median milliseconds of a frame.\n\n";
     comparisons("Seen while tuning", "accuracy_tuning", pick(kTuning));
     const std::vector<Result> held_out = comparisons("Held out from tuning", "accuracy_held_out", pick(kHeldOut));
-    text_
-        << "[quality_measures.md](quality_measures.md) has what can be measured of the same clouds without the truth, "
-           "and how far that ranks them as the truth does.\n\n";
+    text_ << "[quality_measures.md](notes/quality_measures.md) has what can be measured of the same clouds without the "
+             "truth, "
+             "and how far that ranks them as the truth does.\n\n";
     targets(held_out);
     paperTable();
     ablation();

@@ -8,7 +8,7 @@
 #include "command_line/tool.h"
 #include "drawing/display.h"
 #include "viewer/capture.h"
-#include "viewer/key_bindings.h"
+#include "viewer/controls/key_bindings.h"
 #include "viewer/viewer.h"
 
 #include <fuse_flow/impl/host/parallel.hpp>

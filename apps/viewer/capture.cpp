@@ -2,8 +2,8 @@
 
 #include "clouds/cloud_io.h"
 #include "drawing/image_of.h"
-#include "recordings/file_io.h"
-#include "recordings/image_io.h"
+#include "recordings/files/file_io.h"
+#include "recordings/files/image_io.h"
 
 #include <fuse_flow/recordings/error.h>
 

@@ -1,6 +1,6 @@
 #include "viewer/panes.h"
 
-#include "viewer/point_data.h"
+#include "viewer/world/point_data.h"
 
 #include <vtkActor2D.h>
 #include <vtkBillboardTextActor3D.h>

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "viewer/fusion_job.h"
+#include "viewer/fusing/fusion_job.h"
 #include "viewer/window.h"
 
 #include <vtkActor.h>

@@ -1,7 +1,7 @@
 #include "viewer/viewer.h"
 
 #include "drawing/display.h"
-#include "recordings/interrupt.h"
+#include "recordings/files/interrupt.h"
 
 #include <algorithm>
 #include <thread>

@@ -1,5 +1,5 @@
-#include "recordings/view_files.h"
-#include "viewer/key_bindings.h"
+#include "recordings/readers/view_files.h"
+#include "viewer/controls/key_bindings.h"
 #include "viewer/viewer.h"
 
 #include <fuse_flow/recordings/error.h>

@@ -1,4 +1,4 @@
-#include "viewer/key_bindings.h"
+#include "viewer/controls/key_bindings.h"
 #include "viewer/viewer.h"
 
 #include <algorithm>

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <fuse_flow/math/noise_model.h>
 #include <fuse_flow/math/pinhole.h>
 #include <fuse_flow/sensors/depth_correction.h>
 #include <fuse_flow/sensors/multipath.h>
@@ -34,10 +35,13 @@ struct Camera {
   DepthCorrection depth_correction;
   /** \brief Of a time-of-flight camera; no correction unless a modulation frequency is given. It follows depth_correction. */
   Multipath multipath;
+  /** \brief How noisy its depth is, so that a rig may mix sensors. Absent: as ConfidenceParameters::noise says. What is measured frame by frame
+   *  (FuseFlowParameters::adapt_noise) multiplies it. */
+  std::optional<NoiseModel> noise;
 };
 
 /** \brief Throws pcl::BadArgumentException, naming the camera and the value, unless sizes, focal lengths and
- *  depth_scale are positive, all numbers finite, depth_correction and multipath within their ranges, and the poses rigid (rotation orthonormal to 1e-3, determinant +1). */
+ *  depth_scale are positive, all numbers finite, depth_correction, multipath and noise within their ranges, and the poses rigid (rotation orthonormal to 1e-3, determinant +1). */
 inline void checkCamera(const Camera& camera);
 
 /** \brief An Eigen pose as the plain numbers that the per-pixel maths uses. */

@@ -222,8 +222,8 @@ TEST(CorrectedPair, SharesTheResidualAsTheNormalSeesNoise) {
   // Both sensors are alike and measure 2 m; the one looks along the normal, the other slants by 60° and its correction stretches noise by 1.2:
   // variances as 1 to 0.36. Together they put the surface where neither is blamed for more than that.
   BlockImage image;
-  image.noise.noise_floor = 0.004f;
-  image.noise.noise_quadratic = 0;
+  image.noise.floor = 0.004f;
+  image.noise.quadratic = 0;
   host::CorrectedPair pair{};
   pair.own.z = pair.own.z_right = pair.other.z = pair.other.z_right = 2;
   pair.own.growth = 1;
@@ -240,8 +240,8 @@ TEST(CorrectedPair, SharesTheResidualAsTheNormalSeesNoise) {
 TEST(CorrectedPair, NoiseIsThatOfWhereBothPutTheSurface) {
   // σ = z²/100. The other measurement is exact: all of the residual is the own one's, whose depth without noise is 2 m.
   BlockImage noisy, exact;
-  noisy.noise.noise_floor = exact.noise.noise_floor = exact.noise.noise_quadratic = 0;
-  noisy.noise.noise_quadratic = 0.01f;
+  noisy.noise.floor = exact.noise.floor = exact.noise.quadratic = 0;
+  noisy.noise.quadratic = 0.01f;
   for (const float measured : {1.9f, 2.1f}) {
     host::CorrectedPair pair{};
     pair.own = host::correctBlock({}, measured, 0, 0);

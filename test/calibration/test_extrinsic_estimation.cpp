@@ -124,16 +124,16 @@ class Wall {
   BlockImage image_;
 };
 
-CameraPlace placeAt(const Eigen::Isometry3d& T_world_camera) {
-  return {toRigidTransform(T_world_camera), toRigidTransform(T_world_camera.inverse())};
+CameraPlace placeAt(const Eigen::Isometry3d& T_world_camera, const NoiseModel& noise = {}) {
+  return {toRigidTransform(T_world_camera), toRigidTransform(T_world_camera.inverse()), noise};
 }
 
 // 20 mm of noise in either view, so 28 mm between them: the gate is what is larger, 30 mm or three of these.
 TEST(ExtrinsicEstimation, CounterpartsLieWithinTheGateOrThreeDeviationsOfNoise) {
   Wall wall(2.0f);
-  wall.image().noise.noise_floor = 0.02f;
-  wall.image().noise.noise_quadratic = 0;
-  const CameraPlace place = placeAt(Eigen::Isometry3d::Identity());
+  wall.image().noise.floor = 0.02f;
+  wall.image().noise.quadratic = 0;
+  const CameraPlace place = placeAt(Eigen::Isometry3d::Identity(), wall.image().noise);
   AlignmentGates gates{0.03f, 0.0f, 0.7f, 1e9f, 0.0f, 40.0f, false, 0, 1};
   const auto matches = [&](float off) {
     const AlignmentSample sample{{0, 0, 2 + off}, {0, 0, -1}, 0.02f, {}};
@@ -160,14 +160,14 @@ TEST(ExtrinsicEstimation, CounterpartsLieWithinTheGateOrThreeDeviationsOfNoise) 
 // A wall at 3 m, measured 60 mm too near as often as 60 mm too far. Weighed by what is measured, it would seem 4.8 mm nearer.
 TEST(ExtrinsicEstimation, NoiseThatGrowsWithDepthPullsNothingNearer) {
   const float off = 0.06f;
-  const CameraPlace place = placeAt(Eigen::Isometry3d::Identity());
   const AlignmentGates gates{0.5f, 0.0f, 0.7f, 1e9f, 0.0f, 40.0f, false, 0, 1};
   const auto mean = [&](float noise_of_point, float noise_of_wall, bool wall_is_off) {
     double weights = 0, sum = 0;
     for (const float sign : {-1.0f, 1.0f}) {
       Wall wall(wall_is_off ? 3.0f + sign * off : 3.0f);
-      wall.image().noise.noise_floor = 0;
-      wall.image().noise.noise_quadratic = noise_of_wall / 9;
+      wall.image().noise.floor = 0;
+      wall.image().noise.quadratic = noise_of_wall / 9;
+      const CameraPlace place = placeAt(Eigen::Isometry3d::Identity(), wall.image().noise);
       const float z = wall_is_off ? 3.0f : 3.0f + sign * off;
       const AlignmentSample sample{{0, 0, z}, {0, 0, -1}, noise_of_point * z * z / 9, {}};
       Match match;
@@ -185,13 +185,13 @@ TEST(ExtrinsicEstimation, NoiseThatGrowsWithDepthPullsNothingNearer) {
 // A point 50 mm behind a wall that the other camera measured exactly, seen obliquely: on its ray it is where the wall is.
 TEST(ExtrinsicEstimation, ColoursAreComparedWhereBothViewsTogetherPutThePoint) {
   Wall wall(2.0f);
-  wall.image().noise.noise_floor = 0.00001f;
-  wall.image().noise.noise_quadratic = 0;
+  wall.image().noise.floor = 0.00001f;
+  wall.image().noise.quadratic = 0;
   wall.paint(100, 10);
   const CameraPlace j = placeAt(Eigen::Isometry3d::Identity());
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
   T.translate(Eigen::Vector3d(-1, 0, 0)).rotate(Eigen::AngleAxisd(std::atan2(1.0, 2.0), Eigen::Vector3d::UnitY()));
-  const CameraPlace i = placeAt(T);
+  const CameraPlace i = placeAt(T, wall.image().noise);
   const float on_ray = std::sqrt(5.0f);  // from (−1, 0, 0) to (0, 0, 2)
   const Vec3 normal = rotate(i.to_camera, Vec3{0, 0, -1});
   const AlignmentGates gates{0.25f, 0.0f, 0.7f, 1e9f, 0.0f, 400.0f, true, 0, 1};
@@ -208,11 +208,11 @@ TEST(ExtrinsicEstimation, ColoursAreComparedWhereBothViewsTogetherPutThePoint) {
   EXPECT_NEAR(noisy.n.x, 10 * 100 / 2.0f, 5);
   EXPECT_NEAR(noisy.n.z, noisy.n.x * -1 / 2, 5) << "what it does along the normal it does along its ray as well";
   // Where its own depth is the better one it stays: 8 mm to the right are 0.4 blocks of 10 grey levels.
-  wall.image().noise.noise_floor = 0.05f;
+  wall.image().noise.floor = 0.05f;
   difference(0.018f, 0.0f, exact);
   EXPECT_NEAR(exact.r, 10 * (0.018f / on_ray) * 50, 0.3);
   // Both uncertain: half-way, and grey levels tell less.
-  wall.image().noise.noise_floor = 0.05f;
+  wall.image().noise.floor = 0.05f;
   difference(0.018f, 0.05f, moved);
   EXPECT_LT(moved.w, 0.9f * exact.w);
   // 500 grey levels a metre along the wall are 250 along its normal, by the slope of the ray; of 0.05 m each half is left. Beside that
@@ -465,7 +465,7 @@ TEST(ExtrinsicEstimation, ColourWeighsAsMuchWhicheverWayDepthIsWrong) {
   cameras[1].T_world_camera.pretranslate(Vector3d(0.6, 0, 0));
   Scene scene = makeScene(cameras, plane({0, 0, 1}, 1.5));
   ExtrinsicParameters parameters;
-  parameters.noise.noise_floor = 0.1f;
+  parameters.noise.floor = 0.1f;
   host::AlignmentSystem system;
   system.add(scene.rig, parameters);
   system.sample(poses(cameras), 3000);
@@ -475,7 +475,8 @@ TEST(ExtrinsicEstimation, ColourWeighsAsMuchWhicheverWayDepthIsWrong) {
     for (int u = 0; u < other.width; ++u) grey.push_back(10 + 2.0f * static_cast<float>(u) + static_cast<float>(v));
   for (const float*& lumas : other.lumas) lumas = grey.data();
   ASSERT_EQ(other.pitch, other.width);
-  const CameraPlace first = placeAt(cameras[0].T_world_camera), second = placeAt(cameras[1].T_world_camera);
+  const CameraPlace first = placeAt(cameras[0].T_world_camera, parameters.noise),
+                    second = placeAt(cameras[1].T_world_camera, parameters.noise);
   const AlignmentGates gates{0.5f, 3.0f, 0.7f, 1e9f, 0.0f, 1e9f, true, 1, 1};
   const auto colour = [&](const AlignmentSample& sample, Correspondence& color) {
     Match match;
@@ -583,7 +584,7 @@ TEST(ExtrinsicEstimation, NoiseThatNeighboursShareMakesItLessSure) {
 TEST(ExtrinsicEstimation, LargerBlocksAverageNoiseThatNeighboursShare) {
   const std::vector<Camera> cameras = cameraRow(3, 480, 360, 450);
   Scene scene = makeScene(cameras, cornerAndBall());
-  const ConfidenceParameters kinect;
+  const NoiseModel kinect;
   std::mt19937 random(7);
   std::normal_distribution<float> normal;
   constexpr int patch = 3;  // pixels

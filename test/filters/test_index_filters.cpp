@@ -472,8 +472,6 @@ TEST(BadParameters, ConfidenceEstimationNamesThem) {
   expectRejected<Filter>(&P::threshold, 1.5f, owner, "threshold", "1.5");
   expectRejected<Filter>(&P::threshold, kNaN, owner, "threshold", "nan");
   expectRejected<Filter>(&P::length_unit, 0.0f, owner, "length_unit", "0");
-  expectRejected<Filter>(&P::noise_floor, -1.0f, owner, "noise_floor", "-1");
-  expectRejected<Filter>(&P::noise_quadratic, -1.0f, owner, "noise_quadratic", "-1");
   expectRejected<Filter>(&P::noise_reference, 0.0f, owner, "noise_reference", "0");
   expectRejected<Filter>(&P::max_incidence, 0.0f, owner, "max_incidence", "0");
   expectRejected<Filter>(&P::max_incidence, 2.0f, owner, "max_incidence", "2");
@@ -481,6 +479,17 @@ TEST(BadParameters, ConfidenceEstimationNamesThem) {
   parameters.alpha = parameters.gamma = 0;
   Filter filter;
   expectThrow([&] { filter.setParameters(parameters); }, {owner, "alpha + gamma is 0"});
+  for (const auto& [noise, message] : {std::pair{NoiseModel{-1, 0, 0}, "noise.floor is -1"},
+                                       {NoiseModel{0, kNaN, 0}, "noise.linear is nan"},
+                                       {NoiseModel{0, 0, -1}, "noise.quadratic is -1"},
+                                       {NoiseModel{0, 0, 0}, "noise.floor + noise.linear + noise.quadratic is 0"}}) {
+    P noisy;
+    noisy.noise = noise;
+    expectThrow([&] { filter.setParameters(noisy); }, {owner, message});
+  }
+  P given;
+  given.form = ConfidenceForm::Given;
+  expectThrow([&] { filter.setParameters(given); }, {owner, "form is Given"});
   for (const float f : {0.0f, -1.0f, kNaN, kInf})
     EXPECT_THROW(filter.setFocalLength(f), pcl::BadArgumentException) << f;
   expectThrow([&] { filter.setFocalLength(-3); }, {owner, "focal length is -3"});

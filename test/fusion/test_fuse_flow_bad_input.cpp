@@ -268,7 +268,7 @@ TEST(FuseFlowBadInput, AParameterOutOfItsRangeIsRefusedByClassNameAndValueAndCha
       {[](auto& p) { p.consistency.sigma = 20; }, {"MultiViewConsistency", "sigma is 20 m", "20 mm are 0.02 m"}},
       {[](auto& p) { p.preprocessing.fill_tolerance = 20; }, {"DepthBackprojection", "fill_tolerance is 20 m"}},
       {[](auto& p) { p.preprocessing.bilateral_sigma_r = 30; }, {"DepthBackprojection", "bilateral_sigma_r is 30 m"}},
-      {[](auto& p) { p.confidence.noise_floor = 20; }, {"ConfidenceEstimation", "noise_floor is 20 m"}},
+      {[](auto& p) { p.confidence.noise.floor = 20; }, {"ConfidenceEstimation", "noise.floor is 20 m"}},
       {[](auto& p) { p.confidence.noise_reference = 1e4f; }, {"ConfidenceEstimation", "noise_reference is 10000 m"}},
       {[](auto& p) { p.half_weight_noise = 25; }, {"FuseFlow", "half_weight_noise is 25 m"}},
       {[](auto& p) { p.max_noise = 70; }, {"FuseFlow", "max_noise is 70 m", "70 mm are 0.07 m"}},

@@ -1,6 +1,6 @@
 #include "../simulated_recording.h"
 #include "clouds/cloud_io.h"
-#include "recordings/file_io.h"
+#include "recordings/files/file_io.h"
 #include "recordings/range.h"
 
 #include <fuse_flow/recordings/recording.h>

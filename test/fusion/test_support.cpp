@@ -16,20 +16,20 @@ using scenes::Cloud;
 using scenes::Scene;
 
 /** \brief Of a camera with f = 500 pixels: neighbours on a surface at 1.3 rad, 2 m away, differ by 14.41 mm. */
-int supportOf(const DepthPatch& depth, const DepthPatch& weight, float noise_floor = 0.001f, float noise_scale = 1) {
+int supportOf(const DepthPatch& depth, const DepthPatch& weight, float floor = 0.001f, float noise_scale = 1) {
   ConfidenceParameters p;
-  p.noise_floor = noise_floor;
-  p.noise_quadratic = 0;
-  return fuse_flow::surfaceSupport(p, fuse_flow::slopeScale(p, 1.0f / 500), noise_scale, depth, weight);
+  p.noise = {floor, 0, 0};
+  return fuse_flow::surfaceSupport(fuse_flow::slopeScale(p, 1.0f / 500, fuse_flow::viewNoise(p, nullptr)), noise_scale,
+                                   depth, weight);
 }
 
 const DepthPatch kAll{{1, 1, 1, 1, 1, 1, 1, 1, 1}};
 
 TEST(Support, IsWhatContinuesTheSurfaceUpToItsSteepestStepAndThreeDeviations) {
-  const auto support = [](float step, std::size_t neighbour, float noise_floor = 0.001f, float noise_scale = 1) {
+  const auto support = [](float step, std::size_t neighbour, float floor = 0.001f, float noise_scale = 1) {
     DepthPatch depth{{9, 9, 9, 9, 2, 9, 9, 9, 9}};
     depth.z[neighbour] = 2 + step;
-    return supportOf(depth, kAll, noise_floor, noise_scale);
+    return supportOf(depth, kAll, floor, noise_scale);
   };
   for (const float sign : {-1.0f, 1.0f}) {
     for (const std::size_t straight : {1u, 3u, 5u, 7u}) {

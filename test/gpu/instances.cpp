@@ -1,6 +1,3 @@
-// First, to show that its definitions need no other header: test/CMakeLists.txt compiles it alone without them.
-#include <fuse_flow/calibration/extrinsic_tracking.h>
-
 // What device_comparison.h and pose_comparison.h declare to be compiled elsewhere.
 #include <fuse_flow/gpu/calibration/extrinsic_estimation.h>
 #include <fuse_flow/gpu/fuse_flow.h>

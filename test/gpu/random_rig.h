@@ -46,6 +46,13 @@ class RandomFrame {
     }
   }
 
+  /** \brief Of every view that is there and has none. */
+  void giveConfidence(Random& random) {
+    for (std::size_t i = 0; i < rig.views.size(); ++i)
+      if (fuse_flow::DepthView& view = rig.views[i]; !view.missing() && !view.confidence)
+        drawConfidence(random, view.width(), view.height(), images_[i], view);
+  }
+
  private:
   struct Images {
     std::vector<std::uint16_t> depth16;
@@ -76,6 +83,9 @@ class RandomFrame {
     }
     if (random.oneIn(4)) drawCorrection(random, camera.depth_correction, scale);
     if (random.oneIn(4)) camera.multipath = {random.uniform(20e6f, 300e6f), random.uniform(0.1f, 1.0f)};
+    if (random.oneIn(3))
+      camera.noise = fuse_flow::NoiseModel{random.uniform(0.0002f, 0.005f), random.uniform(0.0f, 0.003f),
+                                           random.uniform(0.0002f, 0.005f)};
     camera.T_world_camera.linear() = (Eigen::AngleAxisd(random.uniform(-0.2, 0.2), Eigen::Vector3d::UnitX()) *
                                       Eigen::AngleAxisd(random.uniform(-0.2, 0.2), Eigen::Vector3d::UnitY()))
                                          .toRotationMatrix();
@@ -162,7 +172,7 @@ inline fuse_flow::FuseFlowParameters parameters(Random& random, double scale = 1
   p.adapt_noise = !random.oneIn(3);
   p.half_weight_noise = random.oneIn(3) ? 0.0f : random.uniform(0.002f, 0.1f);
   p.max_noise =
-      random.oneIn(2) ? 0.0f : random.uniform(0.5f, 3.0f) * axialNoise(p.confidence, static_cast<float>(scale));
+      random.oneIn(2) ? 0.0f : random.uniform(0.5f, 3.0f) * axialNoise(p.confidence.noise, static_cast<float>(scale));
   p.min_support = random.below(9);
   p.min_confidence = random.oneIn(2) ? 0.0f : random.uniform(0.0f, 1.0f);
   p.confidence.form = random.oneIn(2) ? ConfidenceForm::Published : ConfidenceForm::SlopeCompensated;

@@ -35,6 +35,38 @@ TEST_P(RandomFrames, AreFusedAsOnTheHost) {
 
 INSTANTIATE_TEST_SUITE_P(Seeds, RandomFrames, testing::Values(1, 2, 3, 4, 5, 6, 7, 8));
 
+TEST(GpuSameAsHost, AGivenConfidenceIsThatOfTheHost) {
+  random_rig::Random random(31);
+  random_rig::RandomFrame frame;
+  Host host;
+  Device device;
+  Tally tally;
+  for (int k = 0; k < timesOver(100, 10); ++k) {
+    SCOPED_TRACE(k);
+    frame.draw(random);
+    frame.giveConfidence(random);
+    FuseFlowParameters parameters = random_rig::parameters(random);
+    parameters.confidence.form = fuse_flow::ConfidenceForm::Given;
+    expectSame(frame.rig, parameters, host, device, &tally);
+    ASSERT_FALSE(HasFailure());
+  }
+  EXPECT_GT(tally.points, enough(10000));
+  EXPECT_TRUE(tally.good()) << tally;
+}
+
+TEST(GpuSameAsHost, AConfidenceThatIsNotGivenIsRefusedAsByTheHost) {
+  random_rig::Random random(32);
+  random_rig::RandomFrame frame;
+  frame.draw(random);
+  for (fuse_flow::DepthView& view : frame.rig.views) view.confidence = {};
+  FuseFlowParameters parameters;
+  parameters.confidence.form = fuse_flow::ConfidenceForm::Given;
+  Device device;
+  device.setParameters(parameters);
+  pcl::PointCloud<fuse_flow::PointFused> cloud;
+  EXPECT_THROW(device.fuse(frame.rig, cloud), pcl::BadArgumentException);
+}
+
 TEST(GpuSameAsHost, NormalsAreThoseOfTheHost) {
   using PointT = pcl::PointXYZRGBNormal;
   random_rig::Random random(21);

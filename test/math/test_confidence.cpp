@@ -18,7 +18,7 @@ ConfidenceParameters published() {
 }
 
 float slopeCompensated(const ConfidenceParameters& p, const DepthPatch& patch) {
-  return confidenceSlopeCompensated(p, patch, slopeScale(p, kPixelAngle));
+  return confidenceSlopeCompensated(p, patch, slopeScale(p, kPixelAngle, viewNoise(p, nullptr)));
 }
 
 /** \brief α / (1 + βG) + γ / (1 + δσ), as the paper writes it, over α + γ. */
@@ -189,20 +189,20 @@ TEST(ConfidenceSlopeCompensated, SpreadIsThatOfTheSecondDifferencesByHand) {
   // The centre 1 cm behind: r = −2 cm in all four directions, σ² = 4/6 cm² at the reference depth, where noise scales by one.
   const DepthPatch patch{{1, 1, 1, 1, 1.01f, 1, 1, 1, 1}};
   ConfidenceParameters p;
-  p.noise_quadratic = 0;  // the same noise at every depth
+  p.noise.quadratic = 0;  // the same noise at every depth
   EXPECT_NEAR(slopeCompensated(p, patch), byHand(0, std::sqrt(4.0 / 6.0)), 1e-4);
 }
 
 TEST(ConfidenceSlopeCompensated, NoiseIsJudgedByWhatTheSensorHasAtThatDepth) {
   ConfidenceParameters p;
-  p.noise_floor = 0;
-  p.noise_quadratic = 0.002f;
+  p.noise.floor = 0;
+  p.noise.quadratic = 0.002f;
   // 5 mm at 1 m are as bad as 20 mm at 2 m, where the noise is four times as large.
   DepthPatch near = constant(1), far = constant(2);
   near.z[0] += 0.005f;
   far.z[0] += 0.02f;
   EXPECT_NEAR(slopeCompensated(p, near), slopeCompensated(p, far), 1e-3f);
-  EXPECT_FLOAT_EQ(axialNoise(p, 2), 0.008f);
+  EXPECT_FLOAT_EQ(axialNoise(p.noise, 2), 0.008f);
 }
 
 }  // namespace

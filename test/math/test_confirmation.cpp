@@ -64,7 +64,7 @@ TEST(Confirmation, WithoutViewsThePointStays) {
 TEST(Confirmation, OneViewDrawsThePointAlongItsRay) {
   // 2 m before the view, 6 mm short of its depth: along (0.5, 0, 1) by 6 mm of depth, weighed with a/2 against ω = 0.7.
   Confirmation confirmation;
-  confirmation.add({1, 0, 2}, 2.0f, 2.006f, 0.5f, kReach * kReach);
+  confirmation.add({1, 0, 2}, Confirmation::share(2.0f, 2.006f, 0.5f, kReach * kReach));
   const double w = 0.5 * kA, dz = kA * w * 0.006 / (0.7 + w);
   const Vec3 p = confirmation.moved({0, 0, 0}, 0.7f);
   EXPECT_NEAR(p.x, 0.5 * dz, 1e-7);
@@ -74,16 +74,16 @@ TEST(Confirmation, OneViewDrawsThePointAlongItsRay) {
 
 TEST(Confirmation, ViewsOnBothSidesLeaveItInTheMiddle) {
   Confirmation confirmation;
-  confirmation.add({0, 0, 1}, 1.0f, 1.006f, 1.0f, kReach * kReach);
-  confirmation.add({0, 0, 1}, 1.0f, 0.994f, 1.0f, kReach * kReach);
+  confirmation.add({0, 0, 1}, Confirmation::share(1.0f, 1.006f, 1.0f, kReach * kReach));
+  confirmation.add({0, 0, 1}, Confirmation::share(1.0f, 0.994f, 1.0f, kReach * kReach));
   EXPECT_NEAR(confirmation.moved({0, 0, 0}, 1.0f).z, 0, 1e-7);
 }
 
 TEST(Confirmation, AViewThatMeasuredSomethingBeyondTheReachStopsTheOthers) {
   Confirmation confirmation;
-  confirmation.add({0, 0, 1}, 1.0f, 1.006f, 1.0f, kReach * kReach);
+  confirmation.add({0, 0, 1}, Confirmation::share(1.0f, 1.006f, 1.0f, kReach * kReach));
   EXPECT_GT(confirmation.moved({0, 0, 0}, 1.0f).z, 0.002f);
-  confirmation.add({0, 0, 1}, 1.0f, 1.031f, 1.0f, kReach * kReach);
+  confirmation.add({0, 0, 1}, Confirmation::share(1.0f, 1.031f, 1.0f, kReach * kReach));
   EXPECT_EQ(confirmation.moved({0, 0, 0}, 1.0f).z, 0.0f);
 }
 
@@ -110,7 +110,8 @@ TEST(Confirmation, ThePointMovesByLessThanHalfOfTheReach) {
   for (const float e : {0.001f, 0.005f, 0.01f, 0.0173f, 0.02f, 0.029f, -0.012f})
     for (const float weight : {0.001f, 1.0f}) {
       Confirmation confirmation;
-      for (int view = 0; view < 7; ++view) confirmation.add({0, 0, 1.5f}, 1.5f, 1.5f + e, 1.0f, kReach * kReach);
+      for (int view = 0; view < 7; ++view)
+        confirmation.add({0, 0, 1.5f}, Confirmation::share(1.5f, 1.5f + e, 1.0f, kReach * kReach));
       const float dz = confirmation.moved({0, 0, 0}, weight).z;
       EXPECT_LE(std::abs(dz), 0.46f * kReach);
       EXPECT_LE(std::abs(dz), std::abs(e));
@@ -120,10 +121,10 @@ TEST(Confirmation, ThePointMovesByLessThanHalfOfTheReach) {
 
 TEST(Confirmation, AViewWithoutDepthThereChangesNothing) {
   Confirmation confirmation;
-  confirmation.add({0, 0, 1}, 1.0f, 1.006f, 1.0f, kReach * kReach);
+  confirmation.add({0, 0, 1}, Confirmation::share(1.0f, 1.006f, 1.0f, kReach * kReach));
   const float z = confirmation.moved({0, 0, 0}, 1.0f).z;
   for (const float none : {0.0f, std::nanf("")}) {
-    confirmation.add({0, 0, 1}, 1.0f, none, 1.0f, kReach * kReach);
+    confirmation.add({0, 0, 1}, Confirmation::share(1.0f, none, 1.0f, kReach * kReach));
     EXPECT_EQ(confirmation.moved({0, 0, 0}, 1.0f).z, z);
   }
 }
@@ -134,12 +135,10 @@ TEST(CellConfirmations, TheReachGrowsWithTheNoiseThatAViewWasMeasuredToHave) {
   for (int v = 0; v < 3; ++v) std::fill_n(refined.row(v), 3, 2.03f);
   fuse_flow::host::CellConfirmations confirmations;
   confirmations.reserve(3);
-  for (const float noise_scale : {1.0f, 2.0f}) confirmations.add(refined, 1.5f, 1.5f, 2.0f, noise_scale, 0);
-  confirmations.add(refined, 1.5f, 1.5f, 2.0f, 1.0f, 0.02f / (2.03f * 2.03f));
-  fuse_flow::ConfidenceParameters noise;
-  noise.noise_floor = 0;
-  noise.noise_quadratic = 0.01f / (2.03f * 2.03f);
-  confirmations.weigh({noise, 0.025f, 2.0f, 1 / 0.02f});
+  const fuse_flow::NoiseModel noise{0, 0, 0.01f / (2.03f * 2.03f)};
+  for (const float noise_scale : {1.0f, 2.0f}) confirmations.add(refined, 1.5f, 1.5f, 2.0f, {noise, noise_scale, 1}, 0);
+  confirmations.add(refined, 1.5f, 1.5f, 2.0f, {noise, 1, 1}, 0.02f / (2.03f * 2.03f));
+  confirmations.weigh({0.025f, 2.0f, 1 / 0.02f});
   EXPECT_EQ(confirmations[0].a, 0.0f);  // 30 mm away, with a reach of 25
   const double a = countsAs(0.03, 0.04);
   EXPECT_NEAR(confirmations[1].a, a, 1e-4);
@@ -183,8 +182,8 @@ TEST(FuseFlowConfirmation, NoisyViewsReachFarther) {
   // 16 mm apart, which count 0.84 with a reach of 30 mm, and 0.95 with 40.
   const Scene scene = scenes::makeFlatScene(scenes::sameCameras(2, 40, 40, 90), {1.004f, 1.020f});
   FuseFlowParameters parameters = equalWeights();
-  parameters.confidence.noise_floor = 0.02f;
-  parameters.confidence.noise_quadratic = 0;
+  parameters.confidence.noise.floor = 0.02f;
+  parameters.confidence.noise.quadratic = 0;
   for (const float per_noise : {0.0f, 1.0f, 1.75f, 2.0f}) {
     parameters.aggregation.reach_per_noise = per_noise;
     const double a = countsAs(0.016, std::max(0.03, 0.02 * static_cast<double>(per_noise)));
@@ -199,8 +198,8 @@ TEST(FuseFlowConfirmation, TheReachIsThatOfTheViewThatConfirms) {
   cameras[1].multipath.modulation_frequency = 20e6f;
   const Scene scene = scenes::makeFlatScene(cameras, {1.004f, 1.020f});
   FuseFlowParameters parameters = equalWeights();
-  parameters.confidence.noise_floor = 1e-4f;
-  parameters.confidence.noise_quadratic = 0;
+  parameters.confidence.noise.floor = 1e-4f;
+  parameters.confidence.noise.quadratic = 0;
   parameters.aggregation.reach_per_noise = 1.6f;
   const double period = 299792458.0 / 40e6, pi = 3.14159265358979;
   const double late = 0.035 * static_cast<double>(cameras[1].multipath.reflectance) * period / (2 * pi) * 1.02 * 1.02;

@@ -56,7 +56,7 @@ TEST(Smoothing, TheSpacingDoublesFromPassToPassAndInNoisyViews) {
 }
 
 TEST(Smoothing, InverseDepthNoiseIsDepthNoiseOverDepthSquared) {
-  fuse_flow::ConfidenceParameters p;
+  const fuse_flow::NoiseModel p{0.0005f, 0.002f, 0.001425f};
   for (const float z : {0.3f, 1.0f, 7.0f})
     EXPECT_NEAR(fuse_flow::inverseDepthNoise(p, 1 / z), fuse_flow::axialNoise(p, z) / (z * z), 1e-7f);
 }
@@ -174,7 +174,7 @@ void addNoiseOfBlocks(Scene& scene, float sigma) {
 
 TEST(Refinement, AveragesOverTwiceTheSpacingWhereNeighboursShareTheNoiseOfAStrongOne) {
   const Scene exact = scenes::makeScene(oneCamera(), tiltedPlane());
-  const float sigma = 2.5f * fuse_flow::axialNoise(fuse_flow::ConfidenceParameters(), 1.7f);
+  const float sigma = 2.5f * fuse_flow::axialNoise(fuse_flow::NoiseModel(), 1.7f);
   Scene scene = scenes::makeScene(oneCamera(), tiltedPlane());
   addNoiseOfBlocks(scene, sigma);
   FuseFlowParameters parameters = onePointAPixel();
@@ -240,7 +240,7 @@ TEST(Refinement, ColoursAndImagesSmallerThanTheNeighbourhoodAreFine) {
 TEST(NoiseScale, IsMeasuredForEachViewAndNamedInTheStatistics) {
   const scenes::Surface wall = scenes::plane({0, 0, 1}, 2.0);  // expected noise: 0.5 + 1.425 · 4 = 6.2 mm
   Scene scene;
-  const float expected = fuse_flow::axialNoise(fuse_flow::ConfidenceParameters(), 2.0f);
+  const float expected = fuse_flow::axialNoise(fuse_flow::NoiseModel(), 2.0f);
   const std::vector<float> scales = {0.1f, 0.5f, 1.0f, 2.5f, 20.0f};
   scene.rig.cameras = scenes::sameCameras(static_cast<int>(scales.size()), 320, 240, 300);
   for (std::size_t i = 0; i < scales.size(); ++i) {
@@ -267,7 +267,7 @@ TEST(NoiseScale, IsMeasuredForEachViewAndNamedInTheStatistics) {
 
 TEST(NoiseScale, ConfidenceIsRelativeToTheNoiseThatTheViewHas) {
   const scenes::Surface wall = scenes::plane({0, 0, 1}, 1.5);
-  const float expected = fuse_flow::axialNoise(fuse_flow::ConfidenceParameters(), 1.5f);
+  const float expected = fuse_flow::axialNoise(fuse_flow::NoiseModel(), 1.5f);
   const auto mean_confidence = [&](float sigma, bool adapt) {
     Scene scene = scenes::makeScene(oneCamera(), wall);
     scenes::addNoise(scene, sigma);
@@ -290,8 +290,8 @@ TEST(NoiseScale, ConfidenceIsRelativeToTheNoiseThatTheViewHas) {
 TEST(NoiseWeight, MultipliesTheConfidenceAfterTheGate) {
   const Scene scene = scenes::makeFlatScene(scenes::sameCameras(1, 9, 9, 40), {2.0f});
   FuseFlowParameters parameters = onePointAPixel(0);
-  parameters.confidence.noise_floor = 0.01f;
-  parameters.confidence.noise_quadratic = 0.005f;  // 0.03 m at 2 m
+  parameters.confidence.noise.floor = 0.01f;
+  parameters.confidence.noise.quadratic = 0.005f;  // 0.03 m at 2 m
   parameters.use_measurement_confidence = true;
   parameters.confidence.threshold = 0;
   parameters.min_support = 0;
@@ -307,7 +307,7 @@ TEST(NoiseWeight, MultipliesTheConfidenceAfterTheGate) {
 }
 
 TEST(MaxNoise, DropsMeasurementsWithMoreNoiseThanThatAsTheViewHasIt) {
-  const float noise = fuse_flow::axialNoise(fuse_flow::ConfidenceParameters(), 1.5f);
+  const float noise = fuse_flow::axialNoise(fuse_flow::NoiseModel(), 1.5f);
   const auto points = [&](float sigma, float max_noise) {
     Scene scene = scenes::makeScene(oneCamera(), scenes::plane({0, 0, 1}, 1.5));
     scenes::addNoise(scene, sigma);
@@ -327,7 +327,7 @@ TEST(MaxNoise, DropsMeasurementsWithMoreNoiseThanThatAsTheViewHasIt) {
 
 TEST(NoiseScale, AViewTwiceAsNoisyMayDisagreeTwiceAsMuch) {
   // Far enough for the noise to exceed σ: 0.5 mm + 1.425e-3 · 25 = 36 mm at 5 m, against 20 mm.
-  const float noise = fuse_flow::axialNoise(fuse_flow::ConfidenceParameters(), 5.0f);
+  const float noise = fuse_flow::axialNoise(fuse_flow::NoiseModel(), 5.0f);
   FuseFlowParameters parameters = onePointAPixel(0);
   parameters.use_distance_consistency = true;
   parameters.half_weight_noise = 0;

@@ -129,8 +129,8 @@ TEST(SurfaceQuality, CoverageReachesAsFarAsTheSensorsNoise) {
   SurfaceQualityParameters parameters;
   EXPECT_EQ(surfaceQuality(shifted, scene.rig, parameters).coverage(), 0);
   // The images have no noise: the least scale is 0.25 of what the parameters say, and three times 10 mm reach.
-  parameters.noise.noise_floor = 0.04f;
-  parameters.noise.noise_quadratic = 0;
+  parameters.noise.floor = 0.04f;
+  parameters.noise.quadratic = 0;
   EXPECT_EQ(surfaceQuality(shifted, scene.rig, parameters).coverage(), 1);
   parameters.max_coverage_radius = 0.02f;
   EXPECT_EQ(surfaceQuality(shifted, scene.rig, parameters).coverage(), 0);

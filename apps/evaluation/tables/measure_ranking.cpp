@@ -65,9 +65,11 @@ void MeasureRanking::add(const Setup& setup, const std::vector<Contender>& conte
 
 std::string MeasureRanking::text(int threads) const {
   std::string text =
-      "# What can be measured without the truth\n\nWritten by `./build.sh tables`, or by `fuse_flow_tables --measures "
+      "# What can be measured without the truth\n\nHow far the figures that need no truth rank methods as the truth "
+      "does. The figures: [reference/formats.md](../reference/formats.md#figures-without-the-truth). How to use them: "
+      "[guide/judge.md](../guide/judge.md).\n\nWritten by `./build.sh tables`, or by `fuse_flow_tables --measures "
       "FILE` alone, on " +
-      std::to_string(threads) + " threads: rigs and methods of [results.md](results.md), " +
+      std::to_string(threads) + " threads: rigs and methods of [results.md](../results.md), " +
       sizeOf(parts_.empty() ? 1 : parts_[0].setup.scale) +
       "measured by the cloud and the depth views alone "
       "(`fuse_flow/quality/surface_quality.h` defines the figures; `fuse_flow_evaluate`, `fuse_flow_fuse --report` and "

@@ -3,7 +3,7 @@
 #include "simulation/pi.h"
 #include "simulation/portable_math.h"
 #include "simulation/random.h"
-#include "simulation/shapes.h"
+#include "simulation/surfaces/shapes.h"
 
 #include <algorithm>
 #include <cmath>

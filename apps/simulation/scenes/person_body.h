@@ -1,7 +1,7 @@
 #pragma once
 
-#include "simulation/implicit_surface.h"
-#include "simulation/mesh.h"
+#include "simulation/surfaces/implicit_surface.h"
+#include "simulation/surfaces/mesh.h"
 
 #include <Eigen/Geometry>
 

@@ -2,7 +2,7 @@
 #include "simulation/random.h"
 #include "simulation/scenes/scenes.h"
 #include "simulation/scenes/tableware.h"
-#include "simulation/shapes.h"
+#include "simulation/surfaces/shapes.h"
 
 namespace fuse_flow::simulation {
 namespace {

@@ -1,7 +1,7 @@
 #include "simulation/random.h"
 #include "simulation/scenes/scenes.h"
 #include "simulation/scenes/tableware.h"
-#include "simulation/shapes.h"
+#include "simulation/surfaces/shapes.h"
 
 #include <array>
 

@@ -1,9 +1,9 @@
-#include "simulation/implicit_surface.h"
 #include "simulation/pi.h"
 #include "simulation/portable_math.h"
 #include "simulation/random.h"
 #include "simulation/scenes/scenes.h"
-#include "simulation/shapes.h"
+#include "simulation/surfaces/implicit_surface.h"
+#include "simulation/surfaces/shapes.h"
 
 #include <cmath>
 

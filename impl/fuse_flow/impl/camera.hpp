@@ -75,6 +75,17 @@ inline void checkDepthCorrection(const Owner& owner, const DepthCorrection& corr
   check("per_metre", correction.per_metre);
 }
 
+inline void checkNoise(const Owner& owner, const NoiseModel& noise) {
+  const auto check = [&](const char* name, float value) {
+    if (!(value >= 0 && value <= 10)) throwBadArgument(owner, ": noise.", name, " is ", value, ", must be 0 to 10");
+  };
+  check("floor", noise.floor);
+  check("linear", noise.linear);
+  check("quadratic", noise.quadratic);
+  if (!(noise.floor + noise.linear + noise.quadratic > 0))
+    throwBadArgument(owner, ": noise is 0 at every depth; leave it out where it is not known");
+}
+
 inline void checkMultipath(const Owner& owner, const Multipath& multipath) {
   const float f = multipath.modulation_frequency;
   if (!(f == 0 || (f >= 1e6f && f <= 1e9f)))
@@ -93,6 +104,7 @@ inline void checkCamera(const Camera& camera) {
   detail::checkPose(owner, "T_world_camera", camera.T_world_camera);
   detail::checkDepthCorrection(owner, camera.depth_correction);
   detail::checkMultipath(owner, camera.multipath);
+  if (camera.noise) detail::checkNoise(owner, *camera.noise);
   if (camera.color) {
     const detail::Owner color{"fuse_flow::Camera '", camera.name, "' color"};
     detail::checkIntrinsics(color, camera.color->intrinsics);
@@ -114,7 +126,7 @@ namespace detail {
 /** \brief Whether all of the calibration but the pose in the world is the same. */
 inline bool sameInside(const Camera& a, const Camera& b) {
   if (!sameIntrinsics(a.intrinsics, b.intrinsics) || a.depth_scale != b.depth_scale ||
-      a.depth_correction != b.depth_correction || a.multipath != b.multipath)
+      a.depth_correction != b.depth_correction || a.multipath != b.multipath || a.noise != b.noise)
     return false;
   if (a.color.has_value() != b.color.has_value()) return false;
   return !a.color || (sameIntrinsics(a.color->intrinsics, b.color->intrinsics) &&

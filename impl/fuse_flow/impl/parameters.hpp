@@ -84,6 +84,18 @@ inline void checkParameters(const SmoothingParameters& p) {
   detail::checkNonNegative(owner, "smoothing_wide_above", p.wide_above);
 }
 
+namespace detail {
+
+/** \brief Throws for a model of which no depth has a noise, or one that is no number. */
+inline void checkNoise(const char* owner, const NoiseModel& noise) {
+  checkLengthOrNone(owner, "noise.floor", noise.floor);
+  checkNonNegative(owner, "noise.linear", noise.linear);
+  checkNonNegative(owner, "noise.quadratic", noise.quadratic);
+  checkPositive(owner, "noise.floor + noise.linear + noise.quadratic", noise.floor + noise.linear + noise.quadratic);
+}
+
+}  // namespace detail
+
 inline void checkParameters(const ConfidenceParameters& p) {
   constexpr const char* owner = "fuse_flow::ConfidenceEstimation";
   detail::checkNonNegative(owner, "alpha", p.alpha);
@@ -93,10 +105,8 @@ inline void checkParameters(const ConfidenceParameters& p) {
   detail::checkPositive(owner, "alpha + gamma", p.alpha + p.gamma);
   detail::checkRange(owner, "threshold", p.threshold, 0.0f, 1.0f);
   detail::checkLength(owner, "length_unit", p.length_unit);
-  detail::checkLengthOrNone(owner, "noise_floor", p.noise_floor);
-  detail::checkNonNegative(owner, "noise_quadratic", p.noise_quadratic);
+  detail::checkNoise(owner, p.noise);
   detail::checkLength(owner, "noise_reference", p.noise_reference, 1000);
-  detail::checkPositive(owner, "noise_floor + noise_quadratic", p.noise_floor + p.noise_quadratic);
   detail::checkRange(owner, "max_incidence", p.max_incidence, 0.01f, 1.57f);
 }
 

@@ -25,7 +25,7 @@ struct PlacedGroup;
 /** \brief How CoarseAlignment looks for poses, and when it believes them. */
 struct CoarseAlignmentParameters {
   PreprocessingParameters preprocessing;  ///< raw depth to metres
-  ConfidenceParameters noise;             ///< noise_floor and noise_quadratic: the sensor's axial noise
+  NoiseModel noise;                       ///< of the cameras that have no model of their own, see Camera::noise
   /** \brief Oriented points of a view, chosen evenly over the directions of their normals; ≥ 100. The cost is quadratic in
    *  this. */
   int samples{600};

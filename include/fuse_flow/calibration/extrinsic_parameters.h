@@ -19,15 +19,15 @@ enum class Gauge {
 struct ExtrinsicParameters {
   PreprocessingParameters preprocessing;  ///< raw depth to metres
   /** \brief Of the depth that normals are taken from; never wide, since images are reduced already. */
-  SmoothingParameters smoothing{3, 2.5f, 0.7f, kMaxNoiseScale};
+  SmoothingParameters smoothing{3, 2.5f, 0.7f, 1e6f};
   /** \brief A block that sticks out of its surface on all sides, by up to this many standard deviations, is brought back to it before depth
    *  is smoothed for normals; ≥ 0; 0, or no passes of smoothing: none is. Where blocks are so wide that they
    *  hardly have noise, what sticks out is shape. */
   float max_speckle{6.0f};
-  ConfidenceParameters noise;  ///< noise_floor and noise_quadratic: the sensor's axial noise
+  NoiseModel noise;  ///< of the cameras that have no model of their own, see Camera::noise
   /** \brief Blocks of this many pixels, each way, are averaged first; 1 … 16. */
   int reduction{2};
-  /** \brief Views with more than this times axialNoise() are averaged over blocks twice as large, each way, if a hundred of them
+  /** \brief Views with more than this times the noise of that model are averaged over blocks twice as large, each way, if a hundred of them
    *  fill a row; ≥ 0. So much noise is that of sensors that match blocks, whose errors near pixels share: two hardly average it. */
   float coarse_above{1.8f};
   /** \brief Points of a view that look for their counterparts, chosen evenly over the directions of their normals; ≥ 100. */
@@ -52,11 +52,18 @@ struct ExtrinsicParameters {
   Gauge gauge{Gauge::FirstCamera};  ///< what stays
 };
 
-/** \brief Pixels of a block, each way. \param width of the image, pixels  \param noise_scale of the view, see noiseScale() */
-inline int blockReduction(const ExtrinsicParameters& parameters, int width, float noise_scale) {
+/** \brief For what is shared with fusion, which has the noise among its parameters of confidence. */
+inline ConfidenceParameters noiseParameters(const ExtrinsicParameters& parameters) {
+  ConfidenceParameters confidence;
+  confidence.noise = parameters.noise;
+  return confidence;
+}
+
+/** \brief Pixels of a block, each way. \param width of the image, pixels  \param noise_level of the view, see ViewNoise::level() */
+inline int blockReduction(const ExtrinsicParameters& parameters, int width, float noise_level) {
   constexpr int fewest = 100;  // blocks in a row; images of fewer look noisy by what they show
   const int coarse = 2 * parameters.reduction;
-  return noise_scale > parameters.coarse_above && width >= fewest * coarse ? coarse : parameters.reduction;
+  return noise_level > parameters.coarse_above && width >= fewest * coarse ? coarse : parameters.reduction;
 }
 
 /** \brief Throws pcl::BadArgumentException for a value out of range. */

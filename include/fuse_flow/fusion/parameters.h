@@ -13,7 +13,7 @@
 namespace fuse_flow {
 
 /** \brief Everything that decides what a frame is fused into. The defaults are what measured best; see
- *  doc/parameters.md. */
+ *  doc/notes/defaults.md. */
 struct FuseFlowParameters {
   PreprocessingParameters preprocessing;  ///< raw depth to metres
   /** \brief D^r of eq. 8. The confidence of eq. 3 and the distances of eq. 6 are taken from the measured depth, points,
@@ -49,7 +49,7 @@ struct FuseFlowParameters {
    *  lies outside; world frame, metres. */
   std::optional<Eigen::AlignedBox3f> crop_box;
 
-  /** \brief The forms of eq. 3, 6, 7 and of the representatives as the paper prints them; doc/parameters.md says how what it leaves open is
+  /** \brief The forms of eq. 3, 6, 7 and of the representatives as the paper prints them; doc/reference/parameters.md says how what it leaves open is
    *  settled. */
   static FuseFlowParameters published();
 };

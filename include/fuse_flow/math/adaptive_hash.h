@@ -45,8 +45,8 @@ struct AggregationParameters {
    *  much. Where neighbouring pixels of a view differ by more than this, the view says nothing. [0, 10], 0: points stay where their own
    *  measurements put them. Only with ConsistencyAt::CellMean, and only in the frame pipeline: the filters know no refined depth. */
   float confirmation_reach{0.025f};
-  /** \brief The reach is at least this times the axial noise of the view that sees the surface (ConfidenceParameters::noise_floor and
-   *  noise_quadratic, times what FuseFlowParameters::adapt_noise finds), together with what multipath interference that no view explains leaves (kResidualMultipath; of
+  /** \brief The reach is at least this times the axial noise of the view that sees the surface (Camera::noise or
+   *  ConfidenceParameters::noise, times what FuseFlowParameters::adapt_noise finds), together with what multipath interference that no view explains leaves (kResidualMultipath; of
    *  cameras with a modulation frequency), up to twice confirmation_reach; ≥ 0. Else views would hardly confirm
    *  far surfaces, whose measurements noise scatters wider than that. */
   float reach_per_noise{2.1f};

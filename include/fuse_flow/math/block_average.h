@@ -31,7 +31,7 @@ struct BlockDepth {
   /** \brief Of the mean inverse depth; 0 if the block spans a jump or is mostly holes. \param K of the image  \param reduction pixels
    *  of a block, each way  \param steepest steepestBlock()  \param noise the sensor's  \param noise_scale noiseScale() of the
    *  view */
-  FUSE_FLOW_HD float mean(const Intrinsics& K, int reduction, float steepest, const ConfidenceParameters& noise,
+  FUSE_FLOW_HD float mean(const Intrinsics& K, int reduction, float steepest, const NoiseModel& noise,
                           float noise_scale) const {
     const float step = steepest / K.fx * static_cast<float>(reduction);
     const bool whole = count >= (reduction * reduction + 1) / 2 &&
@@ -74,7 +74,7 @@ FUSE_FLOW_HD float despeckledInverseDepth(const float (&q)[9], float bound) {
 
 /** \brief What may stick out as a speckle, 1/metres. \param largest ExtrinsicParameters::max_speckle  \param noise the sensor's
  *  \param noise_scale of the view  \param q inverse depth of the block */
-FUSE_FLOW_HD float speckleBound(float largest, const ConfidenceParameters& noise, float noise_scale, float q) {
+FUSE_FLOW_HD float speckleBound(float largest, const NoiseModel& noise, float noise_scale, float q) {
   return largest * noise_scale * inverseDepthNoise(noise, q);
 }
 
@@ -84,7 +84,7 @@ constexpr int kNormalSpacing = 2;
 /** \brief Unit normal of a block from its neighbours kNormalSpacing away, which must lie on one smooth surface with it; zero if
  *  they do not. \param smooth the view's smoothed depth  \param p_C the block's point as measured  \param noise the sensor's
  *  \param tolerance of second differences, in standard deviations of inverse depth */
-FUSE_FLOW_HD Vec3 blockNormal(const BlockMap& smooth, int u, int v, const Vec3& p_C, const ConfidenceParameters& noise,
+FUSE_FLOW_HD Vec3 blockNormal(const BlockMap& smooth, int u, int v, const Vec3& p_C, const NoiseModel& noise,
                               float tolerance) {
   constexpr int step = kNormalSpacing;
   const float here = smooth.depth(u, v);

@@ -54,7 +54,7 @@ struct BlockImage : BlockMap {
    *  apart to compare with: textures change by more from one to the next than a slope tells, and cameras end a tenth of a block off. */
   const float* squares{nullptr};
   std::ptrdiff_t squares_pitch{0};  ///< from row to row of squares
-  ConfidenceParameters noise;       ///< of the sensor …
+  NoiseModel noise;                 ///< of the sensor …
   float noise_scale{1};             ///< … and how much more, or less, there is
   float residual_multipath{0};      ///< see residualMultipath()
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <fuse_flow/math/host_device.h>
+#include <fuse_flow/math/noise_model.h>
 
 #include <cfloat>
 #include <cmath>
@@ -14,7 +15,10 @@ enum class ConfidenceForm {
   Published,
   /** \brief Both about the local plane, and relative to the sensor's axial noise at that depth: σ_local from the second
    *  differences, G from what exceeds the slope of a surface seen at max_incidence. */
-  SlopeCompensated
+  SlopeCompensated,
+  /** \brief Another measure, of the user's own: C is DepthView::confidence, in [0, 1], which every view must have. What
+   *  FuseFlowParameters::min_confidence drops is dropped first, then the gate of eq. 9 looks at C, and what passes weighs C. */
+  Given
 };
 
 /** \brief Parameters of eq. 3 and 9. */
@@ -30,25 +34,19 @@ struct ConfidenceParameters {
   float threshold{0.6f};
   /** \brief Metres in the unit that G and σ_local are measured in; (0, 10]. The paper names none; centimetres. */
   float length_unit{0.01f};
-  /** \brief Standard deviation of the depth at z is noise_floor + noise_quadratic · z²; metres, [0, 10], and 1/metres, ≥ 0. It is
-   *  what SlopeCompensated divides by, in units of the sensor's noise at noise_reference metres. Kinect v1's published
-   *  figures (Khoshelham and Elberink 2012: 1.425e-3 z²). */
-  float noise_floor{0.0005f};
-  float noise_quadratic{0.001425f};  ///< 1/metres; ≥ 0
-  float noise_reference{1.0f};       ///< metres; (0, 1000]
+  /** \brief Of the cameras that have no model of their own, see Camera::noise. SlopeCompensated divides by a camera's σ(z), in units of this
+   *  model's σ at noise_reference metres. */
+  NoiseModel noise;
+  float noise_reference{1.0f};  ///< metres; (0, 1000]
   /** \brief SlopeCompensated: a surface seen at more than this angle from its normal counts as a jump; radians, (0,
    *  π/2). */
   float max_incidence{1.3f};
 };
 
-/** \brief Expected standard deviation of a depth measurement at depth z; metres. */
-FUSE_FLOW_HD float axialNoise(const ConfidenceParameters& p, float z) {
-  return p.noise_floor + p.noise_quadratic * z * z;
-}
-
-/** \brief The same of inverse depth q = 1/z; 1/metres. */
-FUSE_FLOW_HD float inverseDepthNoise(const ConfidenceParameters& p, float q) {
-  return p.noise_floor * q * q + p.noise_quadratic;
+/** \brief The noise of a view before it is measured. \param own model of its camera; null: it has none, and the parameters' is taken */
+FUSE_FLOW_HD ViewNoise viewNoise(const ConfidenceParameters& p, const NoiseModel* own) {
+  if (own == nullptr) return {p.noise, 1.0f, 1.0f};
+  return {*own, 1.0f, axialNoise(*own, p.noise_reference) / axialNoise(p.noise, p.noise_reference)};
 }
 
 /** \brief Eq. 3, divided by α + γ so that C ∈ (0, 1] as eq. 2 says. G and sigma_local in length units. */
@@ -99,20 +97,21 @@ FUSE_FLOW_HD float confidencePublished(const ConfidenceParameters& p, const Dept
 struct SlopeScale {
   float straight;  ///< largest step between opposite neighbours per metre of depth, along rows and columns
   float diagonal;  ///< along diagonals
-  float reference_noise_per_unit;  ///< the sensor's noise at noise_reference, length units
+  float
+      reference_noise_per_unit;  ///< ConfidenceParameters::noise at noise_reference, length units, over the view's noise scale
+  NoiseModel noise;              ///< of the camera
 };
 
 /** \brief What SlopeScale::reference_noise_per_unit is. \param p parameters  \param noise_scale as of slopeScale() */
 FUSE_FLOW_HD float referenceNoisePerUnit(const ConfidenceParameters& p, float noise_scale) {
-  return axialNoise(p, p.noise_reference) / (p.length_unit * noise_scale);
+  return axialNoise(p.noise, p.noise_reference) / (p.length_unit * noise_scale);
 }
 
 /** \brief Once a view. \param p parameters  \param pixel_angle tangent between neighbouring pixels, 1/f
- *  \param noise_scale the view's noise over axialNoise(), see noiseScale(): what is noise in one sensor is an edge in
- *  another */
-FUSE_FLOW_HD SlopeScale slopeScale(const ConfidenceParameters& p, float pixel_angle, float noise_scale = 1.0f) {
+ *  \param noise of the view: what is noise in one sensor is an edge in another */
+FUSE_FLOW_HD SlopeScale slopeScale(const ConfidenceParameters& p, float pixel_angle, const ViewNoise& noise) {
   const float step = 2.0f * std::tan(p.max_incidence) * pixel_angle;
-  return {step, 1.41421356f * step, referenceNoisePerUnit(p, noise_scale)};
+  return {step, 1.41421356f * step, referenceNoisePerUnit(p, noise.scale), noise.model};
 }
 
 /** \brief The share of its weight that noise leaves a measurement: 1 / (1 + (σ / σ_½)²), inverse variance for noise well
@@ -130,13 +129,14 @@ FUSE_FLOW_HD float noiseLimit(float max_noise, float noise_scale) {
 
 /** \brief What a measurement must reach to become a point, and its weight then: the same for all pixels of a view. */
 struct MeasurementGate {
-  float threshold;  ///< C must be more than that, eq. 9
-  float max_noise;  ///< see noiseLimit()
-  float per_half;   ///< see noiseWeight()
+  float threshold;   ///< C must be more than that, eq. 9
+  float max_noise;   ///< see noiseLimit()
+  float per_half;    ///< see noiseWeight()
+  NoiseModel model;  ///< of the camera
 
-  /** \brief Weight of a measurement, 0: it becomes no point. \param p parameters  \param C of eq. 3  \param depth metres */
-  FUSE_FLOW_HD float weight(const ConfidenceParameters& p, float C, float depth) const {
-    const float noise = axialNoise(p, depth);
+  /** \brief Weight of a measurement, 0: it becomes no point. \param C of eq. 3  \param depth metres */
+  FUSE_FLOW_HD float weight(float C, float depth) const {
+    const float noise = axialNoise(model, depth);
     const float weight = C * noiseWeight(noise, per_half);
     const bool passes = (C > threshold) & !(noise > max_noise);
     return passes ? weight : 0.0f;
@@ -144,20 +144,20 @@ struct MeasurementGate {
 };
 
 /** \brief Once a view. \param threshold of C  \param max_noise of a measurement, metres; 0: any
- *  \param half_weight_noise σ_½ of noiseWeight(), metres; 0: noise does not weigh  \param noise_scale noiseScale() of the view */
+ *  \param half_weight_noise σ_½ of noiseWeight(), metres; 0: noise does not weigh  \param noise of the view */
 FUSE_FLOW_HD MeasurementGate measurementGate(float threshold, float max_noise, float half_weight_noise,
-                                             float noise_scale) {
-  return {threshold, noiseLimit(max_noise, noise_scale),
-          half_weight_noise > 0 ? noise_scale / half_weight_noise : 0.0f};
+                                             const ViewNoise& noise) {
+  return {threshold, noiseLimit(max_noise, noise.scale), half_weight_noise > 0 ? noise.scale / half_weight_noise : 0.0f,
+          noise.model};
 }
 
 /** \brief How many of the eight measurements around one pass the gate too and continue its surface: differ from it by no more than the step
  *  of a surface seen at max_incidence and three standard deviations of noise. \param slope of slopeScale()
  *  \param noise_scale noiseScale() of the view  \param depth D^r of eq. 8  \param weight of the same pixels, see MeasurementGate */
-FUSE_FLOW_HD int surfaceSupport(const ConfidenceParameters& p, const SlopeScale& slope, float noise_scale,
-                                const DepthPatch& depth, const DepthPatch& weight) {
+FUSE_FLOW_HD int surfaceSupport(const SlopeScale& slope, float noise_scale, const DepthPatch& depth,
+                                const DepthPatch& weight) {
   const float centre = depth.z[4];
-  const float noise = 3.0f * noise_scale * axialNoise(p, centre);
+  const float noise = 3.0f * noise_scale * axialNoise(slope.noise, centre);
   const float straight = 0.5f * slope.straight * centre + noise;
   const float diagonal = 0.5f * slope.diagonal * centre + noise;
   int count = 0;
@@ -200,7 +200,7 @@ FUSE_FLOW_HD float confidenceSlopeCompensated(const ConfidenceParameters& p, con
   direction(z[1], z[7], slope.straight);
   direction(z[0], z[8], slope.diagonal);
   direction(z[2], z[6], slope.diagonal);
-  const float scale = slope.reference_noise_per_unit / axialNoise(p, centre);
+  const float scale = slope.reference_noise_per_unit / axialNoise(slope.noise, centre);
   const float missing = 1.0f - 0.25f * pairs;
   const float sigma = std::sqrt(sum_squares / (6.0f * (pairs > 1 ? pairs : 1.0f)));
   return confidence(p, 0.5f * excess * scale + missing, sigma * scale + missing);

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <fuse_flow/math/adaptive_hash.h>
+#include <fuse_flow/math/confidence.h>
 #include <fuse_flow/math/vec3.h>
 
 namespace fuse_flow {
@@ -98,6 +100,20 @@ struct Confirmation {
     return {a, w, w * e / z_J};
   }
 
+  /** \brief What shares are weighed by, the same for all of a frame. */
+  struct Weighing {
+    float reach{0};            ///< AggregationParameters::confirmation_reach, metres; > 0
+    float reach_per_noise{0};  ///< AggregationParameters::reach_per_noise; ≥ 0
+    float per_half_weight{0};  ///< 1 / FuseFlowParameters::half_weight_noise, 1/metres; 0: noise does not weigh
+
+    /** \brief See Confirmation::share(). \param noise of the view's depth there, metres  \param multipath see residualMultipath()
+     *  \param here that depth, metres */
+    FUSE_FLOW_HD Share share(float z_J, float refined, float noise, float multipath, float here) const {
+      return Confirmation::share(z_J, refined, noiseWeight(noise, per_half_weight),
+                                 squaredReach(reach, reach_per_noise, varianceOf(noise, multipath, here)));
+    }
+  };
+
   /** \brief One view more. \param from_centre p − c_j, world axes, metres  \param said what share() says of it */
   FUSE_FLOW_HD void add(const Vec3& from_centre, const Share& said) {
     agreement = said.a < agreement ? said.a : agreement;
@@ -105,15 +121,15 @@ struct Confirmation {
     total += said.w;
   }
 
-  /** \brief The same with the parameters of share(). */
-  FUSE_FLOW_HD void add(const Vec3& from_centre, float z_J, float refined, float noise_weight, float squared_reach) {
-    add(from_centre, share(z_J, refined, noise_weight, squared_reach));
-  }
-
   /** \brief Where the point then lies. \param p where its own measurements put it  \param weight ω */
   FUSE_FLOW_HD Vec3 moved(const Vec3& p, float weight) const {
     return total > 0 ? p + (agreement / (weight + total)) * sum : p;
   }
 };
+
+/** \brief Once a frame. \param half_weight_noise as in FuseFlowParameters, metres */
+FUSE_FLOW_HD Confirmation::Weighing confirmationWeighing(const AggregationParameters& p, float half_weight_noise) {
+  return {p.confirmation_reach, p.reach_per_noise, half_weight_noise > 0 ? 1.0f / half_weight_noise : 0.0f};
+}
 
 }  // namespace fuse_flow

@@ -76,6 +76,7 @@ constexpr float kColorRegistration = 1.0f;
 struct CameraPlace {
   RigidTransform to_world;   ///< camera → world
   RigidTransform to_camera;  ///< world → camera
+  NoiseModel noise;          ///< of its depth
 };
 
 /** \brief A point and its counterpart in another view. */
@@ -126,8 +127,8 @@ FUSE_FLOW_HD bool isMatch(const CameraPlace& i, const CameraPlace& j, const Bloc
   match.r = dot(n, e);
   const float facing = dot(match.n, match.x - i.to_world.t);
   const float share = measured / (measured + axial * axial * n.z * n.z);
-  const float own = sample.noise * axialNoise(other.noise, depthRatio(-share * match.r, facing) * sample.p.z) /
-                    axialNoise(other.noise, sample.p.z);
+  const float own = sample.noise * axialNoise(i.noise, depthRatio(-share * match.r, facing) * sample.p.z) /
+                    axialNoise(i.noise, sample.p.z);
   const float others = std::fabs(n.z) * other.axialDeviation(depthRatio((1.0f - share) * match.r, dot(n, d)) * z);
   const float of_point = own * own + kBlockFloor * kBlockFloor, variance = of_point + others * others;
   const float noisy = per_variance * variance;
@@ -147,7 +148,7 @@ FUSE_FLOW_HD bool findMatch(const CameraPlace& i, const CameraPlace& j, const Bl
 }
 
 /** \brief Bin of a histogram of residuals over their standard deviations; see noiseBin(). */
-FUSE_FLOW_HD int residualBin(const Match& match) { return noiseBin(std::fabs(match.r) * match.per_sigma); }
+FUSE_FLOW_HD int residualBin(float r, float per_sigma) { return noiseBin(std::fabs(r) * per_sigma); }
 
 /** \brief What addCorrespondence() adds. */
 struct Correspondence {
@@ -249,7 +250,7 @@ FUSE_FLOW_HD bool colorOf(const CameraPlace& i, const CameraPlace& j, const Bloc
   const float along_ray = dot(gradient, ray) / facing;
   const float noise = along_ray / match.per_sigma;
   const float own_noise =
-      axialNoise(other.noise, sample.smooth_ratio * sample.p.z) / axialNoise(other.noise, match.depth * sample.p.z);
+      axialNoise(i.noise, sample.smooth_ratio * sample.p.z) / axialNoise(i.noise, match.depth * sample.p.z);
   const float others_noise = axialNoise(other.noise, z) / axialNoise(other.noise, q.z);
   const LumaSlope& own_slope = sample.slope[scale];
   // In both images colour lies beside its depth.

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <fuse_flow/math/confidence.h>
+#include <fuse_flow/math/noise_model.h>
 
 #include <cstdint>
 #include <cstring>
@@ -25,10 +25,10 @@ constexpr int kNoiseBins = 12 * 32;
 
 /** \brief The second difference of three inverse depths over the standard deviation that is expected of it. \param before
  *  depth, metres, > 0; so the others */
-FUSE_FLOW_HD float noiseRatio(const ConfidenceParameters& p, float before, float z, float after) {
+FUSE_FLOW_HD float noiseRatio(const NoiseModel& model, float before, float z, float after) {
   const float q = 1.0f / z;
   const float r = 1.0f / before - 2 * q + 1.0f / after;
-  return (r < 0 ? -r : r) / (2.449490f * inverseDepthNoise(p, q));
+  return (r < 0 ? -r : r) / (2.449490f * inverseDepthNoise(model, q));
 }
 
 /** \brief The bin of a ratio; what is out of range goes to the first or the last. */

@@ -18,7 +18,7 @@ struct SmoothingParameters {
   float tolerance{2.5f};
   /** \brief The tolerance of a pass over that of the pass before, which has averaged noise away; (0, 1]. */
   float shrink{0.7f};
-  /** \brief Views with more than this times axialNoise() are smoothed at twice the spacing; ≥ 0. So much noise is that of
+  /** \brief Views with more than this times the noise of ConfidenceParameters::noise are smoothed at twice the spacing; ≥ 0. So much noise is that of
    *  sensors that match blocks, whose errors near pixels share: averaging those gains nothing. Images so coarse that
    *  surfaces curve within kNoiseSpacing pixels look as noisy: raise it for them. */
   float wide_above{1.8f};
@@ -29,9 +29,9 @@ constexpr int kMaxSmoothingPasses = 4;
 constexpr int kMaxSmoothingStep = 1 << kMaxSmoothingPasses;
 
 /** \brief Distance between the pixels of a pass's neighbourhood. \param pass 0 … passes − 1
- *  \param noise_scale noiseScale() of the view */
-FUSE_FLOW_HD int smoothingStep(const SmoothingParameters& p, int pass, float noise_scale) {
-  return noise_scale > p.wide_above ? 2 << pass : 1 << pass;
+ *  \param noise_level ViewNoise::level() */
+FUSE_FLOW_HD int smoothingStep(const SmoothingParameters& p, int pass, float noise_level) {
+  return noise_level > p.wide_above ? 2 << pass : 1 << pass;
 }
 
 /** \brief Of a pass: the largest second difference that counts, in units of the noise. Independent noise σ gives second

@@ -39,8 +39,8 @@ struct SurfaceQualityParameters {
   std::size_t samples{20000};
   float min_range{0.1f};   ///< nearest depth that counts as a measurement, metres; ≥ 0
   float max_range{20.0f};  ///< farthest, metres; > min_range, finite
-  /** \brief noise_floor and noise_quadratic: the sensor's axial noise, scaled by what each view is measured to have. */
-  ConfidenceParameters noise;
+  /** \brief Of the cameras that have no model of their own (Camera::noise), scaled by what each view is measured to have. */
+  NoiseModel noise;
 };
 
 /** \brief Throws pcl::BadArgumentException naming the parameter and its value if one is out of its range. */

@@ -10,7 +10,7 @@ namespace fuse_flow {
  *  time-of-flight camera images, ICPR 2010). Everything that reads depth subtracts it where a camera has a modulation frequency.
  *
  *  It knows one bounce, matt surfaces that reflect alike, and what the view itself measured: light of mirrors, of what is out of
- *  range, and of second bounces stays. doc/parameters.md says what it is worth. */
+ *  range, and of second bounces stays. doc/notes/multipath.md says what it is worth. */
 struct Multipath {
   /** \brief Of the lamp, Hz: the highest, where a sensor uses several, which decides what it measures; 0, or 1e6 … 1e9. Azure Kinect:
    *  200e6. 0: the sensor sends no modulated light, or corrects for multipath itself. */

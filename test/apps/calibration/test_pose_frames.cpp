@@ -42,7 +42,7 @@ class Walls : public io::Recording {
       k.cx = 0.5 * (k.width - 1);
       k.cy = 0.5 * (k.height - 1);
       std::vector<float>& z = depth_.emplace_back(static_cast<std::size_t>(k.width * k.height), 2.0f);
-      for (float& value : z) value += noise[i] * axialNoise({}, 2) * normal(random);
+      for (float& value : z) value += noise[i] * axialNoise(NoiseModel{}, 2) * normal(random);
     }
   }
   std::string kind() const override { return "test"; }

@@ -1,7 +1,7 @@
 #include "clouds/cloud_io.h"
 
 #include "../recordings/io_fixture.h"
-#include "recordings/file_io.h"
+#include "recordings/files/file_io.h"
 
 #include <fuse_flow/point_types.h>
 

@@ -59,8 +59,9 @@ const std::vector<Option>& options() {
       {"--delta", "0.34", [](const P& p) { return p.confidence.delta; }, 0.34, "-1"},
       {"--tau", "0.35", [](const P& p) { return p.confidence.threshold; }, 0.35, "1.5"},
       {"--length-unit", "0.36", [](const P& p) { return p.confidence.length_unit; }, 0.36, "0"},
-      {"--noise-floor", "0.37", [](const P& p) { return p.confidence.noise_floor; }, 0.37, "-1"},
-      {"--noise-quadratic", "0.38", [](const P& p) { return p.confidence.noise_quadratic; }, 0.38, "-1"},
+      {"--noise-floor", "0.37", [](const P& p) { return p.confidence.noise.floor; }, 0.37, "-1"},
+      {"--noise-linear", "0.375", [](const P& p) { return p.confidence.noise.linear; }, 0.375, "-1"},
+      {"--noise-quadratic", "0.38", [](const P& p) { return p.confidence.noise.quadratic; }, 0.38, "-1"},
       {"--noise-reference", "0.39", [](const P& p) { return p.confidence.noise_reference; }, 0.39, "0"},
       {"--max-incidence", "0.40", [](const P& p) { return p.confidence.max_incidence; }, 0.40, "1.6"},
       {"--occlusion-form", "published", [](const P& p) { return static_cast<double>(p.consistency.occlusion); },
@@ -204,7 +205,7 @@ std::vector<std::string> cells(const std::string& line) {
 
 TEST(ParameterOptions, TheDocumentationHasTheirDefaults) {
   std::map<std::string, std::vector<std::string>> rows;
-  std::ifstream page(std::filesystem::path(FUSE_FLOW_TEST_SOURCE_DIR) / "doc/parameters.md");
+  std::ifstream page(std::filesystem::path(FUSE_FLOW_TEST_SOURCE_DIR) / "doc/reference/parameters.md");
   for (std::string line; std::getline(page, line);)
     if (line.rfind("| `--", 0) == 0 && cells(line).size() == 9) rows[cells(line)[1]] = cells(line);
   for (const Option& option : options()) {

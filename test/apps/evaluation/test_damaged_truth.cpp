@@ -1,5 +1,5 @@
 #include "evaluation/truth.h"
-#include "recordings/file_io.h"
+#include "recordings/files/file_io.h"
 #include "simulation/simulator.h"
 
 #include <fuse_flow/recordings/error.h>

@@ -1,6 +1,6 @@
 #include "input_checks/color_check.h"
 #include "input_checks/view_overlap.h"
-#include "recordings/unknown_keys.h"
+#include "recordings/files/unknown_keys.h"
 
 #include "../recordings/io_fixture.h"
 #include "../recordings/room.h"

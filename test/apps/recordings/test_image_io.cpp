@@ -1,4 +1,4 @@
-#include "recordings/image_io.h"
+#include "recordings/files/image_io.h"
 
 #include "../tools/png_file.h"
 #include "io_fixture.h"

@@ -1,6 +1,6 @@
 
 #include "io_fixture.h"
-#include "recordings/file_io.h"
+#include "recordings/files/file_io.h"
 #include "room.h"
 
 #include <fuse_flow/recordings/input_files.h>

@@ -1,4 +1,4 @@
-#include "recordings/file_io.h"
+#include "recordings/files/file_io.h"
 
 #include "../tools/png_file.h"
 #include "io_fixture.h"

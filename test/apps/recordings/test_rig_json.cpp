@@ -1,6 +1,6 @@
 
 #include "io_fixture.h"
-#include "recordings/file_io.h"
+#include "recordings/files/file_io.h"
 
 #include <fuse_flow/recordings/rig_json.h>
 
@@ -144,7 +144,7 @@ TEST_F(RigJson, CamerasKeepTheirOrderAndUnknownKeysAreNoMistake) {
 }
 
 TEST_F(RigJson, TheExampleOfTheDocumentationIsOne) {
-  const std::string text = io::readFile(FUSE_FLOW_TEST_SOURCE_DIR "/doc/formats.md");
+  const std::string text = io::readFile(FUSE_FLOW_TEST_SOURCE_DIR "/doc/reference/formats.md");
   const std::string fence = "```json\n";
   const std::size_t begin = text.find(fence) + fence.size();
   const auto cameras = readText(text.substr(begin, text.find("```", begin) - begin));
@@ -166,6 +166,7 @@ TEST_F(RigJson, WhatIsWrittenReadsBackTheSame) {
   right.camera.intrinsics.distortion = {};
   camera.depth_correction = {3, 2, {0.01f, -0.02f, 1.0f / 300, 0, 0.1f, -0.5f}, {0, 1e-5f, 0.02f, -0.3f, 0.5f, 0}};
   camera.multipath = {200e6f, 0.45f};
+  camera.noise = fuse_flow::NoiseModel{0.001f, 0.0f, 1.0f / 300};
   cameras.push_back(right);  // from here on camera is no more
   io::writeRigJson(path("back.json"), {cameras, 29.97});
   const auto [back, frames_per_second, warnings] = io::readRigJson(path("back.json"));
@@ -184,6 +185,26 @@ TEST_F(RigJson, WhatIsWrittenReadsBackTheSame) {
   EXPECT_TRUE(back[1].camera.depth_correction.empty());
   EXPECT_EQ(back[0].camera.multipath, cameras[0].camera.multipath);
   EXPECT_EQ(back[1].camera.multipath, fuse_flow::Multipath());
+  EXPECT_EQ(back[0].camera.noise, cameras[0].camera.noise);
+  EXPECT_FALSE(back[1].camera.noise);
+}
+
+TEST_F(RigJson, OfNoiseWhatIsNotNamedIsNone) {
+  Json camera = leftCamera();
+  camera["noise"] = {{"quadratic", 0.003}};
+  EXPECT_EQ(read(rig(camera))[0].camera.noise, (fuse_flow::NoiseModel{0, 0, 0.003f}));
+}
+
+TEST_F(RigJson, NoiseThatIsNoneIsRefused) {
+  const auto refused = [&](const Json& noise, const std::vector<std::string>& words) {
+    Json camera = leftCamera();
+    camera["noise"] = noise;
+    return refuses([&] { read(rig(camera)); }, words);
+  };
+  EXPECT_TRUE(refused(0.01, {"left", "noise", "must be an object with floor, linear, quadratic"}));
+  EXPECT_TRUE(refused({{"floor", -0.1}}, {"left", "noise", "floor", "-0.1", "must be 0 to 10"}));
+  EXPECT_TRUE(refused({{"linear", 11}}, {"left", "noise", "linear", "11"}));
+  EXPECT_TRUE(refused({{"floor", 0}}, {"left", "noise", "is 0 at every depth"}));
 }
 
 TEST_F(RigJson, OfMultipathOnlyTheFrequencyIsNeeded) {

@@ -1,4 +1,4 @@
-#include "recordings/sequence_recording.h"
+#include "recordings/readers/sequence_recording.h"
 
 #include "io_fixture.h"
 #include "room.h"

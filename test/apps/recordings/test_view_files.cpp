@@ -1,4 +1,4 @@
-#include "recordings/view_files.h"
+#include "recordings/readers/view_files.h"
 
 #include "../tools/png_file.h"
 #include "io_fixture.h"

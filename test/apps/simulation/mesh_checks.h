@@ -1,6 +1,6 @@
 #pragma once
 
-#include "simulation/mesh.h"
+#include "simulation/surfaces/mesh.h"
 
 #include <Eigen/Geometry>
 #include <gtest/gtest.h>

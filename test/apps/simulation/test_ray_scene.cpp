@@ -1,7 +1,7 @@
 #include "mesh_checks.h"
 
-#include "simulation/ray_scene.h"
-#include "simulation/shapes.h"
+#include "simulation/surfaces/ray_scene.h"
+#include "simulation/surfaces/shapes.h"
 
 #include <cmath>
 

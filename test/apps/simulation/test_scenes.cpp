@@ -1,10 +1,10 @@
 #include "../../test_length.h"
 #include "mesh_checks.h"
 
-#include "simulation/ray_scene.h"
 #include "simulation/rig_layout.h"
 #include "simulation/scene.h"
 #include "simulation/scenes/person_body.h"
+#include "simulation/surfaces/ray_scene.h"
 
 #include <fuse_flow/recordings/error.h>
 

@@ -1,7 +1,7 @@
 #include "mesh_checks.h"
 
-#include "simulation/ray_scene.h"
 #include "simulation/sensor.h"
+#include "simulation/surfaces/ray_scene.h"
 
 #include <fuse_flow/recordings/error.h>
 

@@ -1,8 +1,8 @@
 #include "mesh_checks.h"
 
-#include "simulation/implicit_surface.h"
 #include "simulation/scenes/tableware.h"
-#include "simulation/shapes.h"
+#include "simulation/surfaces/implicit_surface.h"
+#include "simulation/surfaces/shapes.h"
 
 namespace {
 

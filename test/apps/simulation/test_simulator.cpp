@@ -1,7 +1,7 @@
 #include "mesh_checks.h"
 
 #include "evaluation/truth.h"
-#include "recordings/file_io.h"
+#include "recordings/files/file_io.h"
 #include "simulation/simulator.h"
 
 #include <fuse_flow/recordings/error.h>

@@ -1,4 +1,4 @@
-#include "viewer/coloring.h"
+#include "viewer/fusing/coloring.h"
 #include "wall_source.h"
 
 #include <gtest/gtest.h>

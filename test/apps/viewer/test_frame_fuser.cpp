@@ -1,8 +1,8 @@
 #include "methods/gpu_method.h"
-#include "viewer/frame_fuser.h"
-#include "viewer/fusion_controls.h"
-#include "viewer/fusion_worker.h"
-#include "viewer/point_data.h"
+#include "viewer/controls/fusion_controls.h"
+#include "viewer/fusing/frame_fuser.h"
+#include "viewer/fusing/fusion_worker.h"
+#include "viewer/world/point_data.h"
 #include "wall_source.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "viewer/fusion_controls.h"
+#include "viewer/controls/fusion_controls.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "viewer/key_bindings.h"
+#include "viewer/controls/key_bindings.h"
 
 #include "viewer_fixture.h"
 
@@ -55,7 +55,7 @@ TEST(KeyBindings, EveryKeyOfPclViewerDoesSomething) {
 }
 
 TEST(KeyBindings, TheDocumentationHasTheSameTable) {
-  std::ifstream file(std::string(FUSE_FLOW_TEST_SOURCE_DIR) + "/doc/viewer.md");
+  std::ifstream file(std::string(FUSE_FLOW_TEST_SOURCE_DIR) + "/doc/reference/viewer.md");
   const std::string page{std::istreambuf_iterator<char>(file), {}};
   std::size_t rows = 0;
   for (const KeyBinding& binding : keyBindings()) {
@@ -63,7 +63,7 @@ TEST(KeyBindings, TheDocumentationHasTheSameTable) {
     std::string line = binding.help;
     std::replace(line.begin(), line.end(), '\n', ' ');
     const std::string row = "| " + binding.group + " | `" + binding.label + "` | " + line + " |";
-    EXPECT_NE(page.find(row), std::string::npos) << "doc/viewer.md lacks\n" << row;
+    EXPECT_NE(page.find(row), std::string::npos) << "doc/reference/viewer.md lacks\n" << row;
     ++rows;
   }
   for (const auto& [label, help] : mouseBindings()) {

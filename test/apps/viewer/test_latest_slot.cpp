@@ -1,4 +1,4 @@
-#include "viewer/latest_slot.h"
+#include "viewer/fusing/latest_slot.h"
 
 #include <gtest/gtest.h>
 

@@ -1,8 +1,8 @@
-#include "viewer/drawn_point.h"
-#include "viewer/frusta.h"
-#include "viewer/status_text.h"
-#include "viewer/thumbnail.h"
-#include "viewer/viewpoint.h"
+#include "viewer/controls/status_text.h"
+#include "viewer/fusing/thumbnail.h"
+#include "viewer/world/drawn_point.h"
+#include "viewer/world/frusta.h"
+#include "viewer/world/viewpoint.h"
 #include "wall_source.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "viewer/key_bindings.h"
+#include "viewer/controls/key_bindings.h"
 #include "viewer_fixture.h"
 
 #include <vtkBillboardTextActor3D.h>

@@ -1,6 +1,6 @@
 #include "clouds/cloud_io.h"
-#include "recordings/image_io.h"
-#include "viewer/slider_look.h"
+#include "recordings/files/image_io.h"
+#include "viewer/controls/slider_look.h"
 #include "viewer_fixture.h"
 
 #include <pcl/io/ifs_io.h>

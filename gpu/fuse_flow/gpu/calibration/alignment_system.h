@@ -33,10 +33,12 @@ class AlignmentSystem : public host::RigCorrespondences {
   void add(const RigFrame& frame, const ExtrinsicParameters& p) {
     cameras_ = frame.cameras.size();
     times.start(run.stream);
-    full_.assign(run, inCamerasFrames(frame), p.noise, p.use_color, threads);
+    full_.assign(run, inCamerasFrames(frame), noiseParameters(p), p.use_color, threads);
     times.mark("upload", 2.0 * static_cast<double>(full_.uploadedBytes()));
     DepthMapParameters measured = DepthMapParameters::withoutSmoothing(p.preprocessing);
-    measured.confidence = p.noise;
+    measured.confidence = noiseParameters(p);
+    noise_.resize(frame.cameras.size());
+    for (std::size_t i = 0; i < noise_.size(); ++i) noise_[i] = frame.cameras[i].noise.value_or(p.noise);
     measured.adapt_noise = true;
     if (full_.pixels() > 0) depth_.make(run, times, full_, measured);
     run.wait();  // how noisy views are says how large blocks are, and so how many
@@ -170,7 +172,7 @@ class AlignmentSystem : public host::RigCorrespondences {
     host_input_.resize(words);
     input_.resize(words);
     for (std::size_t i = 0; i < cameras_; ++i) {
-      const CameraPlace place{toRigidTransform(poses[i]), toRigidTransform(poses[i].inverse())};
+      const CameraPlace place{toRigidTransform(poses[i]), toRigidTransform(poses[i].inverse()), noise_[i]};
       std::memcpy(host_input_.data() + i * sizeof(CameraPlace) / 4, &place, sizeof(CameraPlace));
     }
     if (!offsets_.empty())
@@ -251,6 +253,7 @@ class AlignmentSystem : public host::RigCorrespondences {
   BlockScratch scratch_;
   std::vector<std::unique_ptr<BlockMaps>> maps_;  ///< instant by instant; more of them than instants after clear()
   std::vector<BlockImage> images_;                ///< view by view
+  std::vector<NoiseModel> noise_;                 ///< camera by camera
   PinnedBuffer<BlockImage> host_images_;
   DeviceBuffer<BlockImage> device_images_;
   SampleViews samples_;

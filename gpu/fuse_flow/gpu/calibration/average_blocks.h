@@ -29,7 +29,6 @@ struct AverageBlocks {
   PixelGrid blocks;
   const DeviceView* full;  // the images' views, with their noise …
   const float* full_z;     // … and depth
-  ConfidenceParameters noise;
   float steepest;
   float* z;
   float* q;
@@ -46,7 +45,7 @@ struct AverageBlocks {
         const float* row = full_z + view.indexOf(a.u * reduction, a.v * reduction + dv);
         for (int du = 0; du < reduction; ++du) block.add(row[du]);
       }
-      mean = block.mean(view.model.intrinsics, reduction, steepest, noise, view.noise_scale);
+      mean = block.mean(view.model.intrinsics, reduction, steepest, view.noise.model, view.noise.scale);
     }
     z[index] = mean;
     q[index] = mean > 0 ? 1.0f / mean : 0.0f;
@@ -58,7 +57,6 @@ struct AverageBlocks {
 struct DespeckleBlocks {
   PixelGrid blocks;
   const float* q;
-  ConfidenceParameters noise;
   float largest;  // see ExtrinsicParameters::max_speckle
   float* despeckled;
 
@@ -70,7 +68,8 @@ struct DespeckleBlocks {
     if (!(centre > 0)) return;
     float patch[9];
     for (int k = 0; k < 9; ++k) patch[k] = at(view, a.u + k % 3 - 1, a.v + k / 3 - 1);
-    despeckled[index] = despeckledInverseDepth(patch, speckleBound(largest, noise, view.noise_scale, centre));
+    despeckled[index] =
+        despeckledInverseDepth(patch, speckleBound(largest, view.noise.model, view.noise.scale, centre));
   }
 
   /** \brief 0 beside the image. */
@@ -83,7 +82,6 @@ struct DespeckleBlocks {
 /** \brief Normal of one block; zero along the border, where neighbours are missing. */
 struct FindNormals {
   BlockPointers measured, smooth;
-  ConfidenceParameters noise;
   float tolerance;  // of the smoothing, in standard deviations of second differences
   Vec3* normals;
 
@@ -93,8 +91,8 @@ struct FindNormals {
     const Intrinsics& K = view.model.intrinsics;
     constexpr int step = kNormalSpacing;
     const bool inside = (a.u >= step) & (a.v >= step) & (a.u < K.width - step) & (a.v < K.height - step);
-    normals[index] = inside ? blockNormal(smooth.of(view), a.u, a.v, measured.of(view).point(a.u, a.v), noise,
-                                          tolerance * view.noise_scale)
+    normals[index] = inside ? blockNormal(smooth.of(view), a.u, a.v, measured.of(view).point(a.u, a.v),
+                                          view.noise.model, tolerance * view.noise.scale)
                             : Vec3{};
   }
 };

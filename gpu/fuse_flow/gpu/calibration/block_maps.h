@@ -34,7 +34,8 @@ class BlockMaps {
             const ExtrinsicParameters& p, BlockScratch& scratch) {
     views_.assign(run, full, [&](std::size_t i) {
       const DeviceView& view = full.hostView(i);
-      return view.present ? blockReduction(p, view.model.intrinsics.width, maps.noiseScales()[i]) : p.reduction;
+      return view.present ? blockReduction(p, view.model.intrinsics.width, maps.noiseScales()[i] * view.noise.relative)
+                          : p.reduction;
     });
     normal_noises_.assign(views_.size(), 0.05f);
     noise_scales_.assign(views_.size(), 1.0f);
@@ -89,7 +90,7 @@ class BlockMaps {
       image.squares = squares_.data() + full.offset;
       image.squares_pitch = static_cast<std::ptrdiff_t>(full.pitch);
     }
-    image.noise = p.noise;
+    image.noise = full.noise.model;
     image.noise_scale = noise_scales_[camera];
     image.residual_multipath = residualMultipath(full.model.multipath, p.residual_multipath);
     return image;
@@ -113,20 +114,18 @@ class BlockMaps {
     z_.resize(blocks());
     rays_.resize(blocks());
     for (DeviceBuffer<float>& map : scratch.smooth) map.resize(blocks());
-    run.forEach(blocks(), AverageBlocks{grid(), full.grid().views, maps.measured(), p.noise, steepestBlock(), z_.data(),
+    run.forEach(blocks(), AverageBlocks{grid(), full.grid().views, maps.measured(), steepestBlock(), z_.data(),
                                         scratch.smooth[1].data(), rays_.data()});
-    scratch.noise.measure(run, grid(), views_.deviceViews(), blocks(), p.noise, z_.data());
+    scratch.noise.measure(run, grid(), views_.deviceViews(), blocks(), noiseParameters(p), z_.data());
   }
 
   void findNormals(Execution& run, const ExtrinsicParameters& p, BlockScratch& scratch) {
-    run.forEach(blocks(),
-                DespeckleBlocks{grid(), scratch.smooth[1].data(), p.noise, p.max_speckle, scratch.smooth[0].data()});
-    smoothDepth(run, views_.tiles(), blocks(), p.smoothing, p.noise, scratch.smooth);
+    run.forEach(blocks(), DespeckleBlocks{grid(), scratch.smooth[1].data(), p.max_speckle, scratch.smooth[0].data()});
+    smoothDepth(run, views_.tiles(), blocks(), p.smoothing, scratch.smooth);
     const float* smooth = p.smoothing.passes == 0 ? z_.data() : scratch.smooth[p.smoothing.passes % 2].data();
     normals_.resize(blocks());
     run.forEach(blocks(), FindNormals{{grid(), z_.data(), rays_.data()},
                                       {grid(), smooth, rays_.data()},
-                                      p.noise,
                                       2.449490f * p.smoothing.tolerance,
                                       normals_.data()});
     if (p.smoothing.passes > 0) std::swap(smooth_z_, scratch.smooth[p.smoothing.passes % 2]);

@@ -41,7 +41,7 @@ struct SumCorrespondences {
     Match match;
     found.matches = findMatch(i, j, other, sample, gates, match);
     if (!found.matches) return found;
-    found.bin = residualBin(match);
+    found.bin = residualBin(match.r, match.per_sigma);
     found.geometry = geometryOf(match, gates, per_radius);
     found.colored = gates.color && found.geometry.w > 0 &&
                     colorOf(i, j, other, sample, match, found.geometry.x, offsets[cluster.pair], gates, found.color);

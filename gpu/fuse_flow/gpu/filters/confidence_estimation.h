@@ -133,7 +133,8 @@ class ConfidenceEstimation<PointT, device::Thrust> : public ConfidenceEstimation
     view.model.intrinsics.width = width;
     view.model.intrinsics.height = height;
     view.pitch = static_cast<std::uint32_t>(width);
-    view.slope = slopeScale(this->getParameters(), 1.0f / this->getFocalLength());
+    view.slope =
+        slopeScale(this->getParameters(), 1.0f / this->getFocalLength(), viewNoise(this->getParameters(), nullptr));
     device_.upload(&view, 1, view_);
     device_.run.forEach(size, gpu::EstimateConfidence{view_.data(), this->getParameters(), z_.data(), C_.data()});
   }

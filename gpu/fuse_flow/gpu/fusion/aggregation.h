@@ -5,7 +5,7 @@
 #include <fuse_flow/gpu/fusion/fuse_children_kernel.h>
 #include <fuse_flow/gpu/fusion/fused_points.h>
 #include <fuse_flow/gpu/fusion/select_points_kernel.h>
-#include <fuse_flow/impl/fusion/cell_fusion.hpp>
+#include <fuse_flow/impl/fusion/hash_aggregation.hpp>
 
 #include <thrust/iterator/transform_iterator.h>
 

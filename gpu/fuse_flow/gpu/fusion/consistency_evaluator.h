@@ -14,17 +14,12 @@ struct ConsistencyEvaluator {
   const DeviceView* views{nullptr};
   const float* z{nullptr};
   ConsistencyParameters parameters{};
-  /** \brief Whether the noise of the views is known, and how it grows. */
+  /** \brief Whether the noise of the views is known. */
   bool noise_known{false};
-  ConfidenceParameters noise_model{};
   /** \brief D^r of eq. 8, for alongListOf() to find what the views confirm; null: not known. */
   const float* refined{nullptr};
-  /** \brief AggregationParameters::confirmation_reach, metres. */
-  float reach{0};
-  /** \brief AggregationParameters::reach_per_noise. */
-  float reach_per_noise{0};
-  /** \brief One over FuseFlowParameters::half_weight_noise; 0: noise does not weigh. */
-  float per_half_weight_noise{0};
+  /** \brief How much what they confirm counts. */
+  Confirmation::Weighing weighing{};
 
   static constexpr std::uint32_t kNoCamera = 0xffffffffu;
 
@@ -143,18 +138,15 @@ struct ConsistencyEvaluator {
     const int u = sight.address.u, v = sight.address.v;
     const float here = map.depth(u, v);
     const float du = sight.x - 0.5f - static_cast<float>(u), dv = sight.y - 0.5f - static_cast<float>(v);
-    const float refined_depth = depthBetween(du, dv, reach, DepthsAround{map, u, v});
-    const float noise = view.noise_scale * axialNoise(noise_model, here);
-    const float variance =
-        Confirmation::varianceOf(noise, residualMultipath(view.model.multipath, kResidualMultipath), here);
-    confirmation.add(p_W - view.model.T_world_camera.t, sight.depth_of_point, refined_depth,
-                     noiseWeight(noise, per_half_weight_noise),
-                     Confirmation::squaredReach(reach, reach_per_noise, variance));
+    const float refined_depth = depthBetween(du, dv, weighing.reach, DepthsAround{map, u, v});
+    confirmation.add(p_W - view.model.T_world_camera.t,
+                     weighing.share(sight.depth_of_point, refined_depth, view.noise.at(here),
+                                    residualMultipath(view.model.multipath, kResidualMultipath), here));
   }
 
   FUSE_FLOW_HD ViewOpinion judge(const Vec3& p_W, const Sight& sight) const {
     const DeviceView& view = views[sight.address.view];
-    const float noise = noise_known ? view.noise_scale * axialNoise(noise_model, sight.depth) : 0.0f;
+    const float noise = noise_known ? view.noise.at(sight.depth) : 0.0f;
     return parameters.distance == DistanceForm::Euclidean
                ? viewOpinion(parameters, view.model.T_camera_world * p_W, view.ray(sight.address.u, sight.address.v),
                              sight.depth, noise)

@@ -30,6 +30,7 @@ class FramePipeline {
   /** \brief Everything up to the fused points; returns how many there are. \param wanted what of the cameras of each point */
   std::size_t fuse(const RigFrame& frame, bool with_color, CamerasWanted wanted) {
     checkRigFrame(frame);
+    detail::checkGivenConfidence(parameters, frame);
     start_ = last_ = Clock::now();
     startStatistics(frame);
     times.start(run.stream);
@@ -230,14 +231,10 @@ class FramePipeline {
   }
 
   ConsistencyEvaluator evaluator() const {
-    ConsistencyEvaluator evaluator{views_.grid().views, maps_.measured(), parameters.consistency, true,
-                                   parameters.confidence};
+    ConsistencyEvaluator evaluator{views_.grid().views, maps_.measured(), parameters.consistency, true};
     if (!detail::usesConfirmation(parameters.smoothing, parameters.aggregation)) return evaluator;
     evaluator.refined = maps_.refined();
-    evaluator.reach = parameters.aggregation.confirmation_reach;
-    evaluator.reach_per_noise = parameters.aggregation.reach_per_noise;
-    const float half_weight_noise = detail::halfWeightNoise(parameters);
-    evaluator.per_half_weight_noise = half_weight_noise > 0 ? 1.0f / half_weight_noise : 0.0f;
+    evaluator.weighing = confirmationWeighing(parameters.aggregation, detail::halfWeightNoise(parameters));
     return evaluator;
   }
 

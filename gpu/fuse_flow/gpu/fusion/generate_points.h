@@ -29,7 +29,9 @@ struct WeighMeasurement {
 
   FUSE_FLOW_HD float measurementConfidence(const DeviceView& view, int u, int v, std::uint32_t index) const {
     float C = 1.0f;
-    if (use_confidence) {
+    if (use_confidence && confidence.form == ConfidenceForm::Given) {
+      C = givenConfidence(view.confidence.row(v)[u]);
+    } else if (use_confidence) {
       DepthPatch patch;
       readPatch({&view, raw_z}, u, v, index, 1, patch.z);
       C = confidence.form == ConfidenceForm::Published ? confidencePublished(confidence, patch)
@@ -41,9 +43,13 @@ struct WeighMeasurement {
   /** \brief Of a pixel with a measurement; 0: gated. */
   FUSE_FLOW_HD float weight(const DeviceView& view, int u, int v, std::uint32_t index) const {
     const MeasurementGate gate =
-        measurementGate(use_confidence ? confidence.threshold : 0.0f, max_noise, half_weight_noise, view.noise_scale);
-    const float own = gate.weight(confidence, measurementConfidence(view, u, v, index), z[index]);
-    return view.confidence ? own * givenWeight(view.confidence.row(v)[u], min_confidence) : own;
+        measurementGate(use_confidence ? confidence.threshold : 0.0f, max_noise, half_weight_noise, view.noise);
+    const float own = gate.weight(measurementConfidence(view, u, v, index), z[index]);
+    if (!view.confidence) return own;
+    const float given = givenWeight(view.confidence.row(v)[u], min_confidence);
+    // Where it is C itself, it has been multiplied in.
+    const bool is_weight = !use_confidence || confidence.form != ConfidenceForm::Given;
+    return own * (is_weight ? given : (given > 0 ? 1.0f : 0.0f));
   }
 };
 
@@ -88,7 +94,7 @@ struct GeneratePoints {
     DepthPatch around, depth;
     readPatch({&view, weights}, u, v, index, 1, around.z);
     readPatch({&view, measurement.z}, u, v, index, 1, depth.z);
-    const int support = surfaceSupport(measurement.confidence, view.slope, view.noise_scale, depth, around);
+    const int support = surfaceSupport(view.slope, view.noise.scale, depth, around);
     return support >= min_support ? own : 0.0f;
   }
 

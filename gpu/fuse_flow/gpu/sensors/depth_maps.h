@@ -90,7 +90,7 @@ class DepthMaps {
   /** \brief D^r of eq. 8. */
   void refine(Execution& run, StageTimes& times, FrameViews& views, const DepthMapParameters& parameters) {
     passes_ = parameters.smoothing.passes;
-    smoothDepth(run, views.tiles(), views.pixels(), parameters.smoothing, parameters.confidence, maps_);
+    smoothDepth(run, views.tiles(), views.pixels(), parameters.smoothing, maps_);
     const double pass = 8.0 * static_cast<double>(views.pixels());
     if (passes_ > 0) times.mark("smoothing", pass, passes_ * pass);
   }

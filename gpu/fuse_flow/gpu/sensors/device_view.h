@@ -24,8 +24,8 @@ struct DeviceView {
   const std::uint32_t* neighbours{nullptr};
   std::uint32_t neighbour_count{0};
   SlopeScale slope{};
-  /** \brief See noiseScale(); measured on the device. */
-  float noise_scale{1.0f};
+  /** \brief Of its depth; the scale is measured on the device. */
+  ViewNoise noise{};
   /** \brief Pixels of a block, each way, where the grid is one of blocks. */
   int reduction{1};
 

@@ -68,7 +68,8 @@ class FrameViews {
       view.corrections = geometry.corrections().empty() ? nullptr : corrections_.data() + correction_offsets_[i];
       view.neighbours = neighbours_.data() + i * (n - 1);
       view.neighbour_count = neighbour_counts_[i];
-      view.slope = slopeScale(confidence, 1.0f / geometry.intrinsics.fx);
+      view.noise = viewNoise(confidence, geometry.ownNoise());
+      view.slope = slopeScale(confidence, 1.0f / geometry.intrinsics.fx, view.noise);
       view.depth_scale = frame.cameras[i].depth_scale;
       view.present = !frame.views[i].missing();
       has_multipath_ |= view.present && geometry.multipath.modulation_frequency > 0;

@@ -17,7 +17,7 @@ class NoiseMeasurement {
     scales_.resize(n);
     fetched_.resize(n);
     run.fill(counts_.data(), n * kNoiseBins, 0);
-    const CountNoise count{grid, confidence, z, counts_.data()};
+    const CountNoise count{grid, z, counts_.data()};
     const MeasureNoise measure{{confidence, views, scales_.data()}, counts_.data()};
 #if FUSE_FLOW_CUDA
     (void)pixels;

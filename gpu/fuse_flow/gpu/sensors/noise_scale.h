@@ -10,7 +10,6 @@ namespace gpu {
  *  chunk of pixels; the CUDA kernel counts in shared memory first. */
 struct CountNoise {
   PixelGrid grid;
-  ConfidenceParameters parameters;
   const float* z;
   std::uint32_t* counts;  // kNoiseBins of each view
 
@@ -22,8 +21,8 @@ struct CountNoise {
     if (!(here > 0)) return;
     const float left = map.depth(u - kNoiseSpacing, v), right = map.depth(u + kNoiseSpacing, v);
     const float above = map.depth(u, v - kNoiseSpacing), below = map.depth(u, v + kNoiseSpacing);
-    if (left > 0 && right > 0) count(noiseBin(noiseRatio(parameters, left, here, right)));
-    if (above > 0 && below > 0) count(noiseBin(noiseRatio(parameters, above, here, below)));
+    if (left > 0 && right > 0) count(noiseBin(noiseRatio(view.noise.model, left, here, right)));
+    if (above > 0 && below > 0) count(noiseBin(noiseRatio(view.noise.model, above, here, below)));
   }
 
   FUSE_FLOW_HD void operator()(std::uint32_t chunk) const {
@@ -43,7 +42,7 @@ struct SetNoiseScale {
 
   FUSE_FLOW_HD void set(std::uint32_t i, float scale) const {
     scales[i] = scale;
-    views[i].noise_scale = scale;
+    views[i].noise.scale = scale;
     views[i].slope.reference_noise_per_unit = referenceNoisePerUnit(parameters, scale);
   }
 };

@@ -10,7 +10,6 @@ namespace gpu {
 struct SmoothDepth {
   PixelGrid grid;
   SmoothingParameters smoothing;
-  ConfidenceParameters confidence;
   int pass;
   const float* q;
   float* out;
@@ -21,9 +20,9 @@ struct SmoothDepth {
     const float centre = q[index];
     if (!(centre > 0)) return 0.0f;
     float patch[9];
-    readPatch({&view, q}, a.u, a.v, index, smoothingStep(smoothing, pass, view.noise_scale), patch);
-    const float tolerance = smoothingTolerance(smoothing, pass, view.noise_scale);
-    const float result = smoothedInverseDepth(patch, tolerance * inverseDepthNoise(confidence, centre));
+    readPatch({&view, q}, a.u, a.v, index, smoothingStep(smoothing, pass, view.noise.level()), patch);
+    const float tolerance = smoothingTolerance(smoothing, pass, view.noise.scale);
+    const float result = smoothedInverseDepth(patch, tolerance * inverseDepthNoise(view.noise.model, centre));
     if (pass != smoothing.passes - 1) return result;
     return result > 0 ? 1.0f / result : 0.0f;
   }

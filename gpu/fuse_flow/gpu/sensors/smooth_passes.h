@@ -9,11 +9,10 @@ namespace gpu {
 /** \brief All passes. \param maps to and fro between these: inverse depth in the first to begin with, in the end depth in that of
  *  the number of passes  \param pixels of all views, padding included */
 inline void smoothDepth(Execution& run, const TileGrid& tiles, std::size_t pixels, const SmoothingParameters& smoothing,
-                        const ConfidenceParameters& confidence, DeviceBuffer<float> (&maps)[2]) {
+                        DeviceBuffer<float> (&maps)[2]) {
   (void)pixels;
   for (int pass = 0; pass < smoothing.passes; ++pass) {
-    const SmoothDepth step{
-        tiles.pixels, smoothing, confidence, pass, maps[pass % 2].data(), maps[(pass + 1) % 2].data()};
+    const SmoothDepth step{tiles.pixels, smoothing, pass, maps[pass % 2].data(), maps[(pass + 1) % 2].data()};
 #if FUSE_FLOW_CUDA
     run.launch("smoothDepthKernel", smoothDepthKernel, tiles.count, kTileThreads, step, tiles);
 #else

@@ -35,6 +35,8 @@ class AlignmentSystem : public RigCorrespondences {
     rig_.update(frame);
     if (views_.size() < (instants_ + 1) * cameras_) views_.resize((instants_ + 1) * cameras_);
     AlignmentView* views = views_.data() + instants_ * cameras_;
+    noise_.resize(cameras_);
+    for (std::size_t i = 0; i < cameras_; ++i) noise_[i] = rig_[i].noise.value_or(p.noise);
     parallelFor(threads_, cameras_, [&](std::size_t i, int) {
       if (frame.views[i].missing()) {
         views[i].clear();
@@ -162,7 +164,7 @@ class AlignmentSystem : public RigCorrespondences {
           const std::size_t s = task.begin + n * gates.stride;
           Match match;
           if (!projections.inside(n, match) || !isMatch(place_i, places_[j], other, all[s], gates, match)) continue;
-          ++histogram[static_cast<std::size_t>(residualBin(match))];
+          ++histogram[static_cast<std::size_t>(residualBin(match.r, match.per_sigma))];
           const Correspondence geometry = geometryOf(match, gates, per_radius);
           addCorrespondence(out.geometry[slot], geometry.x, geometry.n, geometry.r, geometry.w);
           Correspondence color;
@@ -184,7 +186,7 @@ class AlignmentSystem : public RigCorrespondences {
   void place(const std::vector<Eigen::Isometry3d>& poses) {
     places_.resize(cameras_);
     for (std::size_t i = 0; i < cameras_; ++i)
-      places_[i] = {toRigidTransform(poses[i]), toRigidTransform(poses[i].inverse())};
+      places_[i] = {toRigidTransform(poses[i]), toRigidTransform(poses[i].inverse()), noise_[i]};
   }
 
   int threads_{1};
@@ -192,6 +194,7 @@ class AlignmentSystem : public RigCorrespondences {
   std::vector<AlignmentView> views_;
   std::vector<std::vector<AlignmentSample>> samples_;
   std::vector<AlignmentCluster> clusters_;
+  std::vector<NoiseModel> noise_;  ///< camera by camera
   std::vector<CameraPlace> places_;
   std::vector<SampleProjections> projections_;  ///< thread by thread
 };

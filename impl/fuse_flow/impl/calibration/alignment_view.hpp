@@ -23,9 +23,10 @@ class AlignmentView {
 
   void assign(const ViewGeometry& geometry, const DepthView& view, const ExtrinsicParameters& p) {
     makeDepthMap(p.preprocessing, geometry, view, full_);
-    const float noise_scale = measureNoiseScale(p.noise, full_);
-    begin(geometry, p, blockReduction(p, full_.width(), noise_scale));
-    average(p, noise_scale);
+    noise_ = viewNoise(noiseParameters(p), geometry.ownNoise());
+    noise_.scale = measureNoiseScale(noise_.model, full_);
+    begin(geometry, p, blockReduction(p, full_.width(), noise_.level()));
+    average();
     smooth(p);
     findNormals(p);
     if (!view.color || !p.use_color) return;
@@ -66,7 +67,7 @@ class AlignmentView {
     image_.ideal = geometry.ideal;
     image_.max_squared_radius = geometry.max_squared_radius;
     image_.reduction = reduction;
-    image_.noise = p.noise;
+    image_.noise = noise_.model;
     image_.residual_multipath = residualMultipath(geometry.multipath, p.residual_multipath);
     image_.width = full_.width() / reduction;
     image_.height = full_.height() / reduction;
@@ -80,8 +81,8 @@ class AlignmentView {
     image_.z_pitch = z_.stride();
   }
 
-  /** \brief Of each block the mean inverse depth. \param noise_scale of the pixels */
-  void average(const ExtrinsicParameters& p, float noise_scale) {
+  /** \brief Of each block the mean inverse depth. */
+  void average() {
     const int reduction = image_.reduction;
     const float steepest = steepestBlock();
     for (int v = 0; v < height(); ++v)
@@ -91,13 +92,13 @@ class AlignmentView {
           const float* row = full_.row(v * reduction + dv) + u * reduction;
           for (int du = 0; du < reduction; ++du) block.add(row[du]);
         }
-        z_.row(v)[u] = block.mean(image_.intrinsics, reduction, steepest, p.noise, noise_scale);
+        z_.row(v)[u] = block.mean(image_.intrinsics, reduction, steepest, noise_.model, noise_.scale);
         rays_[index(u, v)] = blockRay(image_.intrinsics, reduction, u, v);
       }
   }
 
   void smooth(const ExtrinsicParameters& p) {
-    image_.noise_scale = measureNoiseScale(p.noise, z_);
+    image_.noise_scale = noise_.scale = measureNoiseScale(noise_.model, z_);
     for (DepthMap& map : scratch_) {
       map.clear();
       map.resize(width(), height());
@@ -106,8 +107,7 @@ class AlignmentView {
     for (int v = 0; v < height(); ++v) despeckleRow(p, v);
     for (int pass = 0; pass < p.smoothing.passes; ++pass)
       for (int v = 0; v < height(); ++v)
-        smoothRow(p.smoothing, p.noise, pass, image_.noise_scale, scratch_[pass % 2], v,
-                  scratch_[(pass + 1) % 2].row(v));
+        smoothRow(p.smoothing, pass, noise_, scratch_[pass % 2], v, scratch_[(pass + 1) % 2].row(v));
     if (p.smoothing.passes % 2 == 1) std::swap(scratch_[0], scratch_[1]);
     if (p.smoothing.passes == 0) scratch_[0] = z_;
   }
@@ -119,8 +119,8 @@ class AlignmentView {
     const float noise_scale = image_.noise_scale;
     const int columns = width();
     const float largest = p.max_speckle;
-    inWideVectors([=, &p] {
-      const ConfidenceParameters noise = p.noise;  // copies: the compiler then knows that nothing overwrites them
+    inWideVectors([=] {
+      const NoiseModel noise = noise_.model;  // copies: the compiler then knows that nothing overwrites them
       const RowsOfPatch patches = rows;
       float* __restrict despeckled_row = out;
       for (int u = 0; u < columns; ++u) {
@@ -142,7 +142,7 @@ class AlignmentView {
     const float tolerance = 2.449490f * p.smoothing.tolerance * image_.noise_scale;
     for (int v = kNormalSpacing; v < height() - kNormalSpacing; ++v)
       for (int u = kNormalSpacing; u < width() - kNormalSpacing; ++u)
-        normals_[index(u, v)] = blockNormal(smoothed, u, v, point(u, v), p.noise, tolerance);
+        normals_[index(u, v)] = blockNormal(smoothed, u, v, point(u, v), noise_.model, tolerance);
     measureNormalNoise();
   }
 
@@ -221,6 +221,7 @@ class AlignmentView {
   }
 
   BlockImage image_;
+  ViewNoise noise_;  ///< of the pixels, and then of the blocks
   float normal_noise_{0.05f};
   DepthMap full_;
   DepthMap z_;

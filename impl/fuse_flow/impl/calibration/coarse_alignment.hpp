@@ -16,7 +16,7 @@ namespace fuse_flow {
 FUSE_FLOW_INLINE void checkParameters(const CoarseAlignmentParameters& p) {
   constexpr const char* owner = "fuse_flow::CoarseAlignment";
   checkParameters(p.preprocessing);
-  checkParameters(p.noise);
+  detail::checkNoise(owner, p.noise);
   detail::checkRange(owner, "samples", p.samples, 100, 1 << 20);
   detail::checkRange(owner, "cell_size", p.cell_size, 0.01f, 10.0f);
   detail::checkLength(owner, "tolerance", p.tolerance);

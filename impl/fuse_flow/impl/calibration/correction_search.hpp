@@ -284,7 +284,7 @@ class CorrectionSearch {
     std::array<Eigen::Index, 28> index;
     std::array<double, 28> J;
     forEachPairing(cameras, [&](const CorrectedPair& m) {
-      ++out.histogram[static_cast<std::size_t>(noiseBin(std::fabs(m.r) * m.per_sigma))];
+      ++out.histogram[static_cast<std::size_t>(residualBin(m.r, m.per_sigma))];
       const float weight = tukeyWeight(m.r, std::max(reach, tukey_ / m.per_sigma));
       if (!(weight > 0)) return;
       const Vec3 turn = cross(m.x, m.n);
@@ -453,11 +453,12 @@ class CorrectionSearch {
   /** \brief Lays the new poses onto the given ones, on average, unless camera 0 stays. */
   void fixGauge() {
     if (p_.views.gauge == Gauge::FirstCamera || poses_.empty()) return;
-    std::vector<Eigen::Isometry3d> motions;
-    for (std::size_t i = 0; i < poses_.size(); ++i)
-      motions.push_back(poses_[i] * (Eigen::Translation3d(-center_) * initial_[i]).inverse());
-    const Eigen::Isometry3d mean = meanMotion(motions);
-    for (Eigen::Isometry3d& T : poses_) T = mean.inverse() * T;
+    std::vector<std::size_t> all(poses_.size());
+    std::iota(all.begin(), all.end(), 0);
+    const auto motion = [this](std::size_t i) -> Eigen::Isometry3d {
+      return poses_[i] * (Eigen::Translation3d(-center_) * initial_[i]).inverse();
+    };
+    takeMeanMotionAway(all, motion, poses_);
   }
 
   void describe(DepthCorrectionResult& result) const {
@@ -483,7 +484,8 @@ class CorrectionSearch {
   void place() {
     places_.resize(poses_.size());
     for (std::size_t i = 0; i < poses_.size(); ++i)
-      places_[i] = {toRigidTransform(poses_[i]), toRigidTransform(poses_[i].inverse())};
+      places_[i] = {
+          toRigidTransform(poses_[i]), toRigidTransform(poses_[i].inverse()), {}};  // nothing here asks for its noise
   }
 
   static constexpr float kDeviations = 3.0f;  ///< of noise, which the gate must not cut off

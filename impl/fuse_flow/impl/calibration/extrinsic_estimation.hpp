@@ -12,7 +12,7 @@ FUSE_FLOW_INLINE void checkParameters(const ExtrinsicParameters& p) {
   constexpr const char* owner = "fuse_flow::ExtrinsicEstimation";
   checkParameters(p.preprocessing);
   checkParameters(p.smoothing);
-  checkParameters(p.noise);
+  detail::checkNoise(owner, p.noise);
   detail::checkRange(owner, "reduction", p.reduction, 1, 16);
   detail::checkNonNegative(owner, "coarse_above", p.coarse_above);
   detail::checkNonNegative(owner, "max_speckle", p.max_speckle);

@@ -170,11 +170,8 @@ class RigAlignment {
   /** \brief Moves all that hangs together with camera 0. */
   void fixGauge() {
     if (p_.gauge == Gauge::FirstCamera || poses_.empty()) return;
-    const std::vector<std::size_t> group = groupOfFirst();
-    std::vector<Eigen::Isometry3d> motions;
-    for (const std::size_t i : group) motions.push_back(correction(i));
-    const Eigen::Isometry3d mean = meanMotion(motions);
-    for (const std::size_t i : group) poses_[i] = mean.inverse() * poses_[i];
+    takeMeanMotionAway(
+        groupOfFirst(), [this](std::size_t i) { return correction(i); }, poses_);
   }
 
   std::vector<std::size_t> groupOfFirst() const {

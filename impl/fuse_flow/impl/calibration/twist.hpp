@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <Eigen/SVD>
 
+#include <cstddef>
 #include <vector>
 
 namespace fuse_flow {
@@ -49,6 +50,17 @@ inline Eigen::Isometry3d meanMotion(const std::vector<Eigen::Isometry3d>& motion
   mean.linear() = nearestRotation(rotations);
   mean.translation() = translations / static_cast<double>(motions.size());
   return mean;
+}
+
+/** \brief Lays poses onto where they were, on average: the gauge Gauge::Mean. \param group cameras that move as one; one at least
+ *  \param motion motion(i): by what camera i has moved  \param poses of all cameras */
+template <typename Motion>
+void takeMeanMotionAway(const std::vector<std::size_t>& group, const Motion& motion,
+                        std::vector<Eigen::Isometry3d>& poses) {
+  std::vector<Eigen::Isometry3d> motions;
+  for (const std::size_t i : group) motions.push_back(motion(i));
+  const Eigen::Isometry3d back = meanMotion(motions).inverse();
+  for (const std::size_t i : group) poses[i] = back * poses[i];
 }
 
 }  // namespace host

@@ -1,8 +1,8 @@
 #pragma once
 
 #include <fuse_flow/filters/adaptive_hash_fusion.h>
-#include <fuse_flow/impl/fusion/cell_fusion.hpp>
 #include <fuse_flow/impl/fusion/consistency_evaluator.hpp>
+#include <fuse_flow/impl/fusion/hash_aggregation.hpp>
 #include <fuse_flow/impl/parameters.hpp>
 #include <fuse_flow/impl/sensors/frame_views.hpp>
 #include <fuse_flow/point_traits.h>

@@ -12,6 +12,9 @@ namespace fuse_flow {
 template <typename PointT>
 void ConfidenceEstimation<PointT, device::Host>::setParameters(const ConfidenceParameters& parameters) {
   checkParameters(parameters);
+  if (parameters.form == ConfidenceForm::Given)
+    detail::throwBadArgument(
+        "fuse_flow::ConfidenceEstimation: form is Given, which is FuseFlow's: a cloud has no DepthView::confidence");
   parameters_ = parameters;
 }
 
@@ -25,7 +28,8 @@ template <typename PointT>
 void ConfidenceEstimation<PointT, device::Host>::computeConfidence(const host::DepthMap& depth, float* C) {
   const auto width = static_cast<std::size_t>(depth.width());
   host::parallelFor(host::resolveThreads(threads_), static_cast<std::size_t>(depth.height()), [&](std::size_t v, int) {
-    host::confidenceRow(parameters_, depth, 1.0f / focal_length_, 1.0f, static_cast<int>(v), C + v * width);
+    host::confidenceRow(parameters_, depth, 1.0f / focal_length_, viewNoise(parameters_, nullptr), static_cast<int>(v),
+                        C + v * width);
   });
 }
 

@@ -24,14 +24,14 @@ class CellConfirmations {
   void reserve(std::size_t n) {
     if (n <= capacity()) return;
     for (std::vector<float>* a :
-         {&x_, &y_, &z_, &here_, &beside_, &opposite_, &below_, &above_, &noise_scale_, &multipath_, &a_, &w_, &pull_})
+         {&x_, &y_, &z_, &here_, &beside_, &opposite_, &below_, &above_, &noise_, &multipath_, &a_, &w_, &pull_})
       a->resize(n);
   }
 
   /** \brief One share more, for which there must be room. \param refined D^r of the view, with zeros around it
-   *  \param x,y,z of ViewModel::locate()  \param noise_scale of the view, see noiseScale()
+   *  \param x,y,z of ViewModel::locate()  \param noise of the view
    *  \param multipath of the view, see residualMultipath() */
-  void add(const DepthMap& refined, float x, float y, float z, float noise_scale, float multipath) {
+  void add(const DepthMap& refined, float x, float y, float z, const ViewNoise& noise, float multipath) {
     const int u = static_cast<int>(x), v = static_cast<int>(y);
     const float du = x - 0.5f - static_cast<float>(u), dv = y - 0.5f - static_cast<float>(v);
     // Arithmetic, where compilers would make branches of conditions: which side it is is anyone's guess.
@@ -46,24 +46,16 @@ class CellConfirmations {
     opposite_[n_] = here[-right];
     below_[n_] = here[down];
     above_[n_] = here[-down];
-    noise_scale_[n_] = noise_scale;
+    noise_[n_] = noise.at(*here);
     multipath_[n_] = multipath;
     ++n_;
   }
 
-  /** \brief What shares are weighed by. */
-  struct Weighing {
-    ConfidenceParameters noise;  ///< of the sensors
-    float reach{0};              ///< AggregationParameters::confirmation_reach, metres; > 0
-    float reach_per_noise{0};    ///< AggregationParameters::reach_per_noise; ≥ 0
-    float per_half_weight{0};    ///< 1 / FuseFlowParameters::half_weight_noise, 1/metres; 0: noise does not weigh
-  };
-
   /** \brief After the last share. */
-  void weigh(const Weighing& by) {
+  void weigh(const Confirmation::Weighing& by) {
     inWideVectors([&] {
       weigh(n_, by, x_.data(), y_.data(), z_.data(), here_.data(), beside_.data(), opposite_.data(), below_.data(),
-            above_.data(), noise_scale_.data(), multipath_.data(), a_.data(), w_.data(), pull_.data());
+            above_.data(), noise_.data(), multipath_.data(), a_.data(), w_.data(), pull_.data());
     });
   }
 
@@ -71,18 +63,14 @@ class CellConfirmations {
   Confirmation::Share operator[](std::size_t k) const { return {a_[k], w_[k], pull_[k]}; }
 
  private:
-  static void weigh(std::size_t n, Weighing by, const float* __restrict x, const float* __restrict y,
+  static void weigh(std::size_t n, Confirmation::Weighing by, const float* __restrict x, const float* __restrict y,
                     const float* __restrict z, const float* __restrict here, const float* __restrict beside,
                     const float* __restrict opposite, const float* __restrict below, const float* __restrict above,
-                    const float* __restrict noise_scale, const float* __restrict multipath, float* __restrict a,
+                    const float* __restrict noise, const float* __restrict multipath, float* __restrict a,
                     float* __restrict w, float* __restrict pull) {
     for (std::size_t k = 0; k < n; ++k) {
       const float refined = depthBetween(x[k], y[k], by.reach, here[k], beside[k], opposite[k], below[k], above[k]);
-      const float noise = noise_scale[k] * axialNoise(by.noise, here[k]);
-      const Confirmation::Share share =
-          Confirmation::share(z[k], refined, noiseWeight(noise, by.per_half_weight),
-                              Confirmation::squaredReach(by.reach, by.reach_per_noise,
-                                                         Confirmation::varianceOf(noise, multipath[k], here[k])));
+      const Confirmation::Share share = by.share(z[k], refined, noise[k], multipath[k], here[k]);
       a[k] = share.a;
       w[k] = share.w;
       pull[k] = share.pull;
@@ -92,7 +80,7 @@ class CellConfirmations {
   std::size_t n_{0};
   std::vector<float> x_, y_, z_;  // in the view: pixels from the centre of one, metres
   std::vector<float> here_, beside_, opposite_, below_, above_;
-  std::vector<float> noise_scale_, multipath_;  // of the view
+  std::vector<float> noise_, multipath_;  // of the view, noise at the depth here, metres
   std::vector<float> a_, w_, pull_;
 };
 

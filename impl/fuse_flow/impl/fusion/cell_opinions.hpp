@@ -114,12 +114,11 @@ class CellOpinions {
           static_cast<std::uint32_t>(place);
   }
 
-  /** \brief Eq. 5–6, with d along the ray. \param noise_scale of the view; 0: its noise is not known */
-  void addAlongRay(const ConsistencyParameters& p, const ConfidenceParameters& noise_model, float noise_scale,
-                   std::size_t place) {
+  /** \brief Eq. 5–6, with d along the ray. \param noise of the view; of scale 0 where it is not known */
+  void addAlongRay(const ConsistencyParameters& p, const ViewNoise& noise, std::size_t place) {
     inWideVectors([&] {
-      addAlongRay(n_, p, noise_model, noise_scale, places_[place].z.data(), depth_.data(), nearBit(place), sum_.data(),
-                  agreeing_.data(), seeing_through_.data(), nearWords(place));
+      addAlongRay(n_, p, noise, places_[place].z.data(), depth_.data(), nearBit(place), sum_.data(), agreeing_.data(),
+                  seeing_through_.data(), nearWords(place));
     });
   }
 
@@ -194,14 +193,14 @@ class CellOpinions {
     }
   }
 
-  static void addAlongRay(std::size_t n, ConsistencyParameters p, ConfidenceParameters noise_model, float noise_scale,
-                          const float* __restrict z, const float* __restrict depth, std::uint32_t near_bit,
-                          float* __restrict sum, std::int32_t* __restrict agreeing,
-                          std::int32_t* __restrict seeing_through, std::uint32_t* __restrict near) {
+  static void addAlongRay(std::size_t n, ConsistencyParameters p, ViewNoise noise, const float* __restrict z,
+                          const float* __restrict depth, std::uint32_t near_bit, float* __restrict sum,
+                          std::int32_t* __restrict agreeing, std::int32_t* __restrict seeing_through,
+                          std::uint32_t* __restrict near) {
     const float margin = occlusionMargin(p);
     for (std::size_t k = 0; k < n; ++k) {
       const float D = depth[k];
-      const float behind = (z[k] - D) * (1.0f / consistencySigma(p, noise_scale * axialNoise(noise_model, D)));
+      const float behind = (z[k] - D) * (1.0f / consistencySigma(p, noise.at(D)));
       const bool agrees = (D > 0) & (behind <= margin) & (behind >= -margin);
       const float square = behind * behind;
       sum[k] += agrees ? square : 0.0f;

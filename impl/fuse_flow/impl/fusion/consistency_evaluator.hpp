@@ -21,20 +21,15 @@ class ConsistencyEvaluator {
                        const std::vector<DepthMap>& depths)
       : parameters_(parameters), rig_(&rig), depths_(&depths) {}
 
-  /** \brief Where the noise of the views is known. \param scales of each view, see noiseScale() */
-  void setNoise(const ConfidenceParameters& model, const std::vector<float>& scales) {
-    noise_model_ = confirmation_.noise = model;
-    noise_scales_ = &scales;
-  }
+  /** \brief Where the noise of the views is known. \param noise of each view */
+  void setNoise(const std::vector<ViewNoise>& noise) { noise_ = &noise; }
 
   /** \brief Where D^r of eq. 8 is known: evaluate() then finds what the views confirm. \param refined of each view
    *  \param half_weight_noise as in FuseFlowParameters */
   void setRefined(const std::vector<DepthMap>& refined, const AggregationParameters& aggregation,
                   float half_weight_noise) {
     refined_ = &refined;
-    confirmation_.reach = aggregation.confirmation_reach;
-    confirmation_.reach_per_noise = aggregation.reach_per_noise;
-    confirmation_.per_half_weight = half_weight_noise > 0 ? 1.0f / half_weight_noise : 0.0f;
+    confirmation_ = confirmationWeighing(aggregation, half_weight_noise);
   }
 
   bool knowsRefinedDepth() const { return refined_ != nullptr; }
@@ -107,8 +102,7 @@ class ConsistencyEvaluator {
     const int n = std::min(opinions[k].agreeing, Confirmation::kViews);
     for (int a = 0; a < n; ++a) {
       const CellOpinions::Sight sight = opinions.sight(k, a);
-      const float noise_scale = noise_scales_ != nullptr ? (*noise_scales_)[sight.view] : 1.0f;
-      confirmations.add((*refined_)[sight.view], sight.x, sight.y, sight.z, noise_scale,
+      confirmations.add((*refined_)[sight.view], sight.x, sight.y, sight.z, noiseOf(sight.view),
                         residualMultipath((*rig_)[sight.view].multipath, kResidualMultipath));
     }
   }
@@ -137,18 +131,20 @@ class ConsistencyEvaluator {
     const int enough = parameters_.max_views - 1, before = static_cast<int>(place);
     points.read((*depths_)[j], place, enough, before);
     if (refined_ != nullptr) points.remember(place);
-    const float noise_scale = noise_scales_ != nullptr ? (*noise_scales_)[j] : 0.0f;
     if (parameters_.distance == DistanceForm::AlongRay) {
-      points.addAlongRay(parameters_, noise_model_, noise_scale, place);
+      points.addAlongRay(parameters_, noiseOf(j), place);
     } else {
       points.add([&](std::size_t k, int u, int v, float z, float D) { return opinion(j, p[k], u, v, z, D); }, place);
     }
     return before + 1 < enough || points.anyBelow(enough);
   }
 
+  /** \brief Of a view; none where it is not known. */
+  ViewNoise noiseOf(std::uint32_t j) const { return noise_ != nullptr ? (*noise_)[j] : ViewNoise{{}, 0.0f, 1.0f}; }
+
   ViewOpinion opinion(std::uint32_t j, const Vec3& p_W, int u, int v, float z, float D) const {
     const ViewGeometry& view = (*rig_)[j];
-    const float noise = noise_scales_ != nullptr ? (*noise_scales_)[j] * axialNoise(noise_model_, D) : 0.0f;
+    const float noise = noiseOf(j).at(D);
     return parameters_.distance == DistanceForm::Euclidean
                ? viewOpinion(parameters_, view.T_camera_world * p_W, view.ray(u, v), D, noise)
                : viewOpinion(parameters_, {0, 0, z}, {}, D, noise);
@@ -171,10 +167,9 @@ class ConsistencyEvaluator {
   ConsistencyParameters parameters_;
   const RigGeometry* rig_;
   const std::vector<DepthMap>* depths_;
-  ConfidenceParameters noise_model_;
-  const std::vector<float>* noise_scales_{nullptr};
+  const std::vector<ViewNoise>* noise_{nullptr};
   const std::vector<DepthMap>* refined_{nullptr};
-  CellConfirmations::Weighing confirmation_;
+  Confirmation::Weighing confirmation_;
 };
 
 }  // namespace host

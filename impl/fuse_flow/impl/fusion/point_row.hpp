@@ -29,19 +29,17 @@ class PointRow {
 
   /** \brief Eq. 9: what the measurements of the row weigh. \param z metres, 0 where there is no measurement
    *  \param weights the pixels' confidence, becomes their weight \returns how many measurements there are */
-  static std::size_t weigh(const MeasurementGate& gate, const ConfidenceParameters& parameters, const float* z,
-                           int width, float* weights) {
+  static std::size_t weigh(const MeasurementGate& gate, const float* z, int width, float* weights) {
     std::int32_t measured = 0;
     inWideVectors([&] {
-      const ConfidenceParameters p = parameters;  // copies: the compiler then knows that nothing overwrites them
-      const MeasurementGate g = gate;
+      const MeasurementGate g = gate;  // copies: the compiler then knows that nothing overwrites them
       const int n = width;
       const float* __restrict depth = z;
       float* __restrict weight = weights;
       std::int32_t count = 0;
       for (int u = 0; u < n; ++u) {
         const bool there = depth[u] > 0;
-        const float w = g.weight(p, weight[u], depth[u]);
+        const float w = g.weight(weight[u], depth[u]);
         weight[u] = there ? w : 0.0f;
         count += there;
       }

@@ -33,17 +33,16 @@ class WeightRows {
 
   /** \brief The weights of row v, 0 where there is too little support; rows v − 1 to v + 1 must be filled in. \param depth D^r
    *  \param noise_scale of the view */
-  void keepSupported(const ConfidenceParameters& parameters, const SlopeScale& slope_scale, float noise_scale,
-                     int min_support, const DepthMap& depth, int v, float* supported) {
+  void keepSupported(const SlopeScale& slope_scale, float noise_scale, int min_support, const DepthMap& depth, int v,
+                     float* supported) {
     inWideVectors([&, this] {
-      const ConfidenceParameters p = parameters;  // copies: the compiler then knows that nothing overwrites them
-      const SlopeScale slope = slope_scale;
+      const SlopeScale slope = slope_scale;  // copies: the compiler then knows that nothing overwrites them
       const RowsOfPatch depths(depth, v, 1), weights(row(v - 1), row(v), row(v + 1));
       const float scale = noise_scale;
       const int width = width_, needed = min_support;
       float* __restrict out = supported;
       for (int u = 0; u < width; ++u) {
-        const int support = surfaceSupport(p, slope, scale, depths[u], weights[u]);
+        const int support = surfaceSupport(slope, scale, depths[u], weights[u]);
         out[u] = support >= needed ? weights.here[u] : 0.0f;
       }
     });

@@ -30,7 +30,7 @@ inline void checkParameters(const SurfaceQualityParameters& p) {
   detail::checkRange(owner, "coverage_step", p.coverage_step, 1, 1 << 16);
   detail::checkNonNegative(owner, "max_motion", p.max_motion);
   detail::checkMeasuringRange(owner, p.min_range, p.max_range);
-  checkParameters(p.noise);
+  detail::checkNoise(owner, p.noise);
 }
 
 inline SurfaceQuality& SurfaceQuality::operator+=(const SurfaceQuality& more) {
@@ -169,13 +169,14 @@ inline void measureCoverage(const PointIndex& index, const host::FrameViews& vie
   const int step = parameters.coverage_step;
   host::parallelFor(threads, views.depths.size(), [&](std::size_t j, int) {
     const host::DepthMap& depth = views.depths[j];
-    const float scale = depth.empty() ? 1.0f : host::measureNoiseScale(parameters.noise, depth);
+    const NoiseModel noise = views.rig[j].noise.value_or(parameters.noise);
+    const float scale = depth.empty() ? 1.0f : host::measureNoiseScale(noise, depth);
     for (int v = 0; v < depth.height(); v += step)
       for (int u = 0; u < depth.width(); u += step) {
         const float z = depth.row(v)[u];
         if (!(z > 0)) continue;
         ++per_view[j].pixels;
-        const float noisy = parameters.coverage_deviations * scale * axialNoise(parameters.noise, z);
+        const float noisy = parameters.coverage_deviations * scale * axialNoise(noise, z);
         const float radius = clampTo(noisy, parameters.coverage_radius, parameters.max_coverage_radius);
         const Vec3 p = views.rig[j].T_world_camera * pointOnRay(views.rig[j].ray(u, v), z);
         per_view[j].covered += index.anyWithin(p, radius) ? 1 : 0;

@@ -137,31 +137,31 @@ inline void invertRow(const float* z, int width, float* q) {
   });
 }
 
-/** \brief One pass of the smoothing over one row; holes stay holes. \param noise_scale of the view  \param q inverse depth
+/** \brief One pass of the smoothing over one row; holes stay holes. \param noise of the view  \param q inverse depth
  *  \param out inverse depth, or depth after the last pass */
-inline void smoothRow(const SmoothingParameters& smoothing, const ConfidenceParameters& confidence, int pass,
-                      float noise_scale, const DepthMap& q, int v, float* __restrict out) {
-  const float tolerance = smoothingTolerance(smoothing, pass, noise_scale);
-  const RowsOfPatch rows(q, v, smoothingStep(smoothing, pass, noise_scale));
+inline void smoothRow(const SmoothingParameters& smoothing, int pass, const ViewNoise& noise, const DepthMap& q, int v,
+                      float* __restrict out) {
+  const float tolerance = smoothingTolerance(smoothing, pass, noise.scale);
+  const RowsOfPatch rows(q, v, smoothingStep(smoothing, pass, noise.level()));
   const int width = q.width();
-  inWideVectors([=] {
-    const ConfidenceParameters p = confidence;  // copies: the compiler then knows that nothing overwrites them
+  inWideVectors([=, &noise] {
+    const NoiseModel model = noise.model;  // copies: the compiler then knows that nothing overwrites them
     const RowsOfPatch patches = rows;
     float* __restrict smoothed_row = out;
     for (int u = 0; u < width; ++u) {
       const float centre = patches.here[u];
-      const float smoothed = smoothedInverseDepth(patches[u].z, tolerance * inverseDepthNoise(p, centre));
+      const float smoothed = smoothedInverseDepth(patches[u].z, tolerance * inverseDepthNoise(model, centre));
       smoothed_row[u] = centre > 0 ? smoothed : 0.0f;
     }
   });
   if (pass == smoothing.passes - 1) invertRow(out, width, out);
 }
 
-/** \brief Noise of a view over axialNoise(): see noiseScale(). */
-inline float measureNoiseScale(const ConfidenceParameters& p, const DepthMap& depth) {
+/** \brief Noise of a view over its camera's model: see noiseScale(). */
+inline float measureNoiseScale(const NoiseModel& model, const DepthMap& depth) {
   std::uint32_t counts[kNoiseBins] = {};
   const auto count = [&](float before, float z, float after) {
-    if (before > 0 && after > 0) ++counts[noiseBin(noiseRatio(p, before, z, after))];
+    if (before > 0 && after > 0) ++counts[noiseBin(noiseRatio(model, before, z, after))];
   };
   for (int v = kNoiseStride / 2; v < depth.height(); v += kNoiseStride) {
     const float* here = depth.row(v);
@@ -176,10 +176,10 @@ inline float measureNoiseScale(const ConfidenceParameters& p, const DepthMap& de
   return noiseScale(counts);
 }
 
-/** \brief Eq. 3 for one row of a depth map; C = 0 where there is no measurement. \param noise_scale of the view */
+/** \brief Eq. 3 for one row of a depth map; C = 0 where there is no measurement. \param noise of the view */
 inline void confidenceRow(const ConfidenceParameters& parameters, const DepthMap& depth, float pixel_angle,
-                          float noise_scale, int v, float* __restrict C) {
-  const SlopeScale slope_scale = slopeScale(parameters, pixel_angle, noise_scale);
+                          const ViewNoise& noise, int v, float* __restrict C) {
+  const SlopeScale slope_scale = slopeScale(parameters, pixel_angle, noise);
   inWideVectors([=, &depth, &parameters] {
     const ConfidenceParameters p = parameters;  // copies: the compiler then knows that C does not overwrite them
     const RowsOfPatch rows(depth, v, 1);

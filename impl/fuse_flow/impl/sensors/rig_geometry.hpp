@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 namespace fuse_flow {
@@ -31,7 +32,11 @@ struct ViewGeometry : ViewModel {
   /** \brief The other cameras, nearest first: the order in which a point asks them (section 5 (2) b). */
   std::vector<std::uint32_t> neighbours;
   ViewFrustum frustum;
-  float depth_scale{0};  ///< metres per unit of 16-bit depth
+  float depth_scale{0};             ///< metres per unit of 16-bit depth
+  std::optional<NoiseModel> noise;  ///< where the camera has a model of its own
+
+  /** \brief Null where the camera has none. */
+  const NoiseModel* ownNoise() const { return noise ? &*noise : nullptr; }
 
   /** \param with_tables of every pixel; false: for a camera that is missing, none of whose pixels anyone asks for */
   void assign(const Camera& camera, bool with_tables = true) {
@@ -40,6 +45,7 @@ struct ViewGeometry : ViewModel {
     if (!same_correction) has_tables_ = false;
     intrinsics = camera.intrinsics;
     depth_scale = camera.depth_scale;
+    noise = camera.noise;
     T_world_camera = toRigidTransform(camera.T_world_camera);
     T_camera_world = toRigidTransform(camera.T_world_camera.inverse());
     multipath = camera.multipath;

@@ -24,7 +24,7 @@ struct RigDescription {
   std::vector<std::string> warnings{};
 };
 
-/** \brief Reads a rig's calibration; doc/formats.md describes the file. Throws InputError, naming file, camera, key,
+/** \brief Reads a rig's calibration; doc/reference/formats.md describes the file. Throws InputError, naming file, camera, key,
  *  value and what is expected. */
 RigDescription readRigJson(const std::string& path);
 

@@ -39,8 +39,9 @@ class TranslationVote {
     std::partial_sort(tops.begin(), end, tops.end(), more);
     for (auto top = tops.begin(); top != end; ++top) {
       const auto k = static_cast<int>(top->second);
-      const Eigen::Vector3d cell(k % size_[0], k / size_[0] % size_[1], k / size_[0] / size_[1]);
-      result.push_back(low_.cast<double>() + static_cast<double>(cell_size_) * (cell + Eigen::Vector3d::Constant(0.5)));
+      const Eigen::Vector3i cell(k % size_[0], k / size_[0] % size_[1], k / size_[0] / size_[1]);
+      const Eigen::Vector3d middle = cell.cast<double>() + Eigen::Vector3d::Constant(0.5);
+      result.push_back(low_.cast<double>() + static_cast<double>(cell_size_) * middle);
     }
     return result;
   }

@@ -1,0 +1,39 @@
+#pragma once
+
+#include "recordings/files/cut_short.h"
+#include "recordings/files/file_io.h"
+
+#include <fuse_flow/recordings/error.h>
+
+#include <nlohmann/json.hpp>
+
+#include <string>
+
+namespace fuse_flow::io {
+
+/** \brief A value as a message quotes it: not all of what somebody has put in the place of a number. */
+template <typename Json>
+std::string quoted(const Json& value) {
+  return cutShort(value.dump(-1, ' ', false, Json::error_handler_t::replace));
+}
+
+/** \brief Parses a file. Throws InputError, in words of ours, for one that is not JSON or nested too deep.
+ *  \param what it must be, for messages: "a rig" */
+template <typename Json>
+Json readJson(const std::string& path, const std::string& what) {
+  const auto accept = [&](int depth, typename Json::parse_event_t, Json&) {
+    constexpr int deep = 16;  // what quotes or frees a value goes as deep as it
+    if (depth > deep)
+      throw InputError(path + ": has lists or objects more than " + std::to_string(deep) + " deep, must be " + what);
+    return true;
+  };
+  try {
+    return Json::parse(readFile(path, kMostTextBytes), accept);
+  } catch (const typename Json::parse_error& error) {
+    throw InputError(path + ": is not JSON: error at byte " + std::to_string(error.byte) + "; so it is not " + what);
+  } catch (const typename Json::out_of_range&) {
+    throw InputError(path + ": holds a number too large for a double, must be " + what);
+  }
+}
+
+}  // namespace fuse_flow::io

@@ -1,0 +1,184 @@
+#include "recordings/files/file_io.h"
+#include "recordings/range.h"
+#include "recordings/readers/name_number.h"
+#include "recordings/readers/readers.h"
+#include "recordings/readers/view_files.h"
+
+#include <fuse_flow/recordings/rig_json.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <map>
+#include <set>
+
+namespace fs = std::filesystem;
+
+namespace fuse_flow::io {
+namespace {
+
+/** \brief The images of a folder whose names are a number: by it, what their names are without the extension. */
+std::map<std::size_t, std::string> numberedImages(const fs::path& folder) {
+  std::map<std::size_t, std::string> stems;
+  for (const std::string& name : filesIn(folder.string())) {
+    if (fs::path(name).extension() != ".png") continue;
+    const std::string stem = fs::path(name).stem().string();
+    const std::optional<std::size_t> number = wholeNumber(stem);
+    if (!number) continue;
+    std::string& known = stems[*number];
+    if (known.empty() || stem == frameStem(*number)) known = stem;  // of 7 and 000007 the usual one
+  }
+  return stems;
+}
+
+class RigRecording : public Recording {
+ public:
+  RigRecording(fs::path folder, const RigDescription& rig, const RecordingOptions& options,
+               std::vector<std::string> inputs)
+      : folder_(std::move(folder)),
+        inputs_(std::move(inputs)),
+        frames_per_second_(rig.frames_per_second),
+        read_color_(options.read_color),
+        skip_damaged_(options.skip_damaged) {
+    for (const RigCamera& entry : rig.cameras) {
+      cameras_.push_back(entry.camera);
+      if (options.depth_scale) cameras_.back().depth_scale = *options.depth_scale;
+      confidence_scales_.push_back(entry.confidence_scale);
+      const std::string own_folder = (folder_ / entry.camera.name).string();
+      stems_.push_back(numberedImages(fs::path(own_folder) / "depth"));
+      color_folders_.push_back(colorFolder(own_folder));
+    }
+    listFrames();
+    warnings_ = rig.warnings;
+    warnOfGaps();
+    warnOfSingles();
+  }
+
+  std::string kind() const override { return "rig"; }
+  std::size_t frameCount() const override { return frames_.empty() ? 0 : frames_.back() + 1; }
+  std::vector<std::size_t> frames() const override { return frames_; }
+  std::optional<double> framesPerSecond() const override { return frames_per_second_; }
+  const std::vector<Camera>& cameras() const override { return cameras_; }
+  std::vector<std::string> inputs() const override { return inputs_; }
+
+  void read(std::size_t frame, LoadedFrame& out) override {
+    out.rig.cameras = cameras_;
+    out.rig.views.resize(cameras_.size());
+    out.images.resize(cameras_.size());
+    out.rig.stamp = 0;
+    if (frames_per_second_)
+      out.rig.stamp = static_cast<std::uint64_t>(std::llround(1e6 * static_cast<double>(frame) / *frames_per_second_));
+    out.damaged.clear();
+    out.ended.clear();
+    for (std::size_t i = 0; i < cameras_.size(); ++i) {
+      const fs::path camera = folder_ / cameras_[i].name;
+      const auto found = stems_[i].find(frame);
+      const std::string stem = found != stems_[i].end() ? found->second : frameStem(frame);
+      ViewFiles files;
+      files.depth = (camera / "depth" / (stem + ".png")).string();
+      files.depth_was_there = found != stems_[i].end();
+      if (read_color_ && !color_folders_[i].empty()) {
+        files.color = findImage(color_folders_[i], stem);
+        if (files.color.empty()) files.color = findImage(color_folders_[i], frameStem(frame));
+      }
+      files.confidence = (camera / "confidence" / (stem + ".png")).string();
+      loadView(files, confidence_scales_[i], i, skip_damaged_, out);
+      if (stems_[i].empty() || frame > stems_[i].rbegin()->first) out.ended.push_back({i, ending(i)});
+    }
+  }
+
+ private:
+  /** \brief A frame that is missing between others was dropped; those behind the last one were never taken. */
+  std::string ending(std::size_t camera) const {
+    const std::string name = "camera '" + cameras_[camera].name + "' ";
+    if (stems_[camera].empty()) return name + "has no depth images";
+    const auto begin = frames_.begin();
+    const auto end = std::upper_bound(begin, frames_.end(), stems_[camera].rbegin()->first);
+    return name + "ends after " + std::to_string(end - begin) + " of " + std::to_string(frames_.size()) + " frames";
+  }
+
+  /** \brief All numbers of which a camera has a depth image. */
+  void listFrames() {
+    std::set<std::size_t> numbers;
+    for (const auto& stems : stems_)
+      for (const auto& [number, stem] : stems) numbers.insert(number);
+    frames_.assign(numbers.begin(), numbers.end());
+  }
+
+  void warnOfGaps() {
+    if (frames_.empty()) return;
+    if (frames_.front() > 0)
+      warnings_.push_back(folder_.string() + ": begins at frame " + frameStem(frames_.front()) +
+                          ", the first of which a camera has a depth image");
+    const std::size_t missing = frames_.back() - frames_.front() + 1 - frames_.size();
+    if (missing == 0) return;
+    std::size_t k = 0;
+    while (frames_[k + 1] == frames_[k] + 1) ++k;
+    warnings_.push_back(folder_.string() + ": " + std::to_string(missing) + " frames between " +
+                        frameStem(frames_.front()) + " and " + frameStem(frames_.back()) +
+                        " are left out, no camera has a depth image of them, such as " + frameStem(frames_[k] + 1));
+  }
+
+  /** \brief Names by a camera's own clock or counter would put each camera into an instant of its own. */
+  void warnOfSingles() {
+    std::map<std::size_t, std::size_t> counts;
+    std::size_t with_images = 0;
+    for (const auto& stems : stems_) {
+      with_images += stems.empty() ? 0 : 1;
+      for (const auto& [number, stem] : stems) ++counts[number];
+    }
+    const auto shared = [](const auto& entry) { return entry.second > 1; };
+    if (with_images < 2 || std::any_of(counts.begin(), counts.end(), shared)) return;
+    warnings_.push_back(folder_.string() +
+                        ": no two cameras have a depth image of the same number; images of one instant must have the "
+                        "same number in every camera's folder");
+  }
+
+  fs::path folder_;
+  std::vector<std::string> inputs_;
+  std::optional<double> frames_per_second_;
+  bool read_color_;
+  bool skip_damaged_;
+  std::vector<Camera> cameras_;
+  std::vector<std::optional<float>> confidence_scales_;
+  std::vector<std::map<std::size_t, std::string>> stems_;  ///< of each camera's depth images, by their number
+  std::vector<std::string> color_folders_;                 ///< of each camera; empty: it has none
+  std::vector<std::size_t> frames_;
+};
+
+/** \brief The images of all cameras, and what simulated ones saw. */
+std::vector<std::string> inputsOf(const std::string& json_path, const RigDescription& rig) {
+  const fs::path folder = fs::path(json_path).parent_path();
+  std::vector<std::string> inputs{json_path, (folder / "truth").string()};
+  for (const RigCamera& entry : rig.cameras)
+    for (const char* images : {"depth", "color", "rgb", "image", "confidence"})
+      inputs.push_back((folder / entry.camera.name / images).string());
+  return inputs;
+}
+
+}  // namespace
+
+bool isRigFolder(const std::string& folder) { return isThere((fs::path(folder) / "rig.json").string()); }
+
+std::unique_ptr<Recording> openRig(const std::string& json_path, const RecordingOptions& options) {
+  if (options.slide != 0) throw OptionError("--slide: " + json_path + " is a recording of several cameras, must be 0");
+  if (!options.intrinsics.empty())
+    throw OptionError("--intrinsics: " + json_path + " has the intrinsics of its cameras, must not be given");
+  RigDescription rig = readRigJson(json_path);
+  std::vector<std::string> inputs = inputsOf(json_path, rig);
+  if (!options.views.empty()) {
+    std::vector<RigCamera> chosen;
+    for (const std::size_t i : parseRange(options.views, rig.cameras.size(), "--views"))
+      chosen.push_back(rig.cameras[i]);
+    rig.cameras = std::move(chosen);
+  }
+  fs::path folder = fs::path(json_path).parent_path();
+  auto recording = std::make_unique<RigRecording>(std::move(folder), rig, options, std::move(inputs));
+  if (recording->frameCount() == 0)
+    throw InputError(
+        json_path + ": there are no depth images, expected files like " +
+        (fs::path(json_path).parent_path() / rig.cameras[0].camera.name / "depth" / "000000.png").string());
+  return recording;
+}
+
+}  // namespace fuse_flow::io

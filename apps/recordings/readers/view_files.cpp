@@ -1,0 +1,79 @@
+#include "recordings/readers/view_files.h"
+
+#include "recordings/files/file_io.h"
+#include "recordings/files/image_io.h"
+
+#include <filesystem>
+
+namespace fs = std::filesystem;
+
+namespace fuse_flow::io {
+namespace {
+
+SizeCheck sizeOf(const std::string& path, const std::string& camera, const Intrinsics& K) {
+  return [&path, camera, &K](int width, int height) {
+    if (width == K.width && height == K.height) return;
+    throw InputError(path + ": is " + std::to_string(width) + "x" + std::to_string(height) + " pixels, camera '" +
+                     camera + "' is calibrated for " + std::to_string(K.width) + "x" + std::to_string(K.height));
+  };
+}
+
+}  // namespace
+
+std::string frameStem(std::size_t frame) {
+  const std::string digits = std::to_string(frame);
+  return digits.size() < 6 ? std::string(6 - digits.size(), '0') + digits : digits;
+}
+
+std::string findImage(const std::string& folder, const std::string& stem) {
+  for (const char* extension : {".png", ".jpg", ".jpeg"}) {
+    const std::string path = (fs::path(folder) / (stem + extension)).string();
+    if (isThere(path)) return path;
+  }
+  return "";
+}
+
+std::string colorFolder(const std::string& folder) {
+  std::error_code error;
+  for (const char* name : {"color", "rgb", "image"})
+    if (const fs::path path = fs::path(folder) / name; fs::is_directory(path, error)) return path.string();
+  return "";
+}
+
+void loadView(const ViewFiles& files, const Camera& camera, std::optional<float> confidence_scale, LoadedView& images,
+              DepthView& view) {
+  view = DepthView();
+  if (files.depth.empty()) return;
+  if (!isThere(files.depth)) {
+    if (!files.depth_was_there) return;
+    throw InputError(files.depth + ": is no longer there; it was when the recording was opened");
+  }
+  readDepthPng(files.depth, images.depth16, sizeOf(files.depth, camera.name, camera.intrinsics));
+  view.depth16 = images.depth16.view();
+  if (!files.color.empty() && isThere(files.color)) {
+    const bool own = camera.color.has_value();
+    readColor(
+        files.color, images.color,
+        sizeOf(files.color, camera.name + (own ? " color" : ""), own ? camera.color->intrinsics : camera.intrinsics));
+    view.color = images.color.view();
+  }
+  if (!files.confidence.empty() && isThere(files.confidence)) {
+    const float step = readConfidencePng(files.confidence, images.confidence, confidence_scale,
+                                         sizeOf(files.confidence, camera.name, camera.intrinsics));
+    images.assumed_confidence_step = confidence_scale ? 0.0f : step;
+    view.confidence = images.confidence.view();
+  }
+}
+
+void loadView(const ViewFiles& files, std::optional<float> confidence_scale, std::size_t number, bool skip_damaged,
+              LoadedFrame& out) {
+  try {
+    loadView(files, out.rig.cameras[number], confidence_scale, out.images[number], out.rig.views[number]);
+  } catch (const InputError& error) {
+    if (!skip_damaged) throw;
+    out.rig.views[number] = DepthView();
+    out.damaged.push_back({number, error.what()});
+  }
+}
+
+}  // namespace fuse_flow::io

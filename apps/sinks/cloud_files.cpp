@@ -1,0 +1,79 @@
+#include "sinks/cloud_files.h"
+
+#include "clouds/cloud_io.h"
+#include "recordings/files/file_io.h"
+
+#include <algorithm>
+#include <cctype>
+#include <cstdio>
+#include <filesystem>
+
+namespace fuse_flow::io {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string lowerExtension(const std::string& path) {
+  std::string extension = fs::path(path).extension();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return std::tolower(c); });
+  return extension;
+}
+
+}  // namespace
+
+void makeFolderOf(const std::string& path) {
+  const fs::path folder = fs::path(path).parent_path();
+  if (folder.empty()) return;
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error) throw OutputError(folder.string() + ": cannot be created: " + error.message());
+}
+
+CloudFiles::CloudFiles(std::string output, std::string format, std::size_t frames)
+    : output_(std::move(output)), format_(std::move(format)) {
+  const std::string extension = lowerExtension(output_);
+  names_file_ = extension == ".ply" || extension == ".pcd";
+  if (names_file_ && frames > 1)
+    throw OptionError("-o " + output_ + ": names one file for " + std::to_string(frames) +
+                      " frames; name a folder, or one frame with --frames");
+  if (!names_file_ && !extension.empty() && !fs::is_directory(output_))
+    throw OptionError("-o " + output_ + ": must end in .ply or .pcd; the folder of this name is " + output_ + "/");
+}
+
+std::string CloudFiles::pathOf(std::size_t frame) const {
+  if (names_file_) return output_;
+  char name[32];
+  std::snprintf(name, sizeof(name), "%06zu.", frame);
+  return (fs::path(output_) / (name + format_)).string();
+}
+
+void CloudFiles::take(const std::shared_ptr<const FusedFrame>& frame) {
+  const std::string path = pathOf(frame->number);
+  makeFolderOf(path);
+  if (frame->has_normals) {
+    writeCloud(path, frame->with_normals);
+  } else {
+    writeCloud(path, frame->cloud);
+  }
+  written_.insert(path);
+}
+
+std::vector<std::string> CloudFiles::finish() {
+  if (written_.empty() || !fs::is_directory(output_)) return {};
+  std::size_t count = 0;
+  std::string first;
+  for (const std::string& name : filesIn(output_)) {
+    const std::string stem = fs::path(name).stem().string(), extension = fs::path(name).extension().string();
+    const bool numbered = stem.size() >= 6 && stem.find_first_not_of("0123456789") == std::string::npos;
+    if (!numbered || (extension != ".ply" && extension != ".pcd") ||
+        written_.count((fs::path(output_) / name).string()) > 0)
+      continue;
+    if (count++ == 0) first = name;
+  }
+  if (count == 0) return {};
+  return {output_ + " holds " + std::to_string(count) + " cloud" + (count == 1 ? "" : "s") +
+          " that this run has not written, such as " + first + "; must be removed unless they belong to the others"};
+}
+
+}  // namespace fuse_flow::io

@@ -1,0 +1,33 @@
+#pragma once
+
+#include "sinks/frame_sink.h"
+
+#include <set>
+
+namespace fuse_flow::io {
+
+/** \brief Writes the cloud of each frame to a file: of a single frame to the one that is named, of several into a folder of that name. */
+class CloudFiles : public FrameSink {
+ public:
+  /** \param output a .ply or .pcd file, or a folder  \param format of the files in a folder, "ply" or "pcd"  \param frames how many will come
+   *  \throws OptionError if it names one file for several frames, or a file of another kind */
+  CloudFiles(std::string output, std::string format, std::size_t frames);
+
+  /** \brief Where the cloud of a frame goes. */
+  std::string pathOf(std::size_t frame) const;
+  void take(const std::shared_ptr<const FusedFrame>& frame) override;
+  /** \brief Clouds in the folder that an earlier run has left and this one has not replaced: whoever reads the folder takes them for frames
+   *  of this recording. */
+  std::vector<std::string> finish() override;
+
+ private:
+  std::string output_;
+  std::string format_;
+  bool names_file_{false};
+  std::set<std::string> written_;
+};
+
+/** \brief Makes the folder that a file is to lie in, and those around it. \throws OutputError where that fails */
+void makeFolderOf(const std::string& path);
+
+}  // namespace fuse_flow::io

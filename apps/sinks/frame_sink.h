@@ -1,0 +1,52 @@
+#pragma once
+
+#include "methods/method.h"
+
+#include <fuse_flow/recordings/recording.h>
+
+#include <cstddef>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace fuse_flow::io {
+
+/** \brief A frame that was fused, with what it was fused from. */
+struct FusedFrame {
+  std::size_t number{0};  ///< of the recording
+  LoadedFrame input;
+  Method::Cloud cloud;
+  bool has_normals{false};                         ///< see MethodOptions::normals
+  pcl::PointCloud<PointFusedNormal> with_normals;  ///< then the same points with them
+  FrameStatistics statistics;
+};
+
+/** \brief Where fused frames go: files, figures, and whatever else takes one frame after the other. Several can be fed from one loop. */
+class FrameSink {
+ public:
+  virtual ~FrameSink() = default;
+  /** \brief One frame; they come in the order of their numbers. What a sink keeps stays as it is: the frame's memory is used again only when
+   *  nobody holds it. \throws what ends the run */
+  virtual void take(const std::shared_ptr<const FusedFrame>& frame) = 0;
+  /** \brief After the last frame: what was noticed, a line each. */
+  virtual std::vector<std::string> finish() { return {}; }
+};
+
+/** \brief Memory for frames, used again once no sink holds it. */
+class FramePool {
+ public:
+  /** \brief A frame to be filled in, with the memory of an earlier one where there is one. */
+  std::shared_ptr<FusedFrame> next() {
+    for (const std::shared_ptr<FusedFrame>& frame : frames_)
+      if (frame.use_count() == 1) return frame;
+    frames_.push_back(std::make_shared<FusedFrame>());
+    return frames_.back();
+  }
+  /** \brief Frames in memory. */
+  std::size_t size() const { return frames_.size(); }
+
+ private:
+  std::vector<std::shared_ptr<FusedFrame>> frames_;
+};
+
+}  // namespace fuse_flow::io

@@ -1,0 +1,61 @@
+#include "viewer/fusing/empty_cloud.h"
+
+#include <algorithm>
+#include <functional>
+#include <sstream>
+
+namespace fuse_flow::viewing {
+namespace {
+
+/** \brief A setting that drops points. */
+struct Gate {
+  std::string name;
+  std::function<void(FuseFlowParameters&)> open;
+};
+
+std::vector<Gate> gatesOf(const FuseFlowParameters& p) {
+  std::vector<Gate> gates;
+  const auto add = [&](const std::string& name, double value, const auto& open) {
+    std::ostringstream text;
+    text << name << " = " << value;
+    gates.push_back({text.str(), open});
+  };
+  if (p.crop_box) gates.push_back({"the crop box", [](FuseFlowParameters& q) { q.crop_box.reset(); }});
+  add("tau", static_cast<double>(p.confidence.threshold), [](FuseFlowParameters& q) { q.confidence.threshold = 0; });
+  if (p.use_spatial_hash)
+    add("smallest weight", static_cast<double>(p.aggregation.min_weight),
+        [](FuseFlowParameters& q) { q.aggregation.min_weight = 0; });
+  if (p.max_noise > 0)
+    add("largest noise, mm", 1000 * static_cast<double>(p.max_noise), [](FuseFlowParameters& q) { q.max_noise = 0; });
+  if (p.min_support > 0) add("smallest support", p.min_support, [](FuseFlowParameters& q) { q.min_support = 0; });
+  return gates;
+}
+
+bool givesPoints(const FusionSetting& setting, const RigFrame& frame,
+                 const std::function<void(FuseFlowParameters&)>& open, std::size_t& measured) {
+  io::MethodOptions options = setting.options;
+  open(options.parameters);
+  const std::unique_ptr<io::Method> method = io::makeMethod(setting.method, options);
+  Cloud cloud;
+  method->fuse(frame, cloud);
+  measured = method->statistics().measured_points;
+  return !cloud.empty();
+}
+
+}  // namespace
+
+std::string whyEmpty(const FusionSetting& setting, const RigFrame& frame) {
+  if (std::all_of(frame.views.begin(), frame.views.end(), [](const DepthView& view) { return view.missing(); }))
+    return "no camera has an image";
+  std::size_t measured = 0;
+  const std::vector<Gate> gates = gatesOf(setting.options.parameters);
+  std::string all;
+  for (const Gate& gate : gates) {
+    if (givesPoints(setting, frame, gate.open, measured)) return "no point passes " + gate.name;
+    if (measured == 0) return "no camera measured anything within its range";
+    all += (all.empty() ? "" : ", ") + gate.name;
+  }
+  return "no point passes " + all;
+}
+
+}  // namespace fuse_flow::viewing

@@ -1,0 +1,107 @@
+#include "sinks/cloud_files.h"
+#include "sinks/quality_report.h"
+
+#include "../recordings/io_fixture.h"
+
+#include "clouds/cloud_io.h"
+
+#include <iterator>
+
+namespace {
+
+using namespace io_test;
+
+class Sinks : public IoTest {
+ protected:
+  std::size_t points(const std::string& name) const {
+    pcl::PointCloud<pcl::PointXYZ> cloud;
+    io::readCloud(path(name), cloud);
+    return cloud.size();
+  }
+  std::string textOf(const std::string& name) const {
+    std::ifstream file(path(name), std::ios::binary);
+    return {std::istreambuf_iterator<char>(file), {}};
+  }
+};
+
+std::shared_ptr<io::FusedFrame> frameOfPoints(std::size_t number, std::size_t points) {
+  const auto frame = std::make_shared<io::FusedFrame>();
+  frame->number = number;
+  for (std::size_t k = 0; k < points; ++k) {
+    PointFused p{};
+    p.x = static_cast<float>(k);
+    p.z = 1;
+    frame->cloud.push_back(p);
+  }
+  return frame;
+}
+
+TEST_F(Sinks, CloudsOfSeveralFramesGoIntoAFolderByTheirNumbers) {
+  io::CloudFiles files(path("out"), "pcd", 2);
+  files.take(frameOfPoints(3, 5));
+  files.take(frameOfPoints(1000000, 7));
+  EXPECT_EQ(files.pathOf(3), path("out/000003.pcd"));
+  EXPECT_EQ(points("out/000003.pcd"), 5u);
+  EXPECT_EQ(points("out/1000000.pcd"), 7u);
+  EXPECT_TRUE(files.finish().empty());
+}
+
+TEST_F(Sinks, TheCloudOfOneFrameGoesToTheFileThatIsNamed) {
+  io::CloudFiles files(path("one.PLY"), "pcd", 1);
+  files.take(frameOfPoints(8, 2));
+  EXPECT_EQ(points("one.PLY"), 2u);
+  EXPECT_THROW(io::CloudFiles(path("one.ply"), "ply", 2), io::OptionError);
+  EXPECT_THROW(io::CloudFiles(path("one.txt"), "ply", 1), io::OptionError);
+}
+
+TEST_F(Sinks, CloudsOfAnEarlierRunAreNamed) {
+  io::CloudFiles before(path("out"), "ply", 3);
+  for (const std::size_t k : {0u, 1u, 2u}) before.take(frameOfPoints(k, 1));
+  io::CloudFiles files(path("out"), "ply", 1);
+  files.take(frameOfPoints(1, 1));
+  const std::vector<std::string> lines = files.finish();
+  ASSERT_EQ(lines.size(), 1u);
+  EXPECT_NE(lines[0].find("2 clouds that this run has not written, such as 000000.ply"), std::string::npos) << lines[0];
+}
+
+TEST_F(Sinks, ACloudWithNormalsIsWrittenWithThemEvenWithoutPoints) {
+  const auto frame = frameOfPoints(0, 0);
+  frame->has_normals = true;
+  io::CloudFiles files(path("n.pcd"), "pcd", 1);
+  files.take(frame);
+  EXPECT_NE(textOf("n.pcd").find("normal_x"), std::string::npos);
+}
+
+TEST(FramePool, GivesMemoryAgainOnceNobodyHoldsIt) {
+  io::FramePool pool;
+  std::shared_ptr<const io::FusedFrame> kept = pool.next();
+  EXPECT_NE(pool.next(), kept);
+  EXPECT_EQ(pool.size(), 2u);
+  const io::FusedFrame* const first = kept.get();
+  kept.reset();
+  EXPECT_EQ(pool.next().get(), first);
+  EXPECT_EQ(pool.size(), 2u);
+}
+
+Camera camera() {
+  Camera camera;
+  camera.name = "left";
+  camera.intrinsics = {4, 3, 5, 5, 1.5f, 1, {}};
+  return camera;
+}
+
+TEST_F(Sinks, AReportKeepsOneFrameForFlicker) {
+  io::QualityReport report("fuse_flow", {}, {});
+  io::FramePool pool;
+  for (std::size_t k = 0; k < 4; ++k) {
+    const auto frame = pool.next();
+    frame->number = k;
+    frame->input.rig.cameras.assign(1, camera());
+    frame->input.rig.views.assign(1, {});  // missing
+    report.take(frame);
+  }
+  EXPECT_EQ(pool.size(), 2u);
+  EXPECT_EQ(report.report().json()["frames"].size(), 4u);
+}
+
+}  // namespace
