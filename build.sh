@@ -247,7 +247,7 @@ lint() {
     -I apps/recordings/include apps src
   cmake --preset release -B build/lint -DFUSE_FLOW_CUDA=OFF -DFUSE_FLOW_WARNINGS_AS_ERRORS=OFF \
     -DCMAKE_DISABLE_PRECOMPILE_HEADERS=ON > /dev/null
-  run-clang-tidy -j 2 -p build/lint -quiet -extra-arg=-std=c++17 'lint/apps/|/apps/methods/|/headers_together\.cpp$'
+  run-clang-tidy -j 2 -p build/lint -quiet -extra-arg=-std=c++17 'lint/apps/|/apps/(methods|recordings)/|/headers_together\.cpp$'
 }
 
 format() {
