@@ -52,7 +52,8 @@ std::unique_ptr<Scene> makeTableScene(std::uint32_t seed) {
     std::swap(things[k], things[static_cast<std::size_t>(random.uniform() * static_cast<double>(k + 1))]);
   const auto spread = [&](float reach) { return reach * (2 * static_cast<float>(random.uniform()) - 1); };
   for (std::size_t k = 0; k < things.size(); ++k) {  // in three rows of four
-    const float column = static_cast<float>(k % 4) - 1.5f, row = static_cast<float>(k / 4) - 1.0f;
+    const std::size_t in_row = k % 4, rows_before = k / 4;
+    const float column = static_cast<float>(in_row) - 1.5f, row = static_cast<float>(rows_before) - 1.0f;
     const Vector3f at(0.25f * column + spread(0.03f), 0.24f * row + spread(0.03f), kTableHeight);
     const Eigen::Isometry3f T = placed(at, spread(3.14f));
     things[k].mesh.rest = things[k].mesh.vertices;
