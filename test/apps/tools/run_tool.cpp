@@ -29,11 +29,17 @@ Channel makePipe() {
   return {ends[0], ends[1]};
 }
 
-Channel makeTerminal() {
+/** \brief Without ends where there is none to be had. */
+Channel openTerminal() {
   Channel channel;
   channel.read_end = posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC);
-  if (channel.read_end < 0 || grantpt(channel.read_end) != 0 || unlockpt(channel.read_end) != 0) fail("terminal");
+  if (channel.read_end < 0 || grantpt(channel.read_end) != 0 || unlockpt(channel.read_end) != 0) return channel;
   channel.write_end = open(ptsname(channel.read_end), O_RDWR | O_NOCTTY | O_CLOEXEC);
+  return channel;
+}
+
+Channel makeTerminal() {
+  const Channel channel = openTerminal();
   if (channel.write_end < 0) fail("terminal");
   return channel;
 }
@@ -80,6 +86,13 @@ bool drain(int descriptor, std::string& text) {
 }
 
 }  // namespace
+
+bool terminalsAtHand() {
+  const Channel channel = openTerminal();
+  for (const int end : {channel.read_end, channel.write_end})
+    if (end >= 0) close(end);
+  return channel.write_end >= 0;
+}
 
 ToolResult runProgram(const std::string& path, const std::vector<std::string>& arguments, const RunOptions& options) {
   if (access(path.c_str(), X_OK) != 0) fail(path);

@@ -44,4 +44,7 @@ inline ToolResult evaluate(const std::vector<std::string>& arguments, const RunO
   return runProgram(FUSE_FLOW_EVALUATE_TOOL, arguments, options);
 }
 
+/** \brief Whether RunOptions::terminal can be had: not where /dev/pts is not mounted, as in some chroots. */
+bool terminalsAtHand();
+
 }  // namespace tool_test

@@ -287,6 +287,7 @@ TEST_F(Results, EvaluateMeasuresKnownErrors) {
 }
 
 TEST_F(Results, ProgressIsForATerminalOnly) {
+  if (!terminalsAtHand()) GTEST_SKIP() << "no pseudo-terminals: /dev/pts is not mounted";
   RunOptions terminal;
   terminal.terminal = true;
   const ToolResult shown = fuse({recording(), "-o", out()}, terminal);
@@ -297,6 +298,7 @@ TEST_F(Results, ProgressIsForATerminalOnly) {
 }
 
 TEST_F(Results, AfterProgressAnErrorHasALineOfItsOwn) {
+  if (!terminalsAtHand()) GTEST_SKIP() << "no pseudo-terminals: /dev/pts is not mounted";
   writeText(depthFile(recording_, 0, 1), "");
   RunOptions terminal;
   terminal.terminal = true;
