@@ -573,7 +573,8 @@ void distortion() {
   std::printf(
       "| scene | rig | sensor | misplaced by, mm: at the given poses | poses refined | poses and corrections | "
       "cameras, median mm, "
-      "deg: poses refined | poses and corrections | knots told | s |\n|---|---|---|---|---|---|---|---|---|---|\n");
+      "deg: poses refined | poses and corrections | knots observable | s "
+      "|\n|---|---|---|---|---|---|---|---|---|---|\n");
   for (const char* scene : {"person", "thin"})
     for (const char* rig : {"ring-6", "walls-16"})
       for (const std::string& sensor : {kSensors[1], kSensors[2], kSensors[4]}) {
@@ -600,13 +601,14 @@ void distortion() {
         alone.add(initial, refined, true_poses);
         together.add(initial, corrected, true_poses);
         const std::vector<Camera>& given = simulator.cameras();
-        double told = 0;
-        for (const double share : result.told) told += share / static_cast<double>(result.told.size());
+        double observable = 0;
+        for (const double share : result.observable)
+          observable += share / static_cast<double>(result.observable.size());
         std::printf("| %s | %s | %s | %.1f | %.1f | %.1f | %.1f, %.2f | %.1f, %.2f | %.0f %% | %.1f |\n", scene, rig,
                     sensor.c_str(), misplaced(loaded, at(given, initial), truth),
                     misplaced(loaded, at(given, refined), truth), misplaced(loaded, result.cameras, truth),
                     bench::median(alone.mm), bench::median(alone.degrees), bench::median(together.mm),
-                    bench::median(together.degrees), 100 * told, seconds);
+                    bench::median(together.degrees), 100 * observable, seconds);
         std::fflush(stdout);
       }
 }

@@ -30,7 +30,7 @@ SimulationArguments::SimulationArguments(CLI::App& app) {
       app.add_option("--depth-bias", depth_bias_mm_, "each camera's depth is off by a constant in +- this, mm")
           ->check(nonNegativeNumber()));
   given_.push_back(app.add_option("--depth-distortion", depth_distortion_mm_,
-                                  "each camera bends what it measures in a way of its own, by about this at 2 m, mm")
+                                  "each camera has a depth distortion of its own, of about this at 2 m, mm")
                        ->check(nonNegativeNumber()));
   given_.push_back(
       app.add_option("--bump", bump_mm_, "from --bump-frame on the last camera stands this far from where it stood, mm")

@@ -120,7 +120,7 @@ void withoutCorrections(std::vector<Camera>& cameras) {
 
 void print(const std::vector<Eigen::Isometry3d>& initial, const DepthCorrectionResult& result, std::size_t frames) {
   std::printf("\n%-20s %12s %12s %12s %12s %12s\n", "depth correction", "moved", "at 1 m, rms", "at 2 m, rms", "most",
-              "knots told");
+              "knots observable");
   for (std::size_t i = 0; i < initial.size(); ++i) {
     const Camera& camera = result.cameras[i];
     const CorrectionAt near = correctionAt(camera.depth_correction, 1);
@@ -128,7 +128,7 @@ void print(const std::vector<Eigen::Isometry3d>& initial, const DepthCorrectionR
     std::printf("%-20s %9.2f mm %9.2f mm %9.2f mm %9.2f mm %10.0f %%\n", nameOf(camera).c_str(),
                 1000 * (camera.T_world_camera.translation() - initial[i].translation()).norm(),
                 1000 * std::sqrt(near.mean_square), 1000 * std::sqrt(far.mean_square), 1000 * far.most,
-                100 * result.told[i]);
+                100 * result.observable[i]);
   }
   std::printf(
       "\nwith corrections surfaces disagree by %.2f mm (%.2f mm before); %s after %d iterations, over %zu frame%s\n",
@@ -148,7 +148,7 @@ void addTo(nlohmann::json& j, const DepthCorrectionResult& result, bool kept) {
   for (std::size_t i = 0; i < result.cameras.size(); ++i) {
     const CorrectionAt at = correctionAt(result.cameras[i].depth_correction, 2);
     j["cameras"][i]["depth_correction_at_2_m_mm"] = 1000 * std::sqrt(at.mean_square);
-    j["cameras"][i]["knots_told"] = result.told[i];
+    j["cameras"][i]["knots_observable"] = result.observable[i];
   }
 }
 

@@ -123,7 +123,7 @@ TEST(DepthCorrectionEstimation, OneSensorCarriedAroundIsPutRight) {
   EXPECT_LT(after, 0.001);
   for (const Camera& camera : result.cameras)
     EXPECT_EQ(camera.depth_correction, result.cameras[0].depth_correction) << camera.name;
-  for (const double told : result.told) EXPECT_GT(told, 0.5);
+  for (const double observable : result.observable) EXPECT_GT(observable, 0.5);
 }
 
 TEST(DepthCorrectionEstimation, SensorsWithErrorsOfTheirOwnAreEachPutRight) {
@@ -364,7 +364,7 @@ TEST(DepthCorrectionEstimation, ViewsThatShareNothingAreGivenBackAsTheyCame) {
     for (std::size_t i = 0; i < result.cameras.size(); ++i) {
       EXPECT_LT(apart(result.cameras[i].T_world_camera, scene.rig.cameras[i].T_world_camera), 1e-9);
       for (const float a : result.cameras[i].depth_correction.relative) EXPECT_EQ(a, 0.0f);
-      EXPECT_EQ(result.told[i], 0.0);
+      EXPECT_EQ(result.observable[i], 0.0);
     }
   };
   unchanged(estimation.estimate());

@@ -30,11 +30,11 @@ PoseGraph chain() {
   return graph;
 }
 
-/** \brief What PoseUncertainty makes of the motions that are told, with scores that scatter as the graph's curvature does. */
+/** \brief What PoseUncertainty makes of the observable motions, with scores that scatter as the graph's curvature does. */
 Eigen::MatrixXd covariance(const PoseGraph& graph) {
   const CholeskyFactors J(graph.sensitivity());
   const Eigen::MatrixXd C = J.solveColumns(J.solveColumns(graph.curvature()).transpose());
-  return product(graph.told(), product(C, Eigen::MatrixXd(graph.told().transpose())));
+  return product(graph.observable(), product(C, Eigen::MatrixXd(graph.observable().transpose())));
 }
 
 TEST(PoseGraph, WhereAllIsToldTheTwistsAreAsGoodAsTheModes) {
@@ -47,8 +47,8 @@ TEST(PoseGraph, WhereAllIsToldTheTwistsAreAsGoodAsTheModes) {
     modes.findModes();
     ASSERT_EQ(twists.freeMotions(), 0);
     ASSERT_EQ(modes.freeMotions(), 0);
-    ASSERT_TRUE(twists.told().isIdentity(0));
-    ASSERT_FALSE(modes.told().isIdentity(0.1));
+    ASSERT_TRUE(twists.observable().isIdentity(0));
+    ASSERT_FALSE(modes.observable().isIdentity(0.1));
     const Eigen::MatrixXd expected = covariance(modes);
     EXPECT_TRUE(covariance(twists).isApprox(expected, 1e-9)) << covariance(twists) << "\n\n" << expected;
     // Noise counts: with none taken off, covariances would be smaller by far more than that.
@@ -58,7 +58,7 @@ TEST(PoseGraph, WhereAllIsToldTheTwistsAreAsGoodAsTheModes) {
     const CholeskyFactors all(doubtless.curvature());
     EXPECT_GT((all.solveColumns(Eigen::MatrixXd::Identity(12, 12)) - expected).norm(), 0.02 * expected.norm());
     const Eigen::VectorXd g = Eigen::VectorXd::LinSpaced(12, -1, 1), c = Eigen::VectorXd::LinSpaced(12, 2, 1);
-    EXPECT_TRUE(modes.scores(g, c).isApprox(transposedProduct(modes.told(), twists.scores(g, c)), 1e-9));
+    EXPECT_TRUE(modes.scores(g, c).isApprox(transposedProduct(modes.observable(), twists.scores(g, c)), 1e-9));
     EXPECT_TRUE(twists.step().isApprox(modes.step(), 1e-9));
   }
 }

@@ -58,7 +58,7 @@ struct DepthCorrectionResult {
   std::vector<Camera> cameras;  ///< as given, with other poses and corrections
   /** \brief Of each camera, the share of its knots about which views say more than what is believed without them; a knot that they
    *  say nothing about follows its neighbours. */
-  std::vector<double> told;
+  std::vector<double> observable;
   double residual_before{
       0};                  ///< root mean square point-to-plane distance at the given poses, without corrections, metres
   double residual{0};      ///< with what was found, metres; 0 where nothing corresponds, as before

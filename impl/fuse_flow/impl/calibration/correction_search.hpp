@@ -469,15 +469,15 @@ class CorrectionSearch {
       DepthCorrection& correction = camera.depth_correction;
       correction.columns = grid_.columns();
       correction.rows = grid_.rows();
-      double told = 0;
+      double observable = 0;
       for (Eigen::Index k = 0; k < grid_.knots(); ++k) {
         const Eigen::Index at = firstKnot(i) + 2 * k;
         const auto limited = [](double value) { return static_cast<float>(std::clamp(value, -0.5, 0.5)); };
         correction.relative.push_back(limited(knots_[at - 6 * count()]));
         correction.per_metre.push_back(limited(knots_[at + 1 - 6 * count()]));
-        if (information_.size() > 0 && information_[at] > believed_[at]) told += 1;
+        if (information_.size() > 0 && information_[at] > believed_[at]) observable += 1;
       }
-      result.told.push_back(told / grid_.knots());
+      result.observable.push_back(observable / grid_.knots());
     }
   }
 

@@ -101,7 +101,7 @@ class PoseGraph {
     addGradient(g_color_, i, j, trust * color.g);
   }
 
-  /** \brief Which motions count as told. Where geometry tells all, a factorisation shows it, and a step needs no modes: they wait
+  /** \brief Which motions count as observable. Where geometry determines all, a factorisation shows it, and a step needs no modes: they wait
    *  until findModes() is called. \param min_information λ under which a motion is left alone, unless colour tells it
    *  \param color that joins in, if any */
   void decompose(double min_information, const std::optional<ColorRole>& color) {
@@ -113,19 +113,19 @@ class PoseGraph {
     free_ = 0;
     has_modes_ = plain_ = false;
     free_motions_.resize(size_, 0);
-    all_told_ = noneUnder(min_information);
+    all_observable_ = noneUnder(min_information);
     asks_color_ = color && !noneUnder(color->enough);
-    if (!all_told_) findModes();
+    if (!all_observable_) findModes();
   }
 
-  /** \brief After decompose(): told(), curvature() and all that follows from them. */
+  /** \brief After decompose(): observable(), curvature() and all that follows from them. */
   void findModes() {
     if (has_modes_) return;
     has_modes_ = true;
-    plain_ = all_told_ && kNoiseShare * min_information_ >= 1;
+    plain_ = all_observable_ && kNoiseShare * min_information_ >= 1;
     if (plain_) {  // λ of every mode is so large that sensitivity() takes exactly S off: the same in any basis
       geometry_ = size_;
-      told_ = Eigen::MatrixXd::Identity(size_, size_);
+      observable_ = Eigen::MatrixXd::Identity(size_, size_);
       curvature_ = color_ ? Eigen::MatrixXd(H_ + C_) : H_;
       return;
     }
@@ -135,7 +135,7 @@ class PoseGraph {
     free_ = 0;
     while (free_ < size_ && information.values[free_] < min_information_) ++free_;
     geometry_ = size_ - free_;
-    told_ = columns(modes, free_, geometry_);
+    observable_ = columns(modes, free_, geometry_);
     curvature_ = Eigen::MatrixXd::Zero(geometry_, geometry_);
     for (Eigen::Index k = 0; k < geometry_; ++k) curvature_(k, k) = information.values[free_ + k];
     free_modes_ = columns(modes, 0, free_);
@@ -150,9 +150,9 @@ class PoseGraph {
   Eigen::VectorXd withoutFree(const Eigen::VectorXd& twists) const {
     if (free_motions_.cols() == 0) return twists;
     const Eigen::VectorXd open = product(free_modes_, transposedProduct(free_modes_, product(S_, twists)));
-    const Eigen::Index count = told_.cols() - geometry_;
+    const Eigen::Index count = observable_.cols() - geometry_;
     if (count == 0) return twists - open;
-    const Eigen::MatrixXd by_color = columns(told_, geometry_, count);
+    const Eigen::MatrixXd by_color = columns(observable_, geometry_, count);
     const CholeskyFactors information(curvature_.bottomRightCorner(count, count));
     return twists - open + product(by_color, information.solve(transposedProduct(by_color, product(C_, open))));
   }
@@ -172,24 +172,25 @@ class PoseGraph {
 
   /** \brief The step that lowers the squared residuals most, camera by camera; zero along free motions. */
   Eigen::VectorXd step() const {
-    if (all_told_) return color_ ? CholeskyFactors(H_ + C_).solve(-(g_ + g_color_)) : CholeskyFactors(H_).solve(-g_);
-    return product(told_, CholeskyFactors(curvature_).solve(-scores(g_, g_color_)));
+    if (all_observable_)
+      return color_ ? CholeskyFactors(H_ + C_).solve(-(g_ + g_color_)) : CholeskyFactors(H_).solve(-g_);
+    return product(observable_, CholeskyFactors(curvature_).solve(-scores(g_, g_color_)));
   }
 
-  /** \brief The motions that are told, columns; not of unit length. Any basis of them: modes, or where all is told the twists. */
-  const Eigen::MatrixXd& told() const { return told_; }
-  /** \brief Of the squared residuals along told(). */
+  /** \brief The observable motions, columns; not of unit length. Any basis of them: modes, or where all is observable the twists. */
+  const Eigen::MatrixXd& observable() const { return observable_; }
+  /** \brief Of the squared residuals along observable(). */
   const Eigen::MatrixXd& curvature() const { return curvature_; }
-  /** \brief The slopes along told() that gradients of geometry and of colour add up to. */
+  /** \brief The slopes along observable() that gradients of geometry and of colour add up to. */
   Eigen::VectorXd scores(const Eigen::VectorXd& geometry, const Eigen::VectorXd& color) const {
     if (plain_) return color_ ? Eigen::VectorXd(geometry + color) : geometry;
-    Eigen::VectorXd result = transposedProduct(told_, geometry);
-    const Eigen::VectorXd of_color = transposedProduct(told_, color);
+    Eigen::VectorXd result = transposedProduct(observable_, geometry);
+    const Eigen::VectorXd of_color = transposedProduct(observable_, color);
     if (color_) result.head(geometry_) += of_color.head(geometry_);
     result.tail(result.size() - geometry_) = of_color.tail(result.size() - geometry_);
     return result;
   }
-  /** \brief How fast scores() change along told(), less what noise only makes believe: of the normals, and of grey levels. */
+  /** \brief How fast scores() change along observable(), less what noise only makes believe: of the normals, and of grey levels. */
   Eigen::MatrixXd sensitivity() const {
     if (plain_) return lessUnshared(curvature_ - S_);
     Eigen::MatrixXd result = curvature_;  // along modes, in which S is the identity
@@ -220,7 +221,7 @@ class PoseGraph {
    *  colour adds, all of it is taken off. */
   Eigen::MatrixXd lessUnshared(const Eigen::MatrixXd& sensitivity) const {
     if (!color_) return sensitivity;
-    const Eigen::MatrixXd by_geometry = columns(told_, 0, geometry_);
+    const Eigen::MatrixXd by_geometry = columns(observable_, 0, geometry_);
     const Eigen::MatrixXd shared = transposedProduct(by_geometry, product(B_, by_geometry));
     const Eigen::MatrixXd alone =
         sensitivity.topLeftCorner(geometry_, geometry_) - transposedProduct(by_geometry, product(C_, by_geometry));
@@ -237,14 +238,15 @@ class PoseGraph {
   /** \brief Colour joins in along what geometry tells, and stands alone along free motions that it tells: so well that the pose is known to
    *  max_deviation, and as something that both images show. What noise of one image seems to tell the other one does not. */
   void joinColor(double max_deviation) {
-    curvature_ += transposedProduct(told_, product(C_, told_));
+    curvature_ += transposedProduct(observable_, product(C_, observable_));
     if (free_ == 0) return;
     const SymmetricEigen information(transposedProduct(free_motions_, product(C_, free_motions_)));
     const Eigen::MatrixXd motions = product(free_motions_, information.vectors);
-    Eigen::Index untold = 0;  // in rising order: these come first
-    while (untold < free_ && information.values[untold] * max_deviation * max_deviation <= 1) ++untold;
-    Eigen::MatrixXd seen = columns(motions, untold, free_ - untold);
-    for (Eigen::Index k = 0; k < seen.cols(); ++k) seen.col(k) /= std::sqrt(information.values[untold + k]);
+    Eigen::Index unobservable = 0;  // in rising order: these come first
+    while (unobservable < free_ && information.values[unobservable] * max_deviation * max_deviation <= 1)
+      ++unobservable;
+    Eigen::MatrixXd seen = columns(motions, unobservable, free_ - unobservable);
+    for (Eigen::Index k = 0; k < seen.cols(); ++k) seen.col(k) /= std::sqrt(information.values[unobservable + k]);
     const SymmetricEigen share(transposedProduct(seen, product(B_, seen)));
     seen = product(seen, share.vectors);  // along these C is the identity
     Eigen::Index unshared = 0;
@@ -258,9 +260,9 @@ class PoseGraph {
     Eigen::Index unsure = 0;
     while (unsure < count && certain.values[unsure] * max_deviation * max_deviation < 1) ++unsure;
     const Eigen::MatrixXd sorted = product(basis, certain.vectors);
-    Eigen::MatrixXd open(size_, untold + unshared + unsure);
-    open.leftCols(untold) = columns(motions, 0, untold);
-    open.middleCols(untold, unshared) = columns(seen, 0, unshared);
+    Eigen::MatrixXd open(size_, unobservable + unshared + unsure);
+    open.leftCols(unobservable) = columns(motions, 0, unobservable);
+    open.middleCols(unobservable, unshared) = columns(seen, 0, unshared);
     open.rightCols(unsure) = columns(sorted, 0, unsure);
     free_motions_ = orthonormalBasis(open);
     const Eigen::MatrixXd by_color = columns(sorted, unsure, count - unsure);
@@ -268,10 +270,10 @@ class PoseGraph {
     const Eigen::MatrixXd all = transposedProduct(parts, parts);  // C along by_color
     for (Eigen::Index k = 0; k < count; ++k) parts.row(k) *= std::sqrt(std::min(1.0, share.values[unshared + k]));
     shared_ = transposedProduct(parts, parts);
-    const Eigen::Index told = geometry_ + by_color.cols();
-    told_.conservativeResize(size_, told);
-    told_.rightCols(by_color.cols()) = by_color;
-    Eigen::MatrixXd curvature = Eigen::MatrixXd::Zero(told, told);
+    const Eigen::Index observed = geometry_ + by_color.cols();
+    observable_.conservativeResize(size_, observed);
+    observable_.rightCols(by_color.cols()) = by_color;
+    Eigen::MatrixXd curvature = Eigen::MatrixXd::Zero(observed, observed);
     curvature.topLeftCorner(geometry_, geometry_) = curvature_;
     curvature.bottomRightCorner(by_color.cols(), by_color.cols()) = all;
     curvature_ = curvature;
@@ -290,13 +292,14 @@ class PoseGraph {
   Eigen::VectorXd g_, g_color_;
   double min_information_{0};
   std::optional<ColorRole> color_;
-  bool all_told_{false};
+  bool all_observable_{false};
   bool asks_color_{false};
   bool has_modes_{true};  ///< of nothing, to begin with
-  bool plain_{false};     ///< told_ are the twists themselves
-  Eigen::MatrixXd told_;  ///< motions that geometry tells, modes the weakest first, then those that only colour does
+  bool plain_{false};     ///< observable_ are the twists themselves
+  Eigen::MatrixXd
+      observable_;  ///< motions that geometry tells, modes the weakest first, then those that only colour does
   Eigen::MatrixXd curvature_;  ///< of the squared residuals along them
-  Eigen::Index geometry_{0};   ///< of told_, those that geometry tells
+  Eigen::Index geometry_{0};   ///< of observable_, those that geometry tells
   Eigen::MatrixXd shared_;     ///< of C along the others, what both images show
   Eigen::Index free_{0};
   Eigen::MatrixXd free_modes_;    ///< what geometry does not tell; orthonormal by S

@@ -9,7 +9,7 @@
 namespace fuse_flow {
 namespace host {
 
-/** \brief How far the poses of a rig may be from the true ones, along what is told.
+/** \brief How far the poses of a rig may be from the true ones, along what is observable.
  *
  *  Residuals are not independent: the noise of neighbouring pixels goes together, and where one thing hides another all
  *  counterparts err to one side. So the images are cut into parts c, of which each pulls the poses its own way with the gradient
@@ -21,8 +21,8 @@ class PoseUncertainty {
   /** \param graph decomposed at the poses at which system was evaluated  \param fewest correspondences of a pair that counts
    *  \param scale standard deviation of the residuals, over what noise makes expect */
   PoseUncertainty(const PoseGraph& graph, RigCorrespondences& system, double fewest, double scale)
-      : told_(graph.told()) {
-    const Eigen::Index n = told_.cols();
+      : observable_(graph.observable()) {
+    const Eigen::Index n = observable_.cols();
     if (n == 0) return;
     std::map<std::pair<std::size_t, std::size_t>, std::pair<Eigen::VectorXd, Eigen::VectorXd>> parts;
     for (const AlignmentCluster& cluster : system.clusters()) {
@@ -51,8 +51,8 @@ class PoseUncertainty {
 
   /** \brief Of a camera's twist relative to camera 0. */
   Matrix6d covariance(std::size_t camera) const {
-    if (camera == 0 || told_.cols() == 0) return Matrix6d::Zero();
-    const Eigen::MatrixXd part = told_.middleRows(PoseGraph::begin(camera), 6).transpose();
+    if (camera == 0 || observable_.cols() == 0) return Matrix6d::Zero();
+    const Eigen::MatrixXd part = observable_.middleRows(PoseGraph::begin(camera), 6).transpose();
     const Matrix6d covariance = transposedProduct(part, product(covariance_, part));
     return 0.5 * (covariance + covariance.transpose());
   }
@@ -64,7 +64,7 @@ class PoseUncertainty {
     return Vector6d(part.g) - part.wr * whole.mean;
   }
 
-  Eigen::MatrixXd told_;
+  Eigen::MatrixXd observable_;
   Eigen::MatrixXd covariance_;
 };
 

@@ -143,7 +143,7 @@ class RigAlignment {
     return most;
   }
 
-  /** \brief Undoes what cameras have moved along motions that seemed to be told and turn out not to be. \return how far, as apply() */
+  /** \brief Undoes what cameras have moved along motions that seemed observable and turn out not to be. \return how far, as apply() */
   double takeBack(const PoseGraph& graph) {
     if (graph.freeMotions() == 0) return 0;
     Eigen::VectorXd moved = Eigen::VectorXd::Zero(graph.size());
@@ -244,7 +244,7 @@ class RigAlignment {
   static constexpr float kDeviations = 3.0f;         ///< of noise, which the narrowest gate must not cut off
   static constexpr float kTukey = 4.685f;            ///< 95 % efficient on normal noise
   static constexpr float kNarrower = 0.65f;          ///< gate over that of the iteration before
-  static constexpr double kFirstInformation = 1000;  ///< first what is told best, then what can only be told beside it
+  static constexpr double kFirstInformation = 1000;  ///< first what is observable best, then what is only beside it
   static constexpr double kMoreDaring = 0.3;         ///< information that suffices over that of the iteration before
   static constexpr std::size_t kHurry = 3;           ///< every so many-th sample until the gates are narrow
   static constexpr double kFewest = 30;              ///< correspondences of a pair
