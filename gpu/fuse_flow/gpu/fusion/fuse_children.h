@@ -116,7 +116,7 @@ struct OtherCameras {
   }
 };
 
-/** \brief Section 5 (2) a, b and (3): one child, from its points to its fused point with V = 1. */
+/** \brief Section 5 (2) a and (3): one child, from its points to its fused point with V = 1. */
 struct FuseChildren {
   SelectRepresentatives select;
   FusedPoint* fused;
