@@ -49,7 +49,8 @@ RecordingArguments::RecordingArguments(CLI::App& app) {
   app.add_option("--depth-scale", options_.depth_scale, "metres per unit of depth, instead of the recording's own")
       ->check(positiveNumber());
   app.add_option("--poses", options_.poses,
-                 "rig.json whose poses and depth corrections replace the recording's, as fuse_flow_calibrate writes it")
+                 "rig.json whose poses, depth and multipath corrections, and noise, replace the recording's, as "
+                 "fuse_flow_calibrate writes it")
       ->check(path());
   addCalibrationOptions(app, options_);
 }

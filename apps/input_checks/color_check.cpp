@@ -86,7 +86,9 @@ void ConfidenceCheck::look(const LoadedFrame& frame) {
         seen.largest = std::max(seen.largest, given);
         if (!(depthAt(camera, view, u, v) > 0)) continue;
         ++seen.measured;
-        if (min_confidence_) seen.dropped += givenWeight(given, *min_confidence_) > 0 ? 0 : 1;
+        if (!min_confidence_) continue;
+        seen.dropped += givenWeight(given, *min_confidence_) > 0 ? 0 : 1;
+        seen.under_tau += tau_ && givenWeight(given, *min_confidence_) > 0 && !(givenConfidence(given) > *tau_) ? 1 : 0;
       }
   }
 }
@@ -111,6 +113,9 @@ std::vector<std::string> ConfidenceCheck::complaints() const {
       } else {
         line << "0";
       }
+    } else if (2 * (seen.dropped + seen.under_tau) > seen.measured) {
+      line << std::lround(100.0 * static_cast<double>(seen.under_tau) / static_cast<double>(seen.measured))
+           << " % of its measurements dropped: their confidence, which is C of eq. 9, is not over --tau " << *tau_;
     } else {
       continue;
     }

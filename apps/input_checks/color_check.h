@@ -33,8 +33,10 @@ class ColorCheck {
  *  than not they count in a unit of their own. And those of whose measurements more than half are dropped for their confidence. */
 class ConfidenceCheck {
  public:
-  /** \param min_confidence FuseFlowParameters::min_confidence; none where the method does not look at confidence */
-  explicit ConfidenceCheck(std::optional<float> min_confidence) : min_confidence_(min_confidence) {}
+  /** \param min_confidence FuseFlowParameters::min_confidence; none where the method does not look at confidence
+   *  \param tau that of eq. 9 where it looks at the confidence that is given (ConfidenceForm::Given); else none */
+  explicit ConfidenceCheck(std::optional<float> min_confidence, std::optional<float> tau = std::nullopt)
+      : min_confidence_(min_confidence), tau_(tau) {}
 
   void look(const LoadedFrame& frame);
   std::vector<std::string> complaints() const;
@@ -42,12 +44,13 @@ class ConfidenceCheck {
  private:
   struct Seen {
     std::string name;
-    float step{0};            ///< what was assumed
-    float largest{0};         ///< confidence
-    std::size_t measured{0};  ///< pixels with depth and a confidence image
-    std::size_t dropped{0};   ///< of those, with a confidence below min_confidence
+    float step{0};             ///< what was assumed
+    float largest{0};          ///< confidence
+    std::size_t measured{0};   ///< pixels with depth and a confidence image
+    std::size_t dropped{0};    ///< of those, with a confidence below min_confidence
+    std::size_t under_tau{0};  ///< of the others, with none over tau
   };
-  std::optional<float> min_confidence_;
+  std::optional<float> min_confidence_, tau_;
   std::vector<Seen> cameras_;
 };
 

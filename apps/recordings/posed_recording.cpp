@@ -22,6 +22,9 @@ class MovedRecording : public Recording {
   std::vector<std::size_t> frames() const override { return recording_->frames(); }
   std::optional<double> framesPerSecond() const override { return recording_->framesPerSecond(); }
   const std::vector<Camera>& cameras() const override { return cameras_; }
+  std::optional<float> confidenceScale(std::size_t camera) const override {
+    return recording_->confidenceScale(camera);
+  }
   std::vector<std::string> inputs() const override { return recording_->inputs(); }
   void read(std::size_t frame, LoadedFrame& out) override {
     recording_->read(frame, out);

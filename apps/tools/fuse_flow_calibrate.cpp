@@ -331,7 +331,7 @@ int run(Options options) {
     io::writeColorPng(options.picture, drawing::drawClouds(clouds, options.viewpoint));
   }
   io::RigDescription rig{{}, recording->framesPerSecond()};
-  for (const Camera& camera : after) rig.cameras.push_back({camera});
+  for (std::size_t i = 0; i < after.size(); ++i) rig.cameras.push_back({after[i], recording->confidenceScale(i)});
   io::writeRigJson(options.output, rig);
   if (options.from_scratch)
     std::printf(

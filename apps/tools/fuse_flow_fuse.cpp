@@ -70,8 +70,11 @@ void checkOutputs(const Options& options, const io::Recording& recording, const 
 /** \brief What the library says, and what would be right. */
 std::string whyNotFused(const pcl::PCLException& error) {
   const std::string message = io::messageOf(error);
-  const bool too_far = message.find(" cells of ") != std::string::npos;
-  return message + (too_far ? "; must be nearer (--max-range) or the cells larger (--cell-size)" : "");
+  if (message.find(" cells of ") != std::string::npos)
+    return message + "; must be nearer (--max-range) or the cells larger (--cell-size)";
+  if (message.find("ConfidenceForm::Given") != std::string::npos)
+    return message + "; --confidence-form given needs confidence images of every camera";
+  return message;
 }
 
 /** \brief Frames done, rate, time left; on a terminal only, so that logs stay readable. */
@@ -107,7 +110,11 @@ class InputChecks {
  public:
   InputChecks(const std::string& method, const FuseFlowParameters& parameters)
       : depth_(parameters.preprocessing),
-        confidence_(method == "fuse_flow" ? std::optional(parameters.min_confidence) : std::nullopt),
+        confidence_(method == "fuse_flow" ? std::optional(parameters.min_confidence) : std::nullopt,
+                    method == "fuse_flow" && parameters.use_measurement_confidence &&
+                            parameters.confidence.form == ConfidenceForm::Given
+                        ? std::optional(parameters.confidence.threshold)
+                        : std::nullopt),
         overlap_(parameters.preprocessing) {}
 
   void look(const io::LoadedFrame& frame) {

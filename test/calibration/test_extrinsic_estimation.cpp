@@ -182,6 +182,25 @@ TEST(ExtrinsicEstimation, NoiseThatGrowsWithDepthPullsNothingNearer) {
   EXPECT_NEAR(mean(0.06f, 0.0001f, false), 0, 0.0002) << "a noisy point";
 }
 
+// The same where the noise of the point grows and that of the wall, which another sensor measures, does not.
+TEST(ExtrinsicEstimation, TheNoiseOfAPointGrowsAsItsOwnSensorSays) {
+  const AlignmentGates gates{0.5f, 0.0f, 0.7f, 1e9f, 0.0f, 40.0f, false, 0, 1};
+  Wall wall(3.0f);
+  wall.image().noise = {0.0001f, 0, 0};
+  const CameraPlace of_point = placeAt(Eigen::Isometry3d::Identity(), {0, 0, 0.06f / 9});
+  const CameraPlace of_wall = placeAt(Eigen::Isometry3d::Identity(), wall.image().noise);
+  double weights = 0, sum = 0;
+  for (const float z : {2.94f, 3.06f}) {
+    const AlignmentSample sample{{0, 0, z}, {0, 0, -1}, 0.06f * z * z / 9, {}};
+    Match match;
+    ASSERT_TRUE(findMatch(of_point, of_wall, wall.image(), sample, gates, match));
+    const Correspondence found = geometryOf(match, gates, 1.0f);
+    weights += static_cast<double>(found.w);
+    sum += static_cast<double>(found.w * found.r);
+  }
+  EXPECT_NEAR(sum / weights, 0, 0.0002);
+}
+
 // A point 50 mm behind a wall that the other camera measured exactly, seen obliquely: on its ray it is where the wall is.
 TEST(ExtrinsicEstimation, ColoursAreComparedWhereBothViewsTogetherPutThePoint) {
   Wall wall(2.0f);

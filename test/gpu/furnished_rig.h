@@ -50,6 +50,14 @@ class FurnishedRig {
     for (std::size_t i = 0; i < rig.cameras.size(); ++i) render(random, i);
   }
 
+  /** \brief Every other camera a model of its own, each of another shape. */
+  void giveNoise() {
+    for (std::size_t i = 0; i < rig.cameras.size(); i += 2) {
+      const auto k = static_cast<float>(i + 1);
+      rig.cameras[i].noise = fuse_flow::NoiseModel{0.002f / k, 0.0003f * k, 0.0004f * k};
+    }
+  }
+
   Poses poses() const {
     Poses result;
     for (const fuse_flow::Camera& camera : rig.cameras) result.push_back(camera.T_world_camera);

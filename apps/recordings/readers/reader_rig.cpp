@@ -59,6 +59,7 @@ class RigRecording : public Recording {
   std::vector<std::size_t> frames() const override { return frames_; }
   std::optional<double> framesPerSecond() const override { return frames_per_second_; }
   const std::vector<Camera>& cameras() const override { return cameras_; }
+  std::optional<float> confidenceScale(std::size_t camera) const override { return confidence_scales_[camera]; }
   std::vector<std::string> inputs() const override { return inputs_; }
 
   void read(std::size_t frame, LoadedFrame& out) override {

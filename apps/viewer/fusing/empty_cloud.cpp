@@ -22,6 +22,9 @@ std::vector<Gate> gatesOf(const FuseFlowParameters& p) {
   };
   if (p.crop_box) gates.push_back({"the crop box", [](FuseFlowParameters& q) { q.crop_box.reset(); }});
   add("tau", static_cast<double>(p.confidence.threshold), [](FuseFlowParameters& q) { q.confidence.threshold = 0; });
+  if (p.min_confidence > 0)
+    add("smallest confidence of the images", static_cast<double>(p.min_confidence),
+        [](FuseFlowParameters& q) { q.min_confidence = 0; });
   if (p.use_spatial_hash)
     add("smallest weight", static_cast<double>(p.aggregation.min_weight),
         [](FuseFlowParameters& q) { q.aggregation.min_weight = 0; });

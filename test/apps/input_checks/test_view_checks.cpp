@@ -137,6 +137,12 @@ TEST(ConfidenceCheck, ACameraMostOfWhoseMeasurementsAreDroppedIsNamed) {
   io::ConfidenceCheck none(0);
   none.look(room.frame);
   EXPECT_TRUE(mentions(none.complaints(), {"'network'", "100 % of its measurements", "confidence is 0"}));
+  std::fill(images.confidence.data.begin(), images.confidence.data.end(), 0.6f);
+  io::ConfidenceCheck under_tau(0.5f, 0.6f), over_tau(0.5f, 0.59f);
+  under_tau.look(room.frame);
+  over_tau.look(room.frame);
+  EXPECT_TRUE(mentions(under_tau.complaints(), {"'network'", "100 % of its measurements", "not over --tau 0.6"}));
+  EXPECT_TRUE(over_tau.complaints().empty());
   io::ConfidenceCheck of_a_method_that_does_not_look(std::nullopt);
   of_a_method_that_does_not_look.look(room.frame);
   EXPECT_TRUE(of_a_method_that_does_not_look.complaints().empty());

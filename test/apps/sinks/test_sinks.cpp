@@ -104,4 +104,15 @@ TEST_F(Sinks, AReportKeepsOneFrameForFlicker) {
   EXPECT_EQ(report.report().json()["frames"].size(), 4u);
 }
 
+TEST_F(Sinks, AReportIsWrittenAtTheEnd) {
+  io::QualityReport::Options options;
+  options.measure = false;
+  options.file = path("new/report.json");
+  io::QualityReport report("fuse_flow", {"left"}, options);
+  report.take(frameOfPoints(7, 3));
+  EXPECT_FALSE(fs::exists(options.file));
+  EXPECT_TRUE(report.finish().empty());
+  EXPECT_NE(textOf("new/report.json").find("\"frame\": 7"), std::string::npos) << textOf("new/report.json");
+}
+
 }  // namespace

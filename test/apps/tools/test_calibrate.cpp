@@ -95,9 +95,18 @@ TEST_F(Calibrate, TheNewPosesServeTheOtherTools) {
   EXPECT_TRUE(succeeded(evaluate({recording(), out("cloud.ply"), "--poses", out("refined.json")})));
 }
 
-TEST_F(Calibrate, NewPosesKeepWhatTheCamerasLampsDo) {
+TEST_F(Calibrate, NewPosesKeepWhatTheCamerasAre) {
   simulate({"--position-error", "5"}, "time_of_flight_multipath");
+  nlohmann::json given = read(recording() + "/rig.json");
+  given["cameras"][0]["noise"] = {{"floor", 0.001}, {"linear", 0.0}, {"quadratic", 0.0005}};
+  given["cameras"][1]["confidence_scale"] = 0.5;
+  std::ofstream(recording() + "/rig.json") << given;
   ASSERT_TRUE(succeeded(calibrate({})));
+  const nlohmann::json refined = read(out("refined.json"));
+  EXPECT_EQ(refined["cameras"][0]["noise"], given["cameras"][0]["noise"]);
+  EXPECT_FALSE(refined["cameras"][1].contains("noise"));
+  EXPECT_EQ(refined["cameras"][1]["confidence_scale"], 0.5);
+  EXPECT_FALSE(refined["cameras"][0].contains("confidence_scale"));
   nlohmann::json rig = read(out("refined.json"));
   const auto disagreement = [&] {
     EXPECT_TRUE(succeeded(

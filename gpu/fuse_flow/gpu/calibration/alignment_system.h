@@ -33,10 +33,11 @@ class AlignmentSystem : public host::RigCorrespondences {
   void add(const RigFrame& frame, const ExtrinsicParameters& p) {
     cameras_ = frame.cameras.size();
     times.start(run.stream);
-    full_.assign(run, inCamerasFrames(frame), noiseParameters(p), p.use_color, threads);
+    const ConfidenceParameters noise = noiseParameters(p);
+    full_.assign(run, inCamerasFrames(frame), &noise, p.use_color, threads);
     times.mark("upload", 2.0 * static_cast<double>(full_.uploadedBytes()));
     DepthMapParameters measured = DepthMapParameters::withoutSmoothing(p.preprocessing);
-    measured.confidence = noiseParameters(p);
+    measured.confidence = noise;
     noise_.resize(frame.cameras.size());
     for (std::size_t i = 0; i < noise_.size(); ++i) noise_[i] = frame.cameras[i].noise.value_or(p.noise);
     measured.adapt_noise = true;

@@ -75,7 +75,7 @@ class AdaptiveHashFusion<PointT, device::Thrust> : public AdaptiveHashFusion<Poi
  private:
   /** \brief The frame's depth on the device. */
   gpu::ConsistencyEvaluator prepareFrame() {
-    views_.assign(device_.run, *this->frame_, {}, false, gpu::copyThreads(this->threads_));
+    views_.assign(device_.run, *this->frame_, nullptr, false, gpu::copyThreads(this->threads_));
     maps_.make(device_.run, device_.times, views_, gpu::DepthMapParameters::withoutSmoothing(this->preprocessing_));
     return {views_.grid().views, maps_.measured(), this->consistency_};
   }

@@ -188,7 +188,7 @@ class DepthBackprojection<PointT, device::Thrust> : public DepthBackprojection<P
     RigFrame frame;
     frame.cameras.push_back(this->camera_);
     frame.views.push_back(view);
-    views_.assign(device_.run, frame, {}, with_color, gpu::copyThreads(this->threads_));
+    views_.assign(device_.run, frame, nullptr, with_color, gpu::copyThreads(this->threads_));
     maps_.make(device_.run, device_.times, views_, gpu::DepthMapParameters::withoutSmoothing(this->parameters_));
   }
 

@@ -118,7 +118,7 @@ class MultiViewConsistency<PointT, device::Thrust> : public MultiViewConsistency
  private:
   /** \brief The frame's depth on the device, and what to ask it about n points. */
   gpu::JudgePoints prepare(std::size_t n) {
-    frame_views_.assign(device_.run, this->frame_, {}, false, gpu::copyThreads(this->threads_));
+    frame_views_.assign(device_.run, this->frame_, nullptr, false, gpu::copyThreads(this->threads_));
     maps_.make(device_.run, device_.times, frame_views_,
                gpu::DepthMapParameters::withoutSmoothing(this->preprocessing_));
     V_.resize(n);

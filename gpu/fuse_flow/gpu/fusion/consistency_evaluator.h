@@ -14,8 +14,6 @@ struct ConsistencyEvaluator {
   const DeviceView* views{nullptr};
   const float* z{nullptr};
   ConsistencyParameters parameters{};
-  /** \brief Whether the noise of the views is known. */
-  bool noise_known{false};
   /** \brief D^r of eq. 8, for alongListOf() to find what the views confirm; null: not known. */
   const float* refined{nullptr};
   /** \brief How much what they confirm counts. */
@@ -146,7 +144,7 @@ struct ConsistencyEvaluator {
 
   FUSE_FLOW_HD ViewOpinion judge(const Vec3& p_W, const Sight& sight) const {
     const DeviceView& view = views[sight.address.view];
-    const float noise = noise_known ? view.noise.at(sight.depth) : 0.0f;
+    const float noise = view.noise.at(sight.depth);
     return parameters.distance == DistanceForm::Euclidean
                ? viewOpinion(parameters, view.model.T_camera_world * p_W, view.ray(sight.address.u, sight.address.v),
                              sight.depth, noise)

@@ -34,7 +34,7 @@ class FramePipeline {
     start_ = last_ = Clock::now();
     startStatistics(frame);
     times.start(run.stream);
-    views_.assign(run, frame, parameters.confidence, with_color, threads);
+    views_.assign(run, frame, &parameters.confidence, with_color, threads);
     times.mark("upload", 2.0 * static_cast<double>(views_.uploadedBytes()));
     statistics.preprocess_ms = lap();
     point_count_ = 0;
@@ -231,7 +231,7 @@ class FramePipeline {
   }
 
   ConsistencyEvaluator evaluator() const {
-    ConsistencyEvaluator evaluator{views_.grid().views, maps_.measured(), parameters.consistency, true};
+    ConsistencyEvaluator evaluator{views_.grid().views, maps_.measured(), parameters.consistency};
     if (!detail::usesConfirmation(parameters.smoothing, parameters.aggregation)) return evaluator;
     evaluator.refined = maps_.refined();
     evaluator.weighing = confirmationWeighing(parameters.aggregation, detail::halfWeightNoise(parameters));

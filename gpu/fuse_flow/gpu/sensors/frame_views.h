@@ -41,8 +41,9 @@ inline Memory memoryOf(const void* data) {
  *  the device stay where they are, pinned ones are fetched by the copy engine, others go through a pinned staging buffer. */
 class FrameViews {
  public:
-  /** \brief Returns at once on CUDA; the frame's images must stay alive until the stream has passed. */
-  void assign(Execution& run, const RigFrame& frame, const ConfidenceParameters& confidence, bool with_color,
+  /** \brief Returns at once on CUDA; the frame's images must stay alive until the stream has passed. \param confidence null: the noise of
+   *  cameras without a model of their own is not known */
+  void assign(Execution& run, const RigFrame& frame, const ConfidenceParameters* confidence, bool with_color,
               int threads) {
     const std::size_t n = frame.cameras.size();
     // A frame that ran out of memory here may have left half of it: then all is uploaded again.
@@ -68,8 +69,12 @@ class FrameViews {
       view.corrections = geometry.corrections().empty() ? nullptr : corrections_.data() + correction_offsets_[i];
       view.neighbours = neighbours_.data() + i * (n - 1);
       view.neighbour_count = neighbour_counts_[i];
-      view.noise = viewNoise(confidence, geometry.ownNoise());
-      view.slope = slopeScale(confidence, 1.0f / geometry.intrinsics.fx, view.noise);
+      if (confidence != nullptr) {
+        view.noise = viewNoise(*confidence, geometry.ownNoise());
+        view.slope = slopeScale(*confidence, 1.0f / geometry.intrinsics.fx, view.noise);
+      } else {
+        view.noise = geometry.noise ? ViewNoise{*geometry.noise, 1.0f, 1.0f} : ViewNoise{{}, 0.0f, 1.0f};
+      }
       view.depth_scale = frame.cameras[i].depth_scale;
       view.present = !frame.views[i].missing();
       has_multipath_ |= view.present && geometry.multipath.modulation_frequency > 0;

@@ -64,9 +64,9 @@ FUSE_FLOW_INLINE void CoarseAlignment::addFrame(const RigFrame& frame) {
   p.preprocessing = parameters_.preprocessing;
   p.noise = parameters_.noise;
   p.reduction = std::min(width / wide_enough, 16);
-  p.coarse_above = kMaxNoiseScale;  // coarse as it is
-  p.max_speckle = 0;                // what sticks out of blocks so wide is a hand, or a chair's leg
-  p.residual_multipath = 0;         // centimetres make no difference yet
+  p.coarse_above = 1e6f;     // never: coarse as it is
+  p.max_speckle = 0;         // what sticks out of blocks so wide is a hand, or a chair's leg
+  p.residual_multipath = 0;  // centimetres make no difference yet
   p.use_color = parameters_.use_color;
   system_->setThreads(host::resolveThreads(threads_));
   system_->add(frame, p);

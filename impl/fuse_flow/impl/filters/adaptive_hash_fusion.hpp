@@ -66,7 +66,9 @@ std::vector<FusedPoint> AdaptiveHashFusion<PointT, device::Host>::fusePoints(con
   if (frame_) {
     host::FrameViews views;
     views.assign(*frame_, preprocessing_, threads);
-    const host::ConsistencyEvaluator evaluator(consistency_, views.rig, views.depths);
+    host::ConsistencyEvaluator evaluator(consistency_, views.rig, views.depths);
+    const std::vector<ViewNoise> noise = host::givenNoise(views.rig);
+    evaluator.setNoise(noise);
     aggregation.fuse(parameters_, threads, array, &evaluator, {}, lists);
   } else {
     aggregation.fuse(parameters_, threads, array, nullptr, {}, lists);

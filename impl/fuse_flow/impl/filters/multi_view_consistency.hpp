@@ -42,7 +42,9 @@ void MultiViewConsistency<PointT, device::Host>::computeConsistency(const std::v
   const int threads = host::resolveThreads(threads_);
   host::FrameViews frame_views;
   frame_views.assign(frame_, preprocessing_, threads);
-  const host::ConsistencyEvaluator evaluator(parameters_, frame_views.rig, frame_views.depths);
+  host::ConsistencyEvaluator evaluator(parameters_, frame_views.rig, frame_views.depths);
+  const std::vector<ViewNoise> noise = host::givenNoise(frame_views.rig);
+  evaluator.setNoise(noise);
   constexpr std::size_t block = 4096;
   host::parallelFor(threads, (points.size() + block - 1) / block, [&](std::size_t b, int) {
     for (std::size_t k = b * block; k < std::min(points.size(), (b + 1) * block); ++k) {

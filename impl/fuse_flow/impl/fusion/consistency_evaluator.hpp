@@ -14,6 +14,14 @@
 namespace fuse_flow {
 namespace host {
 
+/** \brief The noise of cameras that have a model of their own (Camera::noise), for filters that measure none; of the others none. */
+inline std::vector<ViewNoise> givenNoise(const RigGeometry& rig) {
+  std::vector<ViewNoise> noise;
+  for (std::size_t i = 0; i < rig.size(); ++i)
+    noise.push_back(rig[i].noise ? ViewNoise{*rig[i].noise, 1.0f, 1.0f} : ViewNoise{{}, 0.0f, 1.0f});
+  return noise;
+}
+
 /** \brief Eq. 4–7 over the depth maps of a frame. */
 class ConsistencyEvaluator {
  public:

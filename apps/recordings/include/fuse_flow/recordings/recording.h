@@ -60,6 +60,11 @@ class Recording {
   /** \brief The cameras of frame 0. In a recording of one moving camera they differ from frame to frame: see
    *  LoadedFrame::rig. */
   virtual const std::vector<Camera>& cameras() const = 0;
+  /** \brief What a step of a camera's confidence images is worth, as RigCamera::confidence_scale; absent: it does not say. */
+  virtual std::optional<float> confidenceScale(std::size_t camera) const {
+    (void)camera;
+    return std::nullopt;
+  }
   /** \brief What one camera's files are called, for messages and reports: "frame-000060", "left". */
   std::string viewName(std::size_t view) const { return cameras()[view].name; }
   /** \brief The files that it is made of, read or not: those of frames and cameras that were not chosen, too; of a folder all of
