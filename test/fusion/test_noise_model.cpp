@@ -4,6 +4,7 @@
 #include "../scenes.h"
 
 #include <fuse_flow/calibration/extrinsic_estimation.h>
+#include <fuse_flow/filters/multi_view_consistency.h>
 
 #include <cmath>
 
@@ -128,6 +129,24 @@ TEST(CameraNoise, TwiceTheModelIsHalfTheMeasuredScaleAndTheSamePoses) {
   ASSERT_GT(before.iterations, 2);
   for (std::size_t i = 0; i < 3; ++i)
     EXPECT_EQ(after.T_world_camera[i].matrix(), before.T_world_camera[i].matrix()) << i;
+}
+
+// A point 30 mm behind what one camera measures: 1.5 σ of 20 mm, and one of the camera's own 30.
+TEST(CameraNoise, WidensSigmaInTheFiltersToo) {
+  Scene scene = scenes::makeFlatScene(scenes::sameCameras(1, 3, 3, 40), {1.0f});
+  const auto cloud = std::make_shared<pcl::PointCloud<pcl::PointXYZ>>();
+  cloud->emplace_back(0.0f, 0.0f, 1.03f);
+  const auto V = [&] {
+    fuse_flow::MultiViewConsistency<pcl::PointXYZ> filter;
+    filter.setFrame(scene.rig);
+    filter.setInputCloud(cloud);
+    pcl::PointCloud<pcl::PointXYZ> kept;
+    filter.filter(kept);
+    return filter.getConsistency().at(0);
+  };
+  EXPECT_NEAR(V(), std::exp(-2.25), 1e-4);
+  scene.rig.cameras[0].noise = NoiseModel{0.03f, 0, 0};
+  EXPECT_NEAR(V(), std::exp(-1.0), 1e-4);
 }
 
 TEST(CameraNoise, WhatIsNoModelIsNamed) {
