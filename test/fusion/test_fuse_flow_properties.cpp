@@ -2,6 +2,7 @@
 
 namespace {
 
+using fuse_flow::Camera;
 using fuse_flow::FrameStatistics;
 using fuse_flow::FuseFlow;
 using fuse_flow::FuseFlowParameters;
