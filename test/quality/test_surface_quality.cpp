@@ -23,7 +23,7 @@ using Points = pcl::PointCloud<pcl::PointXYZ>;
 constexpr float kSpacing = 0.005f;
 
 /** \brief A camera at the origin that looks along z at a wall 1 m away. */
-Scene wall(float distance = 1.0f, int width = 96, int height = 72) {
+Scene wallAt(float distance = 1.0f, int width = 96, int height = 72) {
   return scenes::makeFlatScene(scenes::sameCameras(1, width, height, 90), {distance});
 }
 
@@ -43,7 +43,7 @@ Points flatSheet(float z, int half = 40) {
 TEST(SurfaceQuality, APlaneHasNoNoiseHoweverItLies) {
   const Points tilted =
       sheet([](int i, int j) { return 1 + 0.002f * static_cast<float>(i) - 0.001f * static_cast<float>(j); });
-  const SurfaceQuality quality = surfaceQuality(tilted, wall().rig);
+  const SurfaceQuality quality = surfaceQuality(tilted, wallAt().rig);
   EXPECT_EQ(quality.points, 81u * 81u);
   EXPECT_EQ(quality.surface_points, quality.points);
   EXPECT_LT(quality.noise(), 1e-6);
@@ -53,28 +53,28 @@ TEST(SurfaceQuality, APlaneHasNoNoiseHoweverItLies) {
 TEST(SurfaceQuality, NoiseIsTheDeviationFromTheLocalPlane) {
   // A chessboard of 2 mm before and behind the plane: the plane stays, and all are 2 mm off it.
   const Points rough = sheet([](int i, int j) { return (i + j) % 2 == 0 ? 1.002f : 0.998f; });
-  EXPECT_NEAR(surfaceQuality(rough, wall().rig).noise(), 0.002, 0.0001);
+  EXPECT_NEAR(surfaceQuality(rough, wallAt().rig).noise(), 0.002, 0.0001);
   // Waves much longer than the neighbourhood are shape.
   const Points wavy = sheet([](int i, int) { return 1 + 0.02f * std::sin(0.01f * static_cast<float>(i)); });
-  EXPECT_LT(surfaceQuality(wavy, wall().rig).noise(), 0.0002);
+  EXPECT_LT(surfaceQuality(wavy, wallAt().rig).noise(), 0.0002);
 }
 
 TEST(SurfaceQuality, PointsAloneHaveNoSurface) {
   Points cloud;
   for (int k = 0; k < 10; ++k) cloud.push_back({0.1f * static_cast<float>(k), 0, 1});
-  const SurfaceQuality quality = surfaceQuality(cloud, wall().rig);
+  const SurfaceQuality quality = surfaceQuality(cloud, wallAt().rig);
   EXPECT_EQ(quality.sampled_points, 10u);
   EXPECT_EQ(quality.surface_points, 0u);
   EXPECT_TRUE(std::isnan(quality.noise()));
   EXPECT_TRUE(std::isnan(quality.doubleSurfaces()));
-  EXPECT_TRUE(std::isnan(surfaceQuality(Points(), wall().rig).violationShare()));
+  EXPECT_TRUE(std::isnan(surfaceQuality(Points(), wallAt().rig).violationShare()));
 }
 
 TEST(SurfaceQuality, TwoSheetsOfOneSurfaceAreDoubleIfTheyAreFiveToFiftyMillimetresApart) {
   const auto twoSheets = [](float apart) {
     Points cloud = flatSheet(1.0f);
     cloud += flatSheet(1.0f + apart);
-    return surfaceQuality(cloud, wall(1.0f + 0.5f * apart).rig).doubleSurfaces();
+    return surfaceQuality(cloud, wallAt(1.0f + 0.5f * apart).rig).doubleSurfaces();
   };
   EXPECT_EQ(twoSheets(0.003f), 0);
   EXPECT_EQ(twoSheets(0.006f), 1);
@@ -87,8 +87,8 @@ TEST(SurfaceQuality, NoiseIsNoDoubleSurface) {
   std::mt19937 random(3);
   std::uniform_real_distribution<float> even(-0.02f, 0.02f);
   std::normal_distribution<float> normal(0, 0.01f);
-  EXPECT_LT(surfaceQuality(sheet([&](int, int) { return 1 + even(random); }), wall().rig).doubleSurfaces(), 0.05);
-  EXPECT_LT(surfaceQuality(sheet([&](int, int) { return 1 + normal(random); }), wall().rig).doubleSurfaces(), 0.02);
+  EXPECT_LT(surfaceQuality(sheet([&](int, int) { return 1 + even(random); }), wallAt().rig).doubleSurfaces(), 0.05);
+  EXPECT_LT(surfaceQuality(sheet([&](int, int) { return 1 + normal(random); }), wallAt().rig).doubleSurfaces(), 0.02);
 }
 
 /** \brief A board of 30 mm, one camera before it and one behind it. */
@@ -105,7 +105,7 @@ TEST(SurfaceQuality, TheBackOfABoardIsNoDoubleSurface) {
 
 /** \brief The left half of the image is an object at 1 m, the right a wall at 2 m. */
 TEST(SurfaceQuality, BesideASilhouetteNothingViolatesFreeSpace) {
-  Scene scene = wall(2.0f);
+  Scene scene = wallAt(2.0f);
   for (int v = 0; v < 72; ++v)
     for (int u = 0; u < 48; ++u) scene.depth[0].at(u, v) = 1.0f;
   const auto at = [](float u, float z) { return pcl::PointXYZ((u - 47.5f) / 90 * z, 0, z); };
@@ -124,7 +124,7 @@ TEST(SurfaceQuality, BesideASilhouetteNothingViolatesFreeSpace) {
 }
 
 TEST(SurfaceQuality, CoverageReachesAsFarAsTheSensorsNoise) {
-  const Scene scene = wall();
+  const Scene scene = wallAt();
   const Points shifted = flatSheet(1.025f, 120);
   SurfaceQualityParameters parameters;
   EXPECT_EQ(surfaceQuality(shifted, scene.rig, parameters).coverage(), 0);
@@ -160,7 +160,7 @@ TEST(SurfaceQuality, DoesNotDependOnWhereTheOriginIs) {
 
 /** \brief More cells from the origin than 21 bits count, 200 m away. */
 TEST(SurfaceQuality, ASmallRadiusFindsWhatIsFarAway) {
-  Scene scene = wall();
+  Scene scene = wallAt();
   Points cloud;
   for (fuse_flow::Camera& camera : scene.rig.cameras) camera.T_world_camera.translation().z() += 200;
   for (int v = 0; v < 72; ++v)
@@ -174,7 +174,7 @@ TEST(SurfaceQuality, ASmallRadiusFindsWhatIsFarAway) {
 }
 
 TEST(SurfaceQuality, FlickerIsTheJumpOfWhatStandsStill) {
-  const Scene scene = wall();
+  const Scene scene = wallAt();
   EXPECT_NEAR(temporalFlicker(flatSheet(1.0f), scene.rig, flatSheet(1.004f), scene.rig).mean(), 0.004, 1e-6);
   EXPECT_NEAR(temporalFlicker(flatSheet(1.0f), scene.rig, flatSheet(1.0f), scene.rig).mean(), 0, 1e-9);
   // Where the other cloud has nothing the point is gone.
@@ -183,7 +183,7 @@ TEST(SurfaceQuality, FlickerIsTheJumpOfWhatStandsStill) {
 }
 
 TEST(SurfaceQuality, WhatMovesDoesNotFlicker) {
-  Scene before = wall(), after = wall();
+  Scene before = wallAt(), after = wallAt();
   for (int v = 0; v < 72; ++v)
     for (int u = 0; u < 48; ++u) after.depth[0].at(u, v) = 1.02f;  // the left half comes 20 mm away
   Points first = flatSheet(1.0f), second;
@@ -194,13 +194,13 @@ TEST(SurfaceQuality, WhatMovesDoesNotFlicker) {
   EXPECT_LT(flicker.mean(), 0.0005);
   // Noise of the depth is no motion: the clouds are as before, and the whole surface counts.
   scenes::addNoise(before, 0.01f);
-  after = wall();
+  after = wallAt();
   EXPECT_NEAR(static_cast<double>(temporalFlicker(first, before.rig, first, after.rig).points),
               static_cast<double>(2 * first.size()), 0.1 * static_cast<double>(first.size()));
 }
 
 TEST(SurfaceQuality, FramesAddUp) {
-  const Scene scene = wall();
+  const Scene scene = wallAt();
   SurfaceQuality sum;
   const SurfaceQuality smooth = surfaceQuality(flatSheet(1.0f), scene.rig),
                        rough = surfaceQuality(sheet([](int i, int j) { return (i + j) % 2 == 0 ? 1.002f : 0.998f; }),
@@ -226,7 +226,7 @@ TEST(SurfaceQuality, DoesNotDependOnTheNumberOfThreads) {
 }
 
 TEST(SurfaceQuality, ParametersOutOfRangeAreRefusedByName) {
-  const Scene scene = wall();
+  const Scene scene = wallAt();
   const auto refused = [&](float SurfaceQualityParameters::*member, float value, const char* message) {
     SurfaceQualityParameters parameters;
     parameters.*member = value;
