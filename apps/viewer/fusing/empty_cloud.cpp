@@ -13,7 +13,8 @@ struct Gate {
   std::function<void(FuseFlowParameters&)> open;
 };
 
-std::vector<Gate> gatesOf(const FuseFlowParameters& p) {
+/** \param confidence whether any view gives one */
+std::vector<Gate> gatesOf(const FuseFlowParameters& p, bool confidence) {
   std::vector<Gate> gates;
   const auto add = [&](const std::string& name, double value, const auto& open) {
     std::ostringstream text;
@@ -22,7 +23,7 @@ std::vector<Gate> gatesOf(const FuseFlowParameters& p) {
   };
   if (p.crop_box) gates.push_back({"the crop box", [](FuseFlowParameters& q) { q.crop_box.reset(); }});
   add("tau", static_cast<double>(p.confidence.threshold), [](FuseFlowParameters& q) { q.confidence.threshold = 0; });
-  if (p.min_confidence > 0)
+  if (confidence && p.min_confidence > 0)
     add("smallest confidence of the images", static_cast<double>(p.min_confidence),
         [](FuseFlowParameters& q) { q.min_confidence = 0; });
   if (p.use_spatial_hash)
@@ -51,7 +52,9 @@ std::string whyEmpty(const FusionSetting& setting, const RigFrame& frame) {
   if (std::all_of(frame.views.begin(), frame.views.end(), [](const DepthView& view) { return view.missing(); }))
     return "no camera has an image";
   std::size_t measured = 0;
-  const std::vector<Gate> gates = gatesOf(setting.options.parameters);
+  const bool confidence =
+      std::any_of(frame.views.begin(), frame.views.end(), [](const DepthView& view) { return bool(view.confidence); });
+  const std::vector<Gate> gates = gatesOf(setting.options.parameters, confidence);
   std::string all;
   for (const Gate& gate : gates) {
     if (givesPoints(setting, frame, gate.open, measured)) return "no point passes " + gate.name;
