@@ -223,12 +223,6 @@ std::string movingPath(const std::string& recording, std::size_t frame) {
   return (fs::path(recording) / "truth" / "moving" / (io::frameStem(frame) + ".ply")).string();
 }
 
-void makeFolder(const fs::path& path) {
-  std::error_code error;
-  fs::create_directories(path, error);
-  if (error) throw io::OutputError(path.string() + ": cannot be made: " + error.message());
-}
-
 }  // namespace
 
 Truth::Truth(const std::string& recording) : folder_(recording) {
@@ -268,7 +262,7 @@ const RayScene& Truth::frame(std::size_t frame) {
 
 void writeTruth(const std::string& recording, const Simulator& simulator) {
   const fs::path truth = fs::path(recording) / "truth";
-  makeFolder(truth);
+  io::makeFolder(truth);
   const SimulationOptions& o = simulator.options();
   Json json = {{"scene", o.scene},
                {"rig", o.rig},
@@ -295,7 +289,7 @@ void writeTruth(const std::string& recording, const Simulator& simulator) {
 void writeTruth(const std::string& recording, const Simulator& simulator, std::size_t frame) {
   const std::vector<Object> moving = simulator.movingObjects(frame);
   if (moving.empty()) return;
-  makeFolder(fs::path(recording) / "truth" / "moving");
+  io::makeFolder(fs::path(recording) / "truth" / "moving");
   io::writeFile(movingPath(recording, frame), meshFile(moving, simulator.fixedObjects().size()));
 }
 

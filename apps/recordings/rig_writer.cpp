@@ -1,5 +1,6 @@
 #include <fuse_flow/recordings/rig_writer.h>
 
+#include "recordings/files/file_io.h"
 #include "recordings/files/image_io.h"
 #include "recordings/readers/view_files.h"
 
@@ -8,15 +9,6 @@
 namespace fs = std::filesystem;
 
 namespace fuse_flow::io {
-namespace {
-
-void makeFolder(const fs::path& path) {
-  std::error_code error;
-  fs::create_directories(path, error);
-  if (error) throw OutputError(path.string() + ": cannot be made: " + error.message());
-}
-
-}  // namespace
 
 RigWriter::RigWriter(const std::string& folder, RigDescription rig, bool color)
     : folder_(folder), rig_(std::move(rig)) {

@@ -22,14 +22,6 @@ std::string lowerExtension(const std::string& path) {
 
 }  // namespace
 
-void makeFolderOf(const std::string& path) {
-  const fs::path folder = fs::path(path).parent_path();
-  if (folder.empty()) return;
-  std::error_code error;
-  fs::create_directories(folder, error);
-  if (error) throw OutputError(folder.string() + ": cannot be created: " + error.message());
-}
-
 CloudFiles::CloudFiles(std::string output, std::string format, std::size_t frames)
     : output_(std::move(output)), format_(std::move(format)) {
   const std::string extension = lowerExtension(output_);

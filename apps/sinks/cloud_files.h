@@ -27,7 +27,4 @@ class CloudFiles : public FrameSink {
   std::set<std::string> written_;
 };
 
-/** \brief Makes the folder that a file is to lie in, and those around it. \throws OutputError where that fails */
-void makeFolderOf(const std::string& path);
-
 }  // namespace fuse_flow::io

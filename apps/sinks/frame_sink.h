@@ -25,14 +25,14 @@ struct FusedFrame {
 class FrameSink {
  public:
   virtual ~FrameSink() = default;
-  /** \brief One frame; they come in the order of their numbers. What a sink keeps stays as it is: the frame's memory is used again only when
-   *  nobody holds it. \throws what ends the run */
+  /** \brief One frame; they come in the order in which they were chosen. What a sink keeps stays as it is: the frame's memory is used again
+   *  only when nobody holds it. \throws what ends the run */
   virtual void take(const std::shared_ptr<const FusedFrame>& frame) = 0;
   /** \brief After the last frame: what was noticed, a line each. */
   virtual std::vector<std::string> finish() { return {}; }
 };
 
-/** \brief Memory for frames, used again once no sink holds it. */
+/** \brief Memory for frames, used again once no sink holds it. For one thread, on which the sinks let go of frames as well. */
 class FramePool {
  public:
   /** \brief A frame to be filled in, with the memory of an earlier one where there is one. */

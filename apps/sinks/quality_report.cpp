@@ -1,7 +1,6 @@
 #include "sinks/quality_report.h"
 
 #include "recordings/files/file_io.h"
-#include "sinks/cloud_files.h"
 
 #include <optional>
 #include <utility>

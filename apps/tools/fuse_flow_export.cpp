@@ -4,6 +4,7 @@
 #include "command_line/option_checks.h"
 #include "command_line/recording_arguments.h"
 #include "command_line/tool.h"
+#include "recordings/files/file_io.h"
 #include "recordings/still_there.h"
 
 #include <fuse_flow/recordings/input_files.h>
@@ -50,9 +51,7 @@ int run(const Options& options) {
       if (loaded.rig.views[k].missing()) continue;
       const fs::path folder = fs::path(options.output) / recording->viewName(k);
       inputs.refuseToReplace("-o", (folder / name).string());
-      std::error_code error;
-      fs::create_directories(folder, error);
-      if (error) throw io::OutputError(folder.string() + ": cannot be made: " + error.message());
+      io::makeFolder(folder.string());
       const Camera& camera = loaded.rig.cameras[k];
       io::toOrganizedCloud(camera, loaded.rig.views[k], cloud);
       cloud.sensor_origin_.head<3>() = camera.T_world_camera.translation().cast<float>();

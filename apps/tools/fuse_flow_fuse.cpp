@@ -11,6 +11,7 @@
 #include "command_line/tool.h"
 #include "input_checks/color_check.h"
 #include "input_checks/depth_in_range.h"
+#include "input_checks/noise_check.h"
 #include "input_checks/view_overlap.h"
 #include "recordings/range.h"
 #include "recordings/still_there.h"
@@ -123,10 +124,12 @@ class InputChecks {
     confidence_.look(frame);
     overlap_.look(frame.rig);
   }
+  /** \brief After look(), with what the fusion has found. */
+  void lookAt(const RigFrame& rig, const FrameStatistics& statistics) { noise_.look(rig, statistics); }
   std::vector<std::string> complaints() const {
     std::vector<std::string> all;
-    for (const std::vector<std::string>& some :
-         {depth_.complaints(), confidence_.complaints(), color_.complaints(), overlap_.complaints()})
+    for (const std::vector<std::string>& some : {depth_.complaints(), confidence_.complaints(), noise_.complaints(),
+                                                 color_.complaints(), overlap_.complaints()})
       all.insert(all.end(), some.begin(), some.end());
     return all;
   }
@@ -135,6 +138,7 @@ class InputChecks {
   io::DepthInRange depth_;
   io::ColorCheck color_;
   io::ConfidenceCheck confidence_;
+  io::NoiseCheck noise_;
   io::OverlapCheck overlap_;
 };
 
@@ -195,6 +199,7 @@ int run(const Options& options) {
     frame->has_normals = options.normals;
     if (options.normals) frame->with_normals = method->withNormals();
     frame->statistics = method->statistics();
+    checks.lookAt(frame->input.rig, frame->statistics);
     for (const std::shared_ptr<io::FrameSink>& sink : sinks) sink->take(frame);
     progress.show(++done);
   }

@@ -30,13 +30,6 @@ namespace fs = std::filesystem;
 constexpr int kJpegQuality = 88;        // of 100
 constexpr unsigned int kObjDigits = 9;  // tell one float from the next
 
-void makeFolder(const fs::path& folder) {
-  if (folder.empty()) return;
-  std::error_code error;
-  fs::create_directories(folder, error);
-  if (error) throw io::OutputError(folder.string() + ": cannot be created: " + error.message());
-}
-
 bool isVideo(const std::string& path) { return fs::path(path).extension() == ".ogv"; }
 
 std::string numberedPicture(const fs::path& folder, int number) {
@@ -47,7 +40,7 @@ std::string numberedPicture(const fs::path& folder, int number) {
 
 class NumberedPictures : public PictureSequence {
  public:
-  explicit NumberedPictures(fs::path folder) : folder_(std::move(folder)) { makeFolder(folder_); }
+  explicit NumberedPictures(fs::path folder) : folder_(std::move(folder)) { io::makeFolder(folder_); }
   void add(vtkRenderWindow* window) override { writeScreenshot(numberedPicture(folder_, number_++), window); }
 
  private:
@@ -58,7 +51,7 @@ class NumberedPictures : public PictureSequence {
 class Video : public PictureSequence {
  public:
   explicit Video(std::string path) : path_(std::move(path)) {
-    makeFolder(fs::path(path_).parent_path());
+    io::makeFolderOf(path_);
     // VTK would print what it thinks of a file that cannot be opened.
     if (!std::ofstream(path_)) throw io::OutputError(path_ + ": cannot be written: " + std::strerror(errno));
     writer_->SetFileName(path_.c_str());
@@ -134,7 +127,7 @@ bool writeWithPcl(const std::string& path, const std::string& extension, const C
 }  // namespace
 
 void writeScreenshot(const std::string& path, vtkRenderWindow* window) {
-  makeFolder(fs::path(path).parent_path());
+  io::makeFolderOf(path);
   if (fs::path(path).extension() != ".jpg") return io::writeColorPng(path, drawing::imageOf(window));
   vtkNew<vtkWindowToImageFilter> grab;
   grab->SetInput(window);
@@ -164,7 +157,7 @@ bool isCloudFile(const std::string& path) {
 }
 
 void writeShownCloud(const std::string& path, const Cloud& cloud) {
-  makeFolder(fs::path(path).parent_path());
+  io::makeFolderOf(path);
   const std::string extension = fs::path(path).extension().string();
   if (extension == ".ply" || extension == ".pcd") return io::writeCloud(path, cloud);
   if (cloud.empty())

@@ -52,8 +52,8 @@ struct DepthView {
   ImageView<float> depth32;
   /** \brief Optional; the depth image's size, or the colour camera's where the Camera has one. */
   ImageView<Rgb8> color;
-  /** \brief Optional; the depth image's size; in [0, 1], for depth that comes with its own confidence. FuseFlow multiplies it into C;
-   *  of the filters, DepthBackprojection writes it to the points. */
+  /** \brief Optional; the depth image's size; in [0, 1], for depth that comes with its own confidence. FuseFlow multiplies it into
+   *  C, or takes it for C (ConfidenceForm::Given); of the filters, DepthBackprojection writes it to the points. */
   ImageView<float> confidence;
 
   /** \brief Whether the camera measured nothing in this frame. */

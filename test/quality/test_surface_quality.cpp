@@ -124,7 +124,7 @@ TEST(SurfaceQuality, BesideASilhouetteNothingViolatesFreeSpace) {
 }
 
 TEST(SurfaceQuality, CoverageReachesAsFarAsTheSensorsNoise) {
-  const Scene scene = wallAt();
+  Scene scene = wallAt();
   const Points shifted = flatSheet(1.025f, 120);
   SurfaceQualityParameters parameters;
   EXPECT_EQ(surfaceQuality(shifted, scene.rig, parameters).coverage(), 0);
@@ -133,6 +133,12 @@ TEST(SurfaceQuality, CoverageReachesAsFarAsTheSensorsNoise) {
   parameters.noise.quadratic = 0;
   EXPECT_EQ(surfaceQuality(shifted, scene.rig, parameters).coverage(), 1);
   parameters.max_coverage_radius = 0.02f;
+  EXPECT_EQ(surfaceQuality(shifted, scene.rig, parameters).coverage(), 0);
+  // The same where the camera itself says so; and an exact camera does not follow what the parameters say of others.
+  scene.rig.cameras[0].noise = fuse_flow::NoiseModel{0.04f, 0, 0};
+  EXPECT_EQ(surfaceQuality(shifted, scene.rig, {}).coverage(), 1);
+  parameters.max_coverage_radius = SurfaceQualityParameters().max_coverage_radius;
+  scene.rig.cameras[0].noise = fuse_flow::NoiseModel{0.001f, 0, 0};
   EXPECT_EQ(surfaceQuality(shifted, scene.rig, parameters).coverage(), 0);
 }
 

@@ -115,6 +115,15 @@ std::string unfinishedName(const std::string& path) {
   return (target.parent_path() / (name + suffix)).string();
 }
 
+void makeFolder(const std::string& folder) {
+  if (folder.empty()) return;
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error) throw OutputError(folder + ": cannot be created: " + error.message());
+}
+
+void makeFolderOf(const std::string& path) { makeFolder(fs::path(path).parent_path().string()); }
+
 void writeFile(const std::string& path, const std::string& bytes) {
   std::error_code error;
   fs::path target = fs::weakly_canonical(path, error);  // through a symbolic link, rather than in its place

@@ -30,6 +30,12 @@ std::uint64_t fileSize(const std::string& path);
 /** \brief The name under which a file is written until it is whole: in its folder, no longer than names may be there. */
 std::string unfinishedName(const std::string& path);
 
+/** \brief Makes a folder, and those around it; nothing where it is there, or has no name. Throws OutputError where that fails. */
+void makeFolder(const std::string& folder);
+
+/** \brief The same with the folder that a file is to lie in. */
+void makeFolderOf(const std::string& path);
+
 /** \brief Writes a file so that it appears complete or not at all: beside its place under another name, flushed to the
  *  disk, then renamed. A device or pipe is written directly. Throws OutputError, leaving nothing behind. */
 void writeFile(const std::string& path, const std::string& bytes);

@@ -90,7 +90,9 @@ namespace detail {
 inline void checkNoise(const char* owner, const NoiseModel& noise) {
   checkLengthOrNone(owner, "noise.floor", noise.floor);
   checkNonNegative(owner, "noise.linear", noise.linear);
+  checkRange(owner, "noise.linear", noise.linear, 0.0f, 10.0f);
   checkNonNegative(owner, "noise.quadratic", noise.quadratic);
+  checkRange(owner, "noise.quadratic", noise.quadratic, 0.0f, 10.0f);
   checkPositive(owner, "noise.floor + noise.linear + noise.quadratic", noise.floor + noise.linear + noise.quadratic);
 }
 

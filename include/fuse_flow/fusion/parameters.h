@@ -22,8 +22,8 @@ struct FuseFlowParameters {
   ConfidenceParameters confidence;    ///< eq. 3 and 9
   ConsistencyParameters consistency;  ///< eq. 4–7
   AggregationParameters aggregation;  ///< section 5
-  /** \brief Measure how noisy each view is, and scale the axial noise of the confidence parameters by it, frame by frame;
-   *  off: the sensor is as noisy as those say. */
+  /** \brief Measure how noisy each view is, and scale the noise model of its camera by it, frame by frame (Camera::noise, or else
+   *  ConfidenceParameters::noise); off: each is as noisy as its model says. */
   bool adapt_noise{true};
   /** \brief Axial noise at which a measurement weighs half as much as an exact one, metres; [0, 10], 0: noise does not weigh.
    *  See noiseWeight(); C of eq. 10 is multiplied by it after the gate of eq. 9. */
@@ -36,7 +36,8 @@ struct FuseFlowParameters {
    *  corners of surfaces stay. Without measurement confidence none must. */
   int min_support{3};
   /** \brief Measurements to which DepthView::confidence gives less than this are dropped; [0, 1], 0: only those to which it gives none. The
-   *  gate of eq. 9 looks at C of eq. 3 alone; what passes both weighs C times the given confidence. */
+   *  gate of eq. 9 looks at C of eq. 3 alone; what passes both weighs C times the given confidence. With ConfidenceForm::Given that is C
+   *  itself: the gate looks at it, and it weighs once. */
   float min_confidence{0.5f};
   /** \brief MF of the paper's ablation; off: C = 1 wherever there is a measurement, whatever its noise and what is around it, times the view's own
    *  confidence. */

@@ -18,7 +18,8 @@ struct FrameStatistics {
   std::vector<std::size_t> missing_cameras;  ///< numbers of the cameras without a view
   /** \brief Cameras whose depth is out of range, for a look at their unit. Looked for where less than a fiftieth of an image is in range. */
   std::vector<DepthOutOfRange> out_of_range;
-  /** \brief The noise of each camera over what the parameters say, 0.25 … 8; 1 where it is not measured. */
+  /** \brief The noise of each view over what the model of its camera says, 0.25 … 8; 1 where it is not measured. Of cameras with models of
+   *  their own (Camera::noise) they cannot be compared. */
   std::vector<float> noise_scales;
   /** \brief Laying out memory, depth to metres, range, hole fill, noise, smoothing. On the CPU it overlaps with generate_ms, and what they take
    *  together is divided as the threads' time is. On a GPU handing over the images alone: what follows runs on,

@@ -34,8 +34,8 @@ struct ConsistencyParameters {
   /** \brief σ, metres; (0, 10]. */
   float sigma{0.02f};
   /** \brief σ is at least so many standard deviations of the axial noise of the view that is asked, at the depth that it
-   *  measured; ≥ 0, 0 is the published constant. Only the frame pipeline knows that noise: see
-   *  FuseFlowParameters::adapt_noise. */
+   *  measured; ≥ 0, 0 is the published constant. The frame pipeline measures that noise (FuseFlowParameters::adapt_noise);
+   *  the filters know it of cameras that have a model of their own (Camera::noise) alone. */
   float sigma_per_noise{1.0f};
   /** \brief Beyond this many σ a nearer measurement hides the point and a farther one has seen through it; > 0. */
   float margin{2.5f};

@@ -12,8 +12,8 @@ namespace fuse_flow {
  *  planes. */
 struct NoiseModel {
   float floor{0.0005f};        ///< metres; [0, 10]
-  float linear{0.0f};          ///< no unit; ≥ 0
-  float quadratic{0.001425f};  ///< 1/metres; ≥ 0; not all three may be 0
+  float linear{0.0f};          ///< no unit; [0, 10]
+  float quadratic{0.001425f};  ///< 1/metres; [0, 10]; not all three may be 0
 
   /** \brief Of what triangulates, from the uncertainty of a match: σ(z) = floor + z² σ_d / (f b). \param focal_length f, pixels; > 0
    *  \param baseline b between the two cameras, or camera and projector, metres; > 0  \param disparity_deviation σ_d, pixels; > 0
@@ -42,14 +42,15 @@ FUSE_FLOW_HD float inverseDepthNoise(const NoiseModel& model, float q) {
 
 /** \brief The noise of one view. */
 struct ViewNoise {
-  NoiseModel model;      ///< of its camera
-  float scale{1.0f};     ///< how much noisier the view is than that, see noiseScale()
-  float relative{1.0f};  ///< the camera's model over that of the parameters, at ConfidenceParameters::noise_reference
+  NoiseModel model;   ///< of its camera
+  float scale{1.0f};  ///< how much noisier the view is than that, see noiseScale(); 0: its noise is not known
+  float model_ratio{
+      1.0f};  ///< the camera's model over that of the parameters, at ConfidenceParameters::noise_reference
 
   /** \brief Standard deviation of a measured depth, metres. */
   FUSE_FLOW_HD float at(float z) const { return scale * axialNoise(model, z); }
   /** \brief How much noisier the view is than the parameters' sensor. */
-  FUSE_FLOW_HD float level() const { return scale * relative; }
+  FUSE_FLOW_HD float level() const { return scale * model_ratio; }
 };
 
 }  // namespace fuse_flow

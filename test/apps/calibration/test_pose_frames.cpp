@@ -45,6 +45,9 @@ class Walls : public io::Recording {
       for (float& value : z) value += noise[i] * axialNoise(NoiseModel{}, 2) * normal(random);
     }
   }
+  /** \brief A model of its own for a camera. */
+  void setNoise(std::size_t camera, const NoiseModel& model) { cameras_[camera].noise = model; }
+
   std::string kind() const override { return "test"; }
   std::size_t frameCount() const override { return frames_; }
   const std::vector<Camera>& cameras() const override { return cameras_; }
@@ -78,6 +81,12 @@ TEST(FramesForPoses, AreFortyWhereOneCameraIsAsNoisyAsThoseThatMatchBlocks) {
     Walls walls(100, noise);
     EXPECT_EQ(io::framesForPoses(walls, {}), io::spreadFrames(40, 100));
   }
+}
+
+TEST(FramesForPoses, ANoisyCameraThatNamesItsNoiseIsAsNoisy) {
+  Walls walls(100, {1, 3});
+  walls.setNoise(1, {3 * NoiseModel().floor, 0, 3 * NoiseModel().quadratic});
+  EXPECT_EQ(io::framesForPoses(walls, {}), io::spreadFrames(40, 100)) << "though it is what its model says";
 }
 
 TEST(FramesForPoses, TheBorderIsThatOfCoarserBlocks) {

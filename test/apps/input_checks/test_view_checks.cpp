@@ -1,4 +1,5 @@
 #include "input_checks/color_check.h"
+#include "input_checks/noise_check.h"
 #include "input_checks/view_overlap.h"
 #include "recordings/files/unknown_keys.h"
 
@@ -146,6 +147,48 @@ TEST(ConfidenceCheck, ACameraMostOfWhoseMeasurementsAreDroppedIsNamed) {
   io::ConfidenceCheck of_a_method_that_does_not_look(std::nullopt);
   of_a_method_that_does_not_look.look(room.frame);
   EXPECT_TRUE(of_a_method_that_does_not_look.complaints().empty());
+}
+
+RigFrame twoCameras() {
+  RigFrame rig;
+  rig.cameras.resize(2);
+  rig.cameras[0].name = "left";
+  rig.cameras[1].name = "right";
+  rig.cameras[0].noise = NoiseModel{0.5f, 0, 1.5f};  // millimetres, where metres are meant
+  static const std::uint16_t depth = 1000;
+  rig.views.resize(2);
+  for (DepthView& view : rig.views) view.depth16 = {&depth, 1, 1};
+  return rig;
+}
+
+FrameStatistics withScales(float left, float right) {
+  FrameStatistics statistics;
+  statistics.noise_scales = {left, right};
+  return statistics;
+}
+
+TEST(NoiseCheck, AModelFarFromWhatIsMeasuredIsNamed) {
+  const RigFrame rig = twoCameras();
+  io::NoiseCheck less, more, sometimes, none;
+  for (int frame = 0; frame < 3; ++frame) {
+    less.look(rig, withScales(0.25f, 0.25f));
+    more.look(rig, withScales(8, 1));
+    sometimes.look(rig, withScales(frame == 1 ? 0.26f : 0.25f, 1));
+    none.look(rig, {});
+  }
+  EXPECT_TRUE(mentions(less.complaints(), {"'left'", "less than a quarter", "2000 mm at 1 m", "metres"}));
+  EXPECT_EQ(less.complaints().size(), 1u) << "the other camera has no model of its own";
+  EXPECT_TRUE(mentions(more.complaints(), {"'left'", "more than eight times"}));
+  EXPECT_TRUE(sometimes.complaints().empty());
+  EXPECT_TRUE(none.complaints().empty()) << "of methods that measure none";
+}
+
+TEST(NoiseCheck, ACameraThatIsMissingHasNone) {
+  RigFrame rig = twoCameras();
+  rig.views[0] = {};
+  io::NoiseCheck check;
+  check.look(rig, withScales(0.25f, 1));
+  EXPECT_TRUE(check.complaints().empty());
 }
 
 const PreprocessingParameters kRange;

@@ -79,6 +79,25 @@ TEST_F(Recording, AFrameOfARigHasTheTimeThatItsRateGives) {
   EXPECT_EQ(open(options)->framesPerSecond(), 12.5) << "with other poses it is the same recording";
 }
 
+TEST_F(Recording, OtherPosesBringTheirNoiseOrLeaveTheRecordings) {
+  writeRig();
+  const std::string without = io::readFile(path("rig.json"));
+  const auto withNoise = [&](const std::string& floor) {
+    std::string json = without;
+    return json.insert(json.find("\"name\""), "\"noise\": {\"floor\": " + floor + "}, ");
+  };
+  const auto noiseOf = [&](const std::string& recording, const std::string& poses) {
+    write("rig.json", recording);
+    io::RecordingOptions options;
+    options.poses = write("poses.json", poses);
+    return open(options)->cameras()[0].noise;
+  };
+  EXPECT_FALSE(noiseOf(without, without));
+  EXPECT_EQ(noiseOf(withNoise("0.01"), without), (NoiseModel{0.01f, 0, 0}));
+  EXPECT_EQ(noiseOf(without, withNoise("0.02")), (NoiseModel{0.02f, 0, 0}));
+  EXPECT_EQ(noiseOf(withNoise("0.01"), withNoise("0.02")), (NoiseModel{0.02f, 0, 0}));
+}
+
 using Numbers = std::vector<std::size_t>;
 
 TEST_F(Recording, FramesOfARigAreTheNumbersOfItsDepthImages) {

@@ -104,6 +104,40 @@ TEST_F(Sinks, AReportKeepsOneFrameForFlicker) {
   EXPECT_EQ(report.report().json()["frames"].size(), 4u);
 }
 
+// A wall that the sensor measures twice, 2 mm apart, and once more after a gap.
+TEST_F(Sinks, FlickerIsOfFramesThatFollowOneAnother) {
+  io::QualityReport report("fuse_flow", {}, {});
+  io::FramePool pool;
+  for (const auto& [number, depth] : {std::pair<std::size_t, float>{3, 1.0f}, {4, 1.002f}, {6, 1.002f}}) {
+    const auto frame = pool.next();
+    frame->number = number;
+    frame->cloud.clear();
+    Camera wide = camera();
+    wide.intrinsics = {64, 48, 60, 60, 31.5f, 23.5f, {}};
+    frame->input.rig.cameras.assign(1, wide);
+    frame->input.images.resize(1);
+    io::FloatImage& image = frame->input.images[0].depth32;
+    image.resize(64, 48);
+    std::fill(image.data.begin(), image.data.end(), depth);
+    frame->input.rig.views.assign(1, {});
+    frame->input.rig.views[0].depth32 = image.view();
+    for (int v = 0; v < 48; ++v)
+      for (int u = 0; u < 64; ++u) {
+        PointFused p{};
+        p.x = depth * (static_cast<float>(u) - 31.5f) / 60;
+        p.y = depth * (static_cast<float>(v) - 23.5f) / 60;
+        p.z = depth;
+        frame->cloud.push_back(p);
+      }
+    report.take(frame);
+  }
+  const nlohmann::json frames = report.report().json()["frames"];
+  EXPECT_TRUE(frames[0]["flicker_mm"].is_null());
+  ASSERT_TRUE(frames[1]["flicker_mm"].is_number()) << frames[1];
+  EXPECT_NEAR(frames[1]["flicker_mm"].get<double>(), 2.0, 0.5);
+  EXPECT_TRUE(frames[2]["flicker_mm"].is_null()) << "frame 5 is not there";
+}
+
 TEST_F(Sinks, AReportIsWrittenAtTheEnd) {
   io::QualityReport::Options options;
   options.measure = false;

@@ -34,8 +34,9 @@ class BlockMaps {
             const ExtrinsicParameters& p, BlockScratch& scratch) {
     views_.assign(run, full, [&](std::size_t i) {
       const DeviceView& view = full.hostView(i);
-      return view.present ? blockReduction(p, view.model.intrinsics.width, maps.noiseScales()[i] * view.noise.relative)
-                          : p.reduction;
+      return view.present
+                 ? blockReduction(p, view.model.intrinsics.width, maps.noiseScales()[i] * view.noise.model_ratio)
+                 : p.reduction;
     });
     normal_noises_.assign(views_.size(), 0.05f);
     noise_scales_.assign(views_.size(), 1.0f);
