@@ -12,18 +12,18 @@
 
 namespace fuse_flow {
 
-/** \brief A colour camera of its own, for depth cameras whose colour is not registered to depth. */
+/** \brief A separate colour camera, for depth cameras whose colour is not registered to depth. */
 struct ColorCamera {
   Intrinsics intrinsics;  ///< of the colour image
   /** \brief T̂ from the colour camera's frame to the depth camera's frame, metres. */
   Eigen::Isometry3d T_depth_color = Eigen::Isometry3d::Identity();  // not in braces, which CUDA 12.0 loses
 };
 
-/** \brief A calibrated depth camera. Axes: x right, y down, z forward. Data: many threads may read it while none writes. */
+/** \brief A calibrated depth camera. Axes: x right, y down, z forward. Thread safety: many threads may read it while none writes. */
 struct Camera {
-  /** \brief What messages call it. */
+  /** \brief The name of the camera in messages. */
   std::string name;
-  /** \brief Of the depth image. */
+  /** \brief Intrinsics of the depth image. */
   Intrinsics intrinsics;
   /** \brief Metres per unit of its 16-bit depth images, DepthView::depth16; > 0. Depth in float is in metres. */
   float depth_scale{0.001f};
@@ -31,12 +31,14 @@ struct Camera {
   Eigen::Isometry3d T_world_camera = Eigen::Isometry3d::Identity();
   /** \brief Absent: the colour image has the depth image's size and viewpoint. */
   std::optional<ColorCamera> color;
-  /** \brief Of what it measures; none unless given. Ranges in metres, as in PreprocessingParameters, are of what it measures, before. */
+  /** \brief Correction of the measured depth; none unless given. Ranges in metres, as in PreprocessingParameters, apply to the measured
+   *  depth before the correction. */
   DepthCorrection depth_correction;
-  /** \brief Of a time-of-flight camera; no correction unless a modulation frequency is given. It follows depth_correction. */
+  /** \brief Correction of multipath interference for time-of-flight cameras; none unless a modulation frequency is given. It is applied
+   *  after depth_correction. */
   Multipath multipath;
-  /** \brief How noisy its depth is, so that a rig may mix sensors. Absent: as ConfidenceParameters::noise says. What is measured frame by frame
-   *  (FuseFlowParameters::adapt_noise) multiplies it. */
+  /** \brief Noise model of its depth, so that a rig may mix sensors. Absent: ConfidenceParameters::noise is used. The noise scale that is
+   *  measured in each frame (FuseFlowParameters::adapt_noise) multiplies it. */
   std::optional<NoiseModel> noise;
 };
 

@@ -10,14 +10,14 @@ namespace fuse_flow {
 /** \brief A non-owning image: rows of width pixels, row_stride bytes apart. A null data pointer means "no image". */
 template <typename Pixel>
 struct ImageView {
-  const Pixel* data{nullptr};  ///< the first row; owned by whoever made the view
+  const Pixel* data{nullptr};  ///< the first row; owned by the creator of the view
   int width{0};                ///< pixels
   int height{0};               ///< rows
   /** \brief Bytes from one row to the next; at least width · sizeof(Pixel). */
   std::size_t row_stride{0};
 
   ImageView() = default;
-  /** \brief Views pixels, whose owner keeps them.
+  /** \brief Points to pixels; their owner keeps them.
    *  \param pixels the first row  \param w pixels in a row  \param h rows
    *  \param stride bytes from row to row; 0: rows follow each other without padding */
   ImageView(const Pixel* pixels, int w, int h, std::size_t stride = 0)
@@ -43,24 +43,24 @@ struct Rgb8 {
 /** \brief What one camera measured at one instant. Owns nothing: the images must outlive the call that reads them.
  *
  *  Depth comes either as 16-bit integers in units of Camera::depth_scale, or as float metres; set one of the two. 0, 65535, NaN and ±inf
- *  mean "no measurement". With neither set, the camera is missing from this frame, which is not an error.
- *  Data: many threads may read it while none writes. */
+ *  mean "no measurement". If neither is set, the camera is missing from this frame, which is not an error. Thread safety: many threads may
+ *  read it while none writes. */
 struct DepthView {
   /** \brief Depth in units of Camera::depth_scale. */
   ImageView<std::uint16_t> depth16;
   /** \brief Depth in metres. */
   ImageView<float> depth32;
-  /** \brief Optional; the depth image's size, or the colour camera's where the Camera has one. */
+  /** \brief Optional; has the size of the depth image, or of the colour camera if the Camera has one. */
   ImageView<Rgb8> color;
-  /** \brief Optional; the depth image's size; in [0, 1], for depth that comes with its own confidence. FuseFlow multiplies it into
-   *  C, or takes it for C (ConfidenceForm::Given); of the filters, DepthBackprojection writes it to the points. */
+  /** \brief Optional; has the size of the depth image; in [0, 1], for depth that comes with its own confidence. FuseFlow multiplies C by
+   *  it, or uses it as C (ConfidenceForm::Given). Among the filters, DepthBackprojection writes it to the points. */
   ImageView<float> confidence;
 
   /** \brief Whether the camera measured nothing in this frame. */
   bool missing() const { return !depth16 && !depth32; }
-  /** \brief Of the depth image, pixels; 0 if missing. */
+  /** \brief Width of the depth image, pixels; 0 if missing. */
   int width() const { return depth16 ? depth16.width : depth32.width; }
-  /** \brief Of the depth image, rows; 0 if missing. */
+  /** \brief Height of the depth image, rows; 0 if missing. */
   int height() const { return depth16 ? depth16.height : depth32.height; }
 };
 

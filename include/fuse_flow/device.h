@@ -6,11 +6,11 @@
 namespace fuse_flow {
 namespace device {
 
-/** \brief The CPU, on as many threads as the class is told to use. */
+/** \brief The CPU, on as many threads as the class's setNumberOfThreads() sets. */
 struct Host {};
 
-/** \brief Thrust: CUDA where nvcc compiles; TBB, OpenMP or one CPU thread, as THRUST_DEVICE_SYSTEM says, where another
- *  compiler does. Include a header of fuse_flow/gpu/ to have the classes for it. */
+/** \brief Thrust. If nvcc compiles: CUDA. If another compiler compiles: TBB, OpenMP or one CPU thread, as THRUST_DEVICE_SYSTEM selects. The
+ *  headers in fuse_flow/gpu/ have the classes for it. */
 struct Thrust {};
 
 }  // namespace device

@@ -12,8 +12,7 @@
 
 namespace fuse_flow {
 
-/** \brief The frame pipeline: the views of one instant to one fused cloud, with no state from frame to frame but
- *  memory.
+/** \brief The frame pipeline: it fuses the views of one instant into one cloud. From frame to frame it keeps memory buffers, but no data.
  *
  *  \code
  *  fuse_flow::FuseFlow<fuse_flow::PointFused> fusion;
@@ -21,12 +20,14 @@ namespace fuse_flow {
  *  fusion.fuse(frame, cloud);
  *  \endcode
  *
- *  What PointT has a field for is filled in: rgb or rgba with the fused colour, intensity with its luminance, confidence with ω,
- *  view_count with the number of cameras that the point is from and camera_mask with their bits (see PointCameras; point-wise those
- *  whose points were averaged), and after setComputeNormals(true) the normal with the mean normal, facing the cameras, or NaN where none is
- *  known: the cloud is then not dense. The same frame gives the same bytes for any number of threads.
+ *  The fields that PointT has are filled: rgb or rgba with the fused colour, intensity with the luminance of this colour, confidence with
+ *  ω, view_count with the number of cameras that contributed to the point, and camera_mask with the bits of these cameras (see
+ *  PointCameras; without cells, the cameras whose points were averaged). After setComputeNormals(true), the normal is the mean normal and
+ *  faces the cameras. Where no normal is known, it is NaN, and the cloud is not dense. The same frame gives the same bytes for any number
+ *  of threads.
  *
- *  One object is for one thread at a time, which is checked: a second one gets a pcl::PCLException. Objects share nothing but helper threads: several may be used at once, by a thread each. */
+ *  Only one thread at a time may use an object; a second thread gets a pcl::PCLException. Objects share only helper threads, so each thread
+ *  may use its own object. */
 template <typename PointT, typename Device = device::Host>
 class FuseFlow;
 
@@ -50,7 +51,7 @@ class FuseFlow<PointT, device::Host> {
   inline FuseFlow();
   inline ~FuseFlow();
   ///@{
-  /** \brief Moves the memory along; what was moved from can only be assigned to. */
+  /** \brief Moves the memory too. A moved-from object can only be assigned to. */
   FuseFlow(FuseFlow&&) noexcept = default;
   FuseFlow& operator=(FuseFlow&&) noexcept = default;
   ///@}
@@ -69,19 +70,18 @@ class FuseFlow<PointT, device::Host> {
   /** \brief Write ω into PointT's intensity, if it has one, in place of the luminance; default off. */
   inline void setWeightInIntensity(bool weight);
 
-  /** \brief Fuse one frame. Of the cloud's header only the stamp is set. A missing camera is left out and named in the statistics; a frame without any view gives an
-   *  empty cloud. \throws pcl::BadArgumentException if a camera or a view contradicts itself
+  /** \brief Fuse one frame. Of the cloud's header only the stamp is set. A missing camera is skipped, and the statistics name it. A frame
+   *  without any view gives an empty cloud. \throws pcl::BadArgumentException if a camera or a view contradicts itself
    *  \throws pcl::PCLException if a point is too far out for the lattice of cells
-   *  \throws std::bad_alloc if there is not enough memory; what was kept from frame to frame is then given back, and frames after it are fused
-   *  as by a new object */
+   *  \throws std::bad_alloc if there is not enough memory. All buffers are then released, and later frames are fused as by a new object */
   inline void fuse(const RigFrame& frame, PointCloud& output);
 
-  /** \brief Of the last fuse(). */
+  /** \brief Statistics of the last fuse(). */
   inline const FrameStatistics& getStatistics() const;
 
  private:
   inline void fuseFrame(const RigFrame& frame, PointCloud& output);
-  /** \brief After there was not enough: what is half laid out would be taken for whole. */
+  /** \brief Releases all buffers after std::bad_alloc: a partly allocated buffer would look complete. */
   inline void forgetMemory();
 
   detail::OneThread one_thread_;

@@ -9,18 +9,18 @@
 namespace fuse_flow {
 namespace detail {
 
-/** \brief Of an object that only one thread may be inside at a time. A second one gets an exception, in all builds: checking takes some
- *  nanoseconds a call, and what two threads would do to each other is neither seen nor repeatable. */
+/** \brief Guards an object that only one thread may use at a time. A second thread gets an exception, in all builds. The check takes some
+ *  nanoseconds per call; without it, errors by two threads would be silent and not reproducible. */
 class OneThread {
  public:
   OneThread() = default;
   ///@{
-  /** \brief A copy has nobody inside. */
+  /** \brief No thread is inside a copy. */
   OneThread(const OneThread&) noexcept {}
   OneThread& operator=(const OneThread&) noexcept { return *this; }
   ///@}
 
-  /** \brief While it lives the calling thread is inside; it may enter again. */
+  /** \brief While this object exists, the calling thread is inside. The same thread may enter again. */
   class Inside {
    public:
     /** \param owner the class, for the message  \throws pcl::PCLException if another thread is inside */

@@ -1,9 +1,9 @@
 #pragma once
 
 /** \file
- *  \brief The one seam between the algorithms and point types: which optional fields a point has, found by PCL's field
- *  traits at compile time, and how to read and write them. Everything goes through the registered offset, so that a
- *  point type whose members are named differently from its fields works too. */
+ *  \brief The only interface between the algorithms and the point types. It finds the optional fields of a point at compile time, by PCL's
+ *  field traits, and reads and writes them. All access uses the registered offset, so a point type whose members and fields have different
+ *  names works too. */
 
 #include <fuse_flow/math/vec3.h>
 #include <fuse_flow/point_types.h>
@@ -17,8 +17,8 @@
 namespace fuse_flow {
 namespace point {
 
-/** \brief Whether PointT has a field of that name (pcl::fields), registered with PCL, of one of these types. A field of another
- *  type, as an intensity of one byte, has some other meaning, and is left alone. */
+/** \brief Whether PointT has a field of that name (pcl::fields), registered with PCL, of one of these types. A field of another type, such
+ *  as an intensity of one byte, has another meaning, and is not used. */
 template <typename PointT, typename Field, typename... Types>
 constexpr bool hasFieldOf() {
   if constexpr (pcl::traits::has_field<PointT, Field>::value)
@@ -44,7 +44,7 @@ constexpr bool has_rgba = hasFieldOf<PointT, pcl::fields::rgba, std::uint32_t, f
 /** \brief Whether PointT has rgba or rgb, in 32 bits. */
 template <typename PointT>
 constexpr bool has_color = has_rgba<PointT> || hasFieldOf<PointT, pcl::fields::rgb, std::uint32_t, float>();
-/** \brief Whether what PointT has comes from a colour image. */
+/** \brief Whether PointT has a field that a colour image fills. */
 template <typename PointT>
 constexpr bool shows_color = has_color<PointT> || has_intensity<PointT>;
 // Versions of clang-format differ in what && after a template is.
@@ -148,7 +148,7 @@ std::uint64_t getCameraMask(const PointT& point) {
   return std::uint64_t{words[1]} << 32 | words[0];
 }
 
-/** \brief As stored, of whatever length; zero where PointT has none. */
+/** \brief The stored normal, of any length; zero if PointT has none. */
 template <typename PointT>
 Vec3 getNormal(const PointT& point) {
   if constexpr (has_normal<PointT>)

@@ -16,7 +16,7 @@ struct EIGEN_ALIGN16 PointFused {
   float confidence{0};
   /** \brief Cameras that it is from, see PointCameras. */
   std::uint32_t view_count{0};
-  /** \brief No field: fills what would be padding, so that the same points are the same bytes. */
+  /** \brief Not a PCL field. It fills the padding, so that equal points have equal bytes. */
   std::uint32_t unused{0};
 
   PointFused() {
@@ -27,7 +27,7 @@ struct EIGEN_ALIGN16 PointFused {
   PCL_MAKE_ALIGNED_OPERATOR_NEW
 };
 
-/** \brief A PointFused that knows which cameras it is from. */
+/** \brief A PointFused that also stores which cameras contributed to it. */
 struct EIGEN_ALIGN16 PointFusedCameras {
   PCL_ADD_POINT4D
   PCL_ADD_RGB
@@ -37,7 +37,7 @@ struct EIGEN_ALIGN16 PointFusedCameras {
   std::uint32_t view_count{0};
   /** \brief No field, as in PointFused. */
   std::uint32_t unused{0};
-  /** \brief Their bits: of cameras 0 to 31, then of 32 to 63; further ones have none. */
+  /** \brief One bit for each contributing camera: cameras 0 to 31, then 32 to 63. Cameras from 64 on have no bit. */
   std::uint32_t camera_mask[2]{0, 0};
   /** \brief No field. */
   std::uint32_t unused_too[2]{0, 0};
@@ -47,7 +47,7 @@ struct EIGEN_ALIGN16 PointFusedCameras {
     data[3] = 1.0f;
     rgba = 0xff000000u;
   }
-  /** \brief Whether a camera's measurements are in the point. \param camera its number in the frame, below 64 */
+  /** \brief Whether the camera contributed to the point. \param camera its number in the frame, below 64 */
   bool isFrom(std::uint32_t camera) const { return (camera_mask[camera / 32] >> camera % 32 & 1u) != 0; }
   PCL_MAKE_ALIGNED_OPERATOR_NEW
 };

@@ -3,10 +3,10 @@
 #include <Eigen/Core>
 
 /** \file
- *  \brief Header-only is the default. The frame pipeline takes some seconds to compile, though, and the classes that find poses, which
- *  are made of large Eigen expressions, half a minute. FuseFlow::compiled is a library of them: a program that links it, and so is
- *  compiled with FUSE_FLOW_PRECOMPILED, finds declarations in these headers. The pipeline goes with any point type;
- *  ExtrinsicEstimation and ExtrinsicTracking are there for PointFused and pcl::PointXYZ. For other point types, without the library,
+ *  \brief Header-only is the default. But the frame pipeline takes some seconds to compile, and the classes that find poses take half a
+ *  minute, because they consist of large Eigen expressions. The library FuseFlow::compiled contains them. A program that links it is
+ *  compiled with FUSE_FLOW_PRECOMPILED; these headers then have only declarations. The compiled pipeline works with any point type.
+ *  ExtrinsicEstimation and ExtrinsicTracking are compiled for PointFused and pcl::PointXYZ. To use other point types without the library,
  *  define FUSE_FLOW_PRECOMPILED for all sources and compile the classes once:
  *
  *  \code
@@ -18,8 +18,8 @@
  *  template class fuse_flow::ExtrinsicTracking<MyPoint>;
  *  \endcode
  *
- *  What is linked together must be compiled for one alignment of Eigen's (so either all of it with -march=native, -mavx and the like,
- *  or nothing), as with PCL's libraries; else it does not link: compiledForEigenAlignment<…> is missing. */
+ *  All objects that are linked together must be compiled for the same Eigen alignment, as with PCL's libraries: either all with
+ *  -march=native, -mavx and the like, or none. Otherwise the program does not link, because compiledForEigenAlignment<…> is missing. */
 
 #if defined(FUSE_FLOW_PRECOMPILED) && !defined(FUSE_FLOW_PRECOMPILING)
 /** \brief Whether a header of these classes leaves out its definitions. */
@@ -38,8 +38,8 @@
 namespace fuse_flow {
 namespace detail {
 
-/** \brief Is there for the alignment with which the definitions were compiled, and for no other: Camera and others hold fixed-size
- *  matrices of Eigen's, which lie elsewhere in memory with another one. */
+/** \brief Defined only for the Eigen alignment with which the definitions were compiled. Camera and other classes hold fixed-size Eigen
+ *  matrices, whose place in memory depends on the alignment. */
 template <int EigenAlignment>
 bool compiledForEigenAlignment();
 

@@ -7,12 +7,12 @@
 
 namespace fuse_flow {
 
-/** \brief The views of one instant: views[i] is what cameras[i] measured. Keep one and refill views from frame to
- *  frame: what depends on the calibration alone is then computed once. Data: many threads may read it while none writes. */
+/** \brief The views of one instant: views[i] is what cameras[i] measured. Keep one object and refill views from frame to frame: everything
+ *  that depends only on the calibration is then computed once. Thread safety: many threads may read it while none writes. */
 struct RigFrame {
   std::vector<Camera> cameras;   ///< the calibration of the rig
   std::vector<DepthView> views;  ///< as many as cameras, in their order
-  /** \brief Goes into the header of the fused cloud; microseconds, as in pcl::PCLHeader. */
+  /** \brief Time stamp; copied into the header of the fused cloud; microseconds, as in pcl::PCLHeader. */
   std::uint64_t stamp{0};
 };
 

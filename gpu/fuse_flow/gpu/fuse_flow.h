@@ -17,7 +17,8 @@ namespace fuse_flow {
  *  \endcode
  *
  *  Images may be in pageable, pinned or device memory; each is found out by its pointer. Pinned memory is what makes an upload
- *  fast. Once warm, a frame allocates nothing. One object is for one thread at a time, which is checked: a second one gets a pcl::PCLException. Objects share nothing: several may be used at once, by a thread each.
+ *  fast. Once warm, a frame allocates nothing. Only one thread at a time may use an object; a second thread gets a pcl::PCLException.
+ *  Objects share nothing, so each thread may use its own object.
  *
  *  Compile with nvcc's -fmad=false (the CMake target does): a contracted multiply-add moves points across cell borders that
  *  the CPU does not. */

@@ -123,7 +123,8 @@ struct CoarseAlignmentResult {
  *  const fuse_flow::CoarseAlignmentResult coarse = alignment.estimate();
  *  \endcode
  *
- *  One object is for one thread at a time, which is checked: a second one gets a pcl::PCLException. Objects share nothing: several may be used at once, by a thread each. */
+ *  Only one thread at a time may use an object; a second thread gets a pcl::PCLException. Objects share nothing, so each thread may use its
+ *  own object. */
 class CoarseAlignment {
  public:
   FUSE_FLOW_INLINE CoarseAlignment();

@@ -98,7 +98,8 @@ struct DepthCorrectionResult {
  *  frame.cameras = estimation.estimate().cameras;
  *  \endcode
  *
- *  One object is for one thread at a time, which is checked: a second one gets a pcl::PCLException. Objects share nothing: several may be used at once, by a thread each. */
+ *  Only one thread at a time may use an object; a second thread gets a pcl::PCLException. Objects share nothing, so each thread may use its
+ *  own object. */
 class DepthCorrectionEstimation {
  public:
   using Ptr = std::shared_ptr<DepthCorrectionEstimation>;             ///< as in PCL's classes

@@ -30,7 +30,8 @@ namespace fuse_flow {
  *  for (std::size_t i = 0; i < frame.cameras.size(); ++i) frame.cameras[i].T_world_camera = result.T_world_camera[i];
  *  \endcode
  *
- *  One object is for one thread at a time, which is checked: a second one gets a pcl::PCLException. Objects share nothing: several may be used at once, by a thread each. */
+ *  Only one thread at a time may use an object; a second thread gets a pcl::PCLException. Objects share nothing, so each thread may use its
+ *  own object. */
 template <typename PointT, typename Device = device::Host>
 class ExtrinsicEstimation;
 

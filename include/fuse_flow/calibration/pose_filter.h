@@ -42,7 +42,8 @@ struct CameraMotion {
  *  estimate that does not fit is kept back: it may be a bad frame. If the next ones agree with it, the camera has been moved.
  *  The frame of the world is held by the majority: if all cameras but one seem to have moved alike, that one has.
  *
- *  One object is for one thread at a time, which is checked: a second one gets a pcl::PCLException. Objects share nothing: several may be used at once, by a thread each. */
+ *  Only one thread at a time may use an object; a second thread gets a pcl::PCLException. Objects share nothing, so each thread may use its
+ *  own object. */
 class PoseFilter {
  public:
   /** \brief Starts over. \param poses of all cameras, camera → world  \param deviation of each, metres at the scene's radius;

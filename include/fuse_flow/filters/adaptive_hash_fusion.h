@@ -27,7 +27,8 @@ namespace fuse_flow {
  *  fields, and normals of which none is known, are those of the representative with the largest share. With extract_removed_indices, the removed indices are those of the points that represent no output
  *  point.
  *
- *  Filtering is for one thread at a time, which is checked: a second one gets a pcl::PCLException. Objects share nothing: several may be used at once, by a thread each. */
+ *  Only one thread at a time may filter with an object; a second thread gets a pcl::PCLException. Objects share nothing, so each thread may
+ *  use its own object. */
 template <typename PointT, typename Device = device::Host>
 class AdaptiveHashFusion;
 

@@ -20,7 +20,8 @@ namespace fuse_flow {
  *  If PointT has a confidence field, the filtered cloud carries C in it, whatever it held before. Points that are not finite, or not in front of
  *  the sensor, have no measurement: C = 0, and they are removed whether setNegative() or not.
  *
- *  Filtering is for one thread at a time, which is checked: a second one gets a pcl::PCLException. Objects share nothing: several may be used at once, by a thread each. */
+ *  Only one thread at a time may filter with an object; a second thread gets a pcl::PCLException. Objects share nothing, so each thread may
+ *  use its own object. */
 template <typename PointT, typename Device = device::Host>
 class ConfidenceEstimation;
 

@@ -21,7 +21,8 @@ namespace fuse_flow {
  *  some of the pixels, and the others become NaN too. The header is the input's. The output's sensor pose is the camera's; in place,
  *  filter(*input), PCL puts the input's back.
  *
- *  Filtering is for one thread at a time, which is checked: a second one gets a pcl::PCLException. Objects share nothing: several may be used at once, by a thread each. */
+ *  Only one thread at a time may filter with an object; a second thread gets a pcl::PCLException. Objects share nothing, so each thread may
+ *  use its own object. */
 template <typename PointT, typename Device = device::Host>
 class DepthBackprojection;
 

@@ -6,13 +6,15 @@
 
 namespace fuse_flow {
 
-/** \brief What a depth camera measures wrong, in the same way at all times: of a measurement z at pixel (u, v) the true depth is
+/** \brief Corrects depth distortion, an error of a depth camera that is the same at all times. For a measurement z at pixel (u, v), the
+ *  true depth is
  *
  *    z (1 + a(u, v) + b(u, v) z),
  *
- *  a and b between the knots of a grid that spans the image, from the centre of its first pixel to that of its last. a is an error of
- *  scale; b one of the disparity that the sensor, or the network, measures. Structured light of the first Kinect is off by ±40 mm at
- *  2 m, left and right in opposite directions; poses cannot take that away. DepthCorrectionEstimation finds it. */
+ *  where a and b are interpolated between the knots of a grid that spans the image, from the centre of its first pixel to the centre of its
+ *  last pixel. a is an error of scale. b is an error of the disparity that the sensor, or the network, measures. The first Kinect is off by
+ *  ±40 mm at 2 m, in opposite directions left and right. Poses cannot compensate this error. DepthCorrectionEstimation finds the
+ *  correction. */
 struct DepthCorrection {
   int columns{0};                ///< knots in a row; 0: none, else 2 … 64
   int rows{0};                   ///< rows of knots; 0 or 2 … 64
@@ -22,7 +24,7 @@ struct DepthCorrection {
   /** \brief Whether there is nothing to correct. */
   bool empty() const { return columns == 0; }
 
-  /** \brief Of pixel (u, v) of an image of width × height pixels. */
+  /** \brief Interpolated a and b at pixel (u, v) of an image of width × height pixels. */
   DepthCorrectionTerms at(int u, int v, int width, int height) const {
     if (empty()) return {};
     const float x = width > 1 ? static_cast<float>(u * (columns - 1)) / static_cast<float>(width - 1) : 0.0f;
@@ -31,11 +33,11 @@ struct DepthCorrection {
   }
 };
 
-/** \brief Whether two correct alike. */
+/** \brief Whether two corrections are equal. */
 inline bool operator==(const DepthCorrection& a, const DepthCorrection& b) {
   return a.columns == b.columns && a.rows == b.rows && a.relative == b.relative && a.per_metre == b.per_metre;
 }
-/** \brief Whether two do not. */
+/** \brief Whether two corrections differ. */
 inline bool operator!=(const DepthCorrection& a, const DepthCorrection& b) { return !(a == b); }
 
 }  // namespace fuse_flow

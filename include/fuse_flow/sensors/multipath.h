@@ -2,28 +2,30 @@
 
 namespace fuse_flow {
 
-/** \brief What a time-of-flight camera does to light that comes to a surface by way of another one (multipath).
+/** \brief Correction of multipath interference for a time-of-flight camera.
  *
- *  A lamp's light that bounces off a wall onto a floor arrives late, and lengthens what the floor measures: by centimetres beside a
- *  corner, always in the same way, so that no average takes it away. What a view measures tells where that light comes from: every
- *  pixel is a matt surface that the lamp lights, and sends on its share (Fuchs, Multipath interference compensation in
- *  time-of-flight camera images, ICPR 2010). Everything that reads depth subtracts it where a camera has a modulation frequency.
+ *  Light of the camera that a wall reflects onto a floor arrives late, and makes the measured depth of the floor too long: by centimetres
+ *  beside a corner. The error is the same in every frame, so averaging does not remove it. The indirect light can be computed from the
+ *  depth image: every pixel is a matt surface that the camera lights and that reflects a share of the light (Fuchs, Multipath interference
+ *  compensation in time-of-flight camera images, ICPR 2010). If a camera has a modulation frequency, all code that reads its depth
+ *  subtracts the error.
  *
- *  It knows one bounce, matt surfaces that reflect alike, and what the view itself measured: light of mirrors, of what is out of
- *  range, and of second bounces stays. doc/notes/multipath.md says what it is worth. */
+ *  The model has one bounce, and matt surfaces of equal reflectance that the view itself measured. It does not correct light from mirrors,
+ *  from surfaces out of range, or from second bounces. doc/notes/multipath.md has measurements. */
 struct Multipath {
-  /** \brief Of the lamp, Hz: the highest, where a sensor uses several, which decides what it measures; 0, or 1e6 … 1e9. Azure Kinect:
-   *  200e6. 0: the sensor sends no modulated light, or corrects for multipath itself. */
+  /** \brief Modulation frequency of the light, Hz. If a sensor uses several, the highest one, which determines the measured depth. 0, or
+   *  1e6 … 1e9; Azure Kinect: 200e6. 0: no correction, for sensors without modulated light and sensors that correct multipath interference
+   *  themselves. */
   float modulation_frequency{0};
-  /** \brief Share of the lamp's infrared light that surfaces throw back, on average; (0, 1]. */
+  /** \brief Mean share of the infrared light that surfaces reflect; (0, 1]. */
   float reflectance{0.6f};
 };
 
-/** \brief Whether two cameras do the same. */
+/** \brief Whether two corrections are equal. */
 inline bool operator==(const Multipath& a, const Multipath& b) {
   return a.modulation_frequency == b.modulation_frequency && a.reflectance == b.reflectance;
 }
-/** \brief Whether they do not. */
+/** \brief Whether two corrections differ. */
 inline bool operator!=(const Multipath& a, const Multipath& b) { return !(a == b); }
 
 }  // namespace fuse_flow
