@@ -22,51 +22,53 @@ class RigPlacement;
 struct PlacedGroup;
 }  // namespace host
 
-/** \brief How CoarseAlignment looks for poses, and when it believes them. */
+/** \brief How CoarseAlignment searches for poses, and when it accepts them. */
 struct CoarseAlignmentParameters {
   PreprocessingParameters preprocessing;  ///< raw depth to metres
-  NoiseModel noise;                       ///< of the cameras that have no model of their own, see Camera::noise
-  /** \brief Oriented points of a view, chosen evenly over the directions of their normals; ≥ 100. The cost is quadratic in
+  NoiseModel noise;                       ///< of the cameras without their own model, see Camera::noise
+  /** \brief Number of oriented points of a view, chosen evenly over the directions of their normals; ≥ 100. The cost is quadratic in
    *  this. */
   int samples{600};
-  /** \brief Side of the cells in which translations are voted for, and in which paint on floors is compared, whose time grows with its
-   *  inverse to the fourth; metres; 0.01 … 10. */
+  /** \brief Side of the cells in which points vote for translations and in which floor patterns are compared, metres; 0.01 … 10. The time
+   *  of the comparison grows with the fourth power of its inverse. */
   float cell_size{0.1f};
-  /** \brief Distance from a surface within which a point agrees with it, beyond the noise of both, metres; (0, 10]. */
+  /** \brief Largest distance from a surface at which a point agrees with it, in addition to the noise of both, metres; (0, 10]. */
   float tolerance{0.03f};
-  /** \brief Farthest that a camera is turned about its optical axis, radians; ≥ 0. A surface that looks like a floor then is one
-   *  in all views; π or more: nothing is known about the floor. */
+  /** \brief Largest roll of a camera about its optical axis, radians; ≥ 0. A surface that looks like a floor in one view is then a floor in
+   *  all views. π or more: nothing is known about the floor. */
   float max_roll{0.35f};
   /** \brief Use colour, where both views have it. */
   bool use_color{true};
-  /** \brief Poses of each pair of cameras that are kept until the other cameras decide: so many of shape, and so many of paint; ≥ 2. */
+  /** \brief Number of candidate poses of each pair of cameras, for shape and for floor patterns separately; ≥ 2. They are kept until the
+   *  other cameras decide between them. */
   int hypotheses{12};
-  /** \brief Least ViewAgreement::score() of a camera, summed over those placed before it; (0, 100). Of one of them, shape comes
-   *  to 100 at most, and paint to 275 with the default samples. */
+  /** \brief Smallest ViewAgreement::score() of a placed camera, summed over the cameras placed before it; (0, 100). For one of these
+   *  cameras, shape gives at most 100, and patterns give at most 275 with the default samples. */
   float min_score{24.0f};
   /** \brief A pose is ambiguous if another one scores more than this share of its score; (0, 1). */
   float max_ambiguity{0.8f};
 };
 
-/** \brief What two views say about each other at one relative pose, on average over the instants. */
+/** \brief How well two views agree at one relative pose, averaged over the instants. */
 struct ViewAgreement {
   /** \brief Points that lie on the surface that the other view measured. */
   double confirmed{0};
-  /** \brief Points that lie on it, where it faces elsewhere or has another colour. */
+  /** \brief Points that lie on this surface, but where its normal or its colour differs. */
   double unlike{0};
-  /** \brief Points where the other view saw through. */
+  /** \brief Points in space that the other view saw as free. */
   double contradicted{0};
-  /** \brief How much the brightness of both views differs from point to point where they confirm each other, standard deviation,
-   *  grey levels; that one is brighter than the other as a whole does not count. 0: too few points with colour. */
+  /** \brief Standard deviation of the difference in brightness of the two views, over the points that they confirm, grey levels. A constant
+   *  difference does not count. 0: too few points with colour. */
   double color_spread{0};
-  /** \brief How certain it is that both see the same paint there: artanh(r) √n, r the correlation of their brightness at n points, at most
-   *  0.99; neighbours are not independent, so it is no standard score. ≥ 0; 0 for fewer than 30 points, without colour, and where
-   *  nothing is painted. */
+  /** \brief Evidence that both views see the same pattern: artanh(r) √n, where r is the correlation of their brightness at n points, at
+   *  most 0.99. Neighbours are not independent, so this is not a standard score. ≥ 0; 0 for fewer than 30 points, without colour, and
+   *  without a pattern. */
   double color_evidence{0};
-  /** \brief How well the spread fits two views of the same, given how views of this rig differ; (0, 1]. 1 without colour. */
+  /** \brief How well the spread fits two views of the same surface, compared with the usual difference between views of this rig; (0, 1]. 1
+   *  without colour. */
   double likeness{1};
-  /** \brief What a pose is judged by. Confirmations are worth less the more there are: of a wall, many are one; what is painted on
-   *  it counts beside them. A few contradictions in a hundred are noise. */
+  /** \brief The score of a pose. More confirmations add less and less, because the many points of a wall are one piece of evidence. A
+   *  pattern on the wall counts separately. A few contradictions in a hundred are noise. */
   double score() const {
     constexpr double many = 100, paint = 3, noise = 0.04, weight = 3;
     const double alike = std::max(0.0, confirmed - unlike);
@@ -75,7 +77,7 @@ struct ViewAgreement {
   }
 };
 
-/** \brief Two cameras that were placed beside each other and see the same surfaces. */
+/** \brief Two placed cameras that see the same surfaces. */
 struct CoarseOverlap {
   std::size_t first{0};     ///< number of a camera
   std::size_t second{0};    ///< of another, larger
@@ -86,17 +88,17 @@ struct CoarseOverlap {
 enum class Placement {
   Missing,    ///< it measured nothing
   Alone,      ///< no other view shares enough with its own
-  Ambiguous,  ///< others may, but several poses explain what they share
+  Ambiguous,  ///< other views may share enough, but several poses explain what they share
   Placed      ///< relative to the other cameras of its group
 };
 
 /** \brief What CoarseAlignment found. */
 struct CoarseAlignmentResult {
-  /** \brief Camera by camera; the frame of each group is that of its first camera. The identity where not placed. */
+  /** \brief Camera by camera. The frame of each group is that of its first camera. The identity for a camera that is not placed. */
   std::vector<Eigen::Isometry3d> T_world_camera;
   std::vector<Placement> placements;  ///< camera by camera
-  /** \brief The first camera of the group that a camera is placed in: those that are connected by overlaps. Its own number
-   *  where it is not placed. */
+  /** \brief For each camera, the first camera of its group. A group is a set of cameras that overlaps connect. For a camera that is not
+   *  placed, its own number. */
   std::vector<std::size_t> groups;
   std::vector<CoarseOverlap> overlaps;  ///< within the groups
 
@@ -104,18 +106,18 @@ struct CoarseAlignmentResult {
   FUSE_FLOW_INLINE bool complete() const;
 };
 
-/** \brief Camera poses of a rig of which nothing is known, from what its depth cameras see at one or more instants: where
- *  ExtrinsicEstimation begins. Intrinsics are taken from the cameras, poses are not.
+/** \brief Estimates the camera poses of a rig without initial poses, from the views of one or more instants. The result is the initial
+ *  value for ExtrinsicEstimation. It uses the intrinsics of the cameras, but not their poses.
  *
- *  Rotations that bring the dominant surface directions of two views together; for each, translations by a vote among points
- *  of like normals. Where there is colour, also poses at which what is painted on a floor, or what stands on it, agrees, by
- *  correlation over all turns and shifts. The first instant proposes poses, all of them judge: each view is projected into the
- *  other's depth image, where what the other camera saw through counts against a pose, and brightness that agrees for it. Then the
- *  cameras are placed one by one, the least ambiguous first, each where it agrees best with all that are placed.
+ *  Candidate rotations align the dominant surface directions of two views. For each rotation, points with similar normals vote for the
+ *  translation. If there is colour, further candidates come from floor patterns: their grey levels are correlated over all rotations and
+ *  translations. The candidates come from the first instant. All instants score them: each view is projected into the depth image of the
+ *  other view. Points in space that the other camera saw as free lower the score; similar brightness raises it. Then the cameras are placed
+ *  one by one, the least ambiguous first. Each camera gets the pose that agrees best with all cameras that are already placed.
  *
- *  Neighbours need to share furniture or corners, or a floor whose paint does not repeat itself; not only one wall. Of a room that after
- *  half a turn has the same shape but for small things, colour tells which way round it is. Without colour it may be taken for its
- *  turned self, and that is not always noticed: look at the result.
+ *  Neighbouring cameras must share furniture or corners, or a floor with a pattern that does not repeat itself; one wall is not enough. If
+ *  a room has nearly the same shape after half a turn, colour resolves the ambiguity. Without colour, the result may be turned by half a
+ *  turn, and this is not always detected: look at the result.
  *
  *  \code
  *  fuse_flow::CoarseAlignment alignment;
@@ -141,12 +143,11 @@ class CoarseAlignment {
   /** \brief Forget all frames. */
   FUSE_FLOW_INLINE void clear();
 
-  /** \brief One instant more; what is needed of it is copied.
-   *  \throws pcl::BadArgumentException if a camera or a view contradicts itself, or there are more or fewer cameras than in
-   *  the frames before */
+  /** \brief Adds one instant; the necessary data are copied. \throws pcl::BadArgumentException if a camera or a view contradicts itself, or
+   *  if the number of cameras differs from the earlier frames */
   FUSE_FLOW_INLINE void addFrame(const RigFrame& frame);
 
-  /** \brief Poses, as far as the frames tell them. \throws pcl::PCLException without a frame */
+  /** \brief Estimates the poses, as far as the frames determine them. \throws pcl::PCLException without a frame */
   FUSE_FLOW_INLINE CoarseAlignmentResult estimate();
 
  private:

@@ -17,29 +17,29 @@ namespace host {
 class AlignmentSystem;
 }
 
-/** \brief How DepthCorrectionEstimation looks for corrections. */
+/** \brief How DepthCorrectionEstimation searches for corrections. */
 struct DepthCorrectionParameters {
-  /** \brief How views are prepared and compared. Of the gates, max_distance should be what poses and corrections may be off together;
-   *  iterations and samples are less than there, since a correspondence costs ten times as much. Colour is not used. */
+  /** \brief How views are prepared and compared. max_distance should be the largest error that poses and corrections cause together. There
+   *  are fewer samples than in ExtrinsicEstimation, because a correspondence costs ten times as much. Colour is not used. */
   ExtrinsicParameters views = defaultViews();
   int columns{8};  ///< knots in a row of a correction; 2 … 64
   int rows{6};     ///< rows of knots; 2 … 64
-  /** \brief All views come from one sensor, which was carried around: they have one correction. */
+  /** \brief All views come from one sensor that was moved around, so they share one correction. */
   bool shared{false};
-  /** \brief How far corrections are believed to be from none, standard deviation of a, and of b in 1/metres; > 0. */
+  /** \brief Prior: standard deviation of a, and of b in 1/metres, about zero; > 0. */
   float magnitude{0.03f};
-  /** \brief How much neighbouring knots are believed to differ, standard deviation of a, and of b in 1/metres; > 0. */
+  /** \brief Prior: standard deviation of the difference between neighbouring knots, of a, and of b in 1/metres; > 0. */
   float roughness{0.005f};
-  /** \brief How far poses are believed to be off, standard deviation, metres at the scene's radius; > 0. */
+  /** \brief Prior: standard deviation of the given poses, metres at the scene's radius; > 0. */
   float pose_deviation{0.05f};
-  /** \brief Correspondences that tell as much as one whose error no other one shares; ≥ 1. */
+  /** \brief Number of correspondences that count as one independent correspondence, because neighbours share their errors; ≥ 1. */
   float redundancy{30.0f};
-  /** \brief Instants at which two cameras both measured, and which tell as much as if each erred in its own way; more of them tell together as
-   *  much as so many. Of what sensors get wrong beside a bend, at edges, in small things, much comes again in every frame, and would outweigh
-   *  what is believed; ≥ 1. */
+  /** \brief Largest number of instants of two cameras that count as independent; more instants count only as much as this number; ≥ 1. Many
+   *  errors of sensors, at bends, at edges and on small objects, repeat in every frame. Without this limit they would outweigh the
+   *  prior. */
   int effective_instants{10};
 
-  /** \brief Those of ExtrinsicEstimation, with what differs. */
+  /** \brief The defaults of ExtrinsicEstimation, with some differences. */
   static ExtrinsicParameters defaultViews() {
     ExtrinsicParameters p;
     p.samples = 6000;
@@ -55,24 +55,24 @@ FUSE_FLOW_INLINE void checkParameters(const DepthCorrectionParameters& parameter
 
 /** \brief What DepthCorrectionEstimation found. */
 struct DepthCorrectionResult {
-  std::vector<Camera> cameras;  ///< as given, with other poses and corrections
-  /** \brief Of each camera, the share of its knots about which views say more than what is believed without them; a knot that they
-   *  say nothing about follows its neighbours. */
+  std::vector<Camera> cameras;  ///< as given, with new poses and corrections
+  /** \brief For each camera, the share of the knots that the views determine better than the prior. A knot that they do not determine
+   *  follows its neighbours. */
   std::vector<double> observable;
   double residual_before{
       0};                  ///< root mean square point-to-plane distance at the given poses, without corrections, metres
-  double residual{0};      ///< with what was found, metres; 0 where nothing corresponds, as before
-  std::size_t matches{0};  ///< correspondences that residual is over
-  /** \brief The same of the poses that estimate() was given to compare with, without corrections, over the same samples. */
+  double residual{0};      ///< the same with the new poses and corrections, metres; both are 0 without correspondences
+  std::size_t matches{0};  ///< number of correspondences of residual
+  /** \brief The same for the poses that estimate() was given for comparison, without corrections, over the same samples. */
   double residual_of_poses{0};
-  std::size_t matches_of_poses{0};  ///< correspondences that residual_of_poses is over
+  std::size_t matches_of_poses{0};  ///< number of correspondences of residual_of_poses
   bool compared{false};             ///< whether there were such poses
-  int iterations{0};                ///< until nothing changed any more
+  int iterations{0};                ///< until convergence
   bool converged{false};            ///< before max_iterations
 
-  /** \brief Whether corrections explain what poses alone do not: views then agree better, or as well in far more places. Where they do not, the
-   *  sensors bend nothing that these views can tell, and corrections only follow noise. One answer for the whole rig. False without poses
-   *  to compare with. \param gain share of the residual of poses alone that corrections must take away; [0, 1) */
+  /** \brief Whether the corrections explain more than poses alone: the views then agree better, or as well at many more places. If not, the
+   *  views show no depth distortion, and the corrections only follow noise. There is one answer for the whole rig. False without poses to
+   *  compare with. \param gain share of the residual of poses alone that the corrections must remove; [0, 1) */
   bool explainsMore(double gain = 0.05) const {
     const auto own = static_cast<double>(matches), of_poses = static_cast<double>(matches_of_poses);
     constexpr double as_many = 0.9;  // some fall beside an edge by a hair
@@ -81,16 +81,16 @@ struct DepthCorrectionResult {
   }
 };
 
-/** \brief Depth corrections of all cameras of a rig, and their poses, from what they see of the same surfaces.
+/** \brief Estimates the depth corrections and the poses of all cameras of a rig, from surfaces that several cameras see.
  *
- *  A sensor that measures wrong bends what it sees: no pose makes bent surfaces agree, and poses found without it are wrong too. The
- *  residuals are those of ExtrinsicEstimation, point to plane, of points and planes that are both corrected. One damped
- *  Gauss–Newton finds the poses and the knots of all corrections together, with a prior: corrections are small and smooth, poses not far
- *  from those given. So what the data leave open stays: of two cameras before one wall each takes half of what they disagree
- *  by. The scale of the scene, which no view tells, stays too: over all samples corrections are none on average.
+ *  Depth distortion bends surfaces. No pose makes bent surfaces agree, and poses that are estimated without corrections are wrong too. The
+ *  residuals are the point-to-plane distances of ExtrinsicEstimation, with corrected points and planes. A damped Gauss–Newton search finds
+ *  the poses and the knots of all corrections together. It has a prior: corrections are small and smooth, and the poses are near the given
+ *  poses. So directions that the data do not determine stay: two cameras in front of one wall each take half of their disagreement. The
+ *  scale of the scene is unobservable and stays too: the mean correction over all samples is zero.
  *
- *  Begin with poses that are right to some centimetres, as ExtrinsicEstimation finds them, and frames that show different depths in all
- *  parts of the images. A correction belongs to a sensor, not to where it stands: found once, it holds for other recordings.
+ *  Begin with poses that are right to a few centimetres, such as those of ExtrinsicEstimation, and with frames that show different depths
+ *  in all parts of the images. A correction belongs to a sensor, not to its pose, so it is valid for other recordings of this sensor.
  *
  *  \code
  *  fuse_flow::DepthCorrectionEstimation estimation;
@@ -119,18 +119,18 @@ class DepthCorrectionEstimation {
   /** \brief Forget all frames. */
   FUSE_FLOW_INLINE void clear();
 
-  /** \brief One instant more; what is needed of it is copied. Corrections that its cameras have are left out: new ones are found.
-   *  \throws pcl::BadArgumentException if a camera or a view contradicts itself, or the cameras are not those of the frames
-   *  before, poses aside */
+  /** \brief Adds one instant; the necessary data are copied. Existing corrections of its cameras are ignored. \throws
+   *  pcl::BadArgumentException if a camera or a view contradicts itself, or if the cameras differ from the earlier frames in more than
+   *  their poses */
   FUSE_FLOW_INLINE void addFrame(const RigFrame& frame);
 
-  /** \brief From the poses of the first frame. \throws pcl::PCLException without a frame */
+  /** \brief Begins with the poses of the first frame. \throws pcl::PCLException without a frame */
   FUSE_FLOW_INLINE DepthCorrectionResult estimate();
 
-  /** \brief From other poses, one a camera. */
+  /** \brief Begins with other poses, one for each camera. */
   FUSE_FLOW_INLINE DepthCorrectionResult estimate(const std::vector<Eigen::Isometry3d>& initial);
 
-  /** \brief The same, and beside it what poses alone explain: see DepthCorrectionResult::explainsMore(). \param refined poses, one a
+  /** \brief The same, and also compares with poses alone: see DepthCorrectionResult::explainsMore(). \param refined poses, one for each
    *  camera, that ExtrinsicEstimation has found from depth without corrections
    *  \throws pcl::BadArgumentException for another number of poses, or one that is not rigid */
   FUSE_FLOW_INLINE DepthCorrectionResult estimate(const std::vector<Eigen::Isometry3d>& initial,

@@ -16,12 +16,12 @@
 
 namespace fuse_flow {
 
-/** \brief All camera poses of a rig together, from what its depth cameras see at one or more instants.
+/** \brief Estimates all camera poses of a rig together, from the views of one or more instants.
  *
- *  Point-to-plane residuals between every view and those that it overlaps most, counterparts by projection into the other
- *  depth image, points chosen evenly over the directions of their normals, Tukey's weights at the scale that the residuals
- *  have, Gauss–Newton over all cameras at once. What the data cannot tell, such as a slide of two cameras along the one wall
- *  that they see, stays as it was given, unless colour tells; the result says so.
+ *  Gauss–Newton over all cameras at once minimises point-to-plane residuals between every view and the views that overlap it most.
+ *  Correspondences are found by projection into the other depth image. The points are chosen evenly over the directions of their normals.
+ *  Tukey weights follow the scale of the residuals. Directions that the data do not determine keep their given values, unless colour
+ *  determines them. An example is a slide of two cameras along the only wall that they see. The result names these directions.
  *
  *  \code
  *  fuse_flow::ExtrinsicEstimation<pcl::PointXYZRGB> estimation;
@@ -65,19 +65,19 @@ class ExtrinsicEstimation<PointT, device::Host> {
   /** \brief Forget all frames. */
   void clear();
 
-  /** \brief One instant more; what is needed of it is copied. The poses of the first frame are where the search begins.
-   *  \throws pcl::BadArgumentException if a camera or a view contradicts itself, or the cameras are not those of the frames
-   *  before, poses aside */
+  /** \brief Adds one instant; the necessary data are copied. The search begins with the poses of the first frame. \throws
+   *  pcl::BadArgumentException if a camera or a view contradicts itself, or if the cameras differ from the earlier frames in more than
+   *  their poses */
   void addFrame(const RigFrame& frame);
 
-  /** \brief The same from organised clouds, each in its camera's frame (z forward), as grabbers deliver them; null: missing.
+  /** \brief The same from organised clouds, each in the frame of its camera (z forward), as grabbers deliver them. A null cloud is missing.
    *  \throws pcl::BadArgumentException if a cloud does not have its camera's size */
   void addClouds(const std::vector<Camera>& cameras, const std::vector<PointCloudConstPtr>& clouds);
 
-  /** \brief From the poses that addFrame() was given. \throws pcl::PCLException without a frame */
+  /** \brief Begins with the poses that addFrame() was given. \throws pcl::PCLException without a frame */
   ExtrinsicResult estimate();
 
-  /** \brief From other poses, one a camera. */
+  /** \brief Begins with other poses, one for each camera. */
   ExtrinsicResult estimate(const std::vector<Eigen::Isometry3d>& initial);
 
  private:

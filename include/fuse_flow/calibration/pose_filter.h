@@ -11,26 +11,26 @@
 
 namespace fuse_flow {
 
-/** \brief How PoseFilter tells drift from noise, and a bump from a bad frame. */
+/** \brief How PoseFilter distinguishes drift from noise, and a bump from a bad frame. */
 struct PoseFilterParameters {
-  /** \brief How far a camera drifts from one update to the next, standard deviation, metres at the scene's radius; ≥ 0. */
+  /** \brief Standard deviation of the drift of a camera from one update to the next, metres at the scene's radius; ≥ 0. */
   float drift{0.0001f};
-  /** \brief Errors of neighbouring pixels go together: what estimates really scatter by, over what the residuals make expect;
-   *  > 0. */
+  /** \brief Scatter of the estimates divided by the scatter that the residuals predict; > 0. It is more than 1, because neighbouring pixels
+   *  share errors. */
   float deviation_scale{5.0f};
-  /** \brief What no estimate is better than, metres at the scene's radius; > 0. */
+  /** \brief Smallest standard deviation of an estimate, metres at the scene's radius; > 0. */
   float min_deviation{0.0005f};
-  /** \brief Squared Mahalanobis distance from which on an estimate does not fit; > 0. χ² of six degrees of freedom stays under
+  /** \brief Squared Mahalanobis distance above which an estimate does not fit; > 0. χ² of six degrees of freedom stays under
    *  22.5 in 99.9 % of all cases. */
   float gate{22.5f};
-  /** \brief So many estimates in a row that do not fit what was, but fit each other, mean that the camera has moved; ≥ 2. */
+  /** \brief If this many estimates in a row do not fit the old pose, but fit each other, the camera has moved; ≥ 2. */
   int confirmations{3};
 };
 
 /** \brief Throws pcl::BadArgumentException naming the parameter and its value if one is out of its range. */
 FUSE_FLOW_INLINE void checkParameters(const PoseFilterParameters& parameters);
 
-/** \brief A camera that is no longer where it was. */
+/** \brief A camera that has moved. */
 struct CameraMotion {
   std::size_t camera{0};                                        ///< its number
   Eigen::Isometry3d T_new_old = Eigen::Isometry3d::Identity();  ///< world frame → world frame
@@ -38,30 +38,31 @@ struct CameraMotion {
   double rotation{0};                                           ///< radians
 };
 
-/** \brief Poses of a rig over time: a Kalman filter for each camera, over what ExtrinsicEstimation finds frame by frame. An
- *  estimate that does not fit is kept back: it may be a bad frame. If the next ones agree with it, the camera has been moved.
- *  The frame of the world is held by the majority: if all cameras but one seem to have moved alike, that one has.
+/** \brief Filters the poses of a rig over time: a Kalman filter for each camera, whose inputs are the results of ExtrinsicEstimation for
+ *  each frame. An estimate that does not fit is held back, because the frame may be bad. If the next estimates agree with it, the camera
+ *  has moved. The majority of the cameras defines the world frame: if all cameras but one seem to have moved in the same way, that one
+ *  camera has moved.
  *
  *  Only one thread at a time may use an object; a second thread gets a pcl::PCLException. Objects share nothing, so each thread may use its
  *  own object. */
 class PoseFilter {
  public:
-  /** \brief Starts over. \param poses of all cameras, camera → world  \param deviation of each, metres at the scene's radius;
-   *  0.02 for a rig measured by hand  \throws pcl::BadArgumentException */
+  /** \brief Resets the filter. \param poses of all cameras, camera → world  \param deviation standard deviation of each pose, metres at the
+   *  scene's radius; 0.02 for a rig measured by hand  \throws pcl::BadArgumentException */
   FUSE_FLOW_INLINE void reset(const std::vector<Eigen::Isometry3d>& poses, double deviation);
   /** \brief \throws pcl::BadArgumentException for a value out of range */
   FUSE_FLOW_INLINE void setParameters(const PoseFilterParameters& parameters);
   /** \brief What setParameters() set, or the defaults. */
   const PoseFilterParameters& getParameters() const { return parameters_; }
 
-  /** \brief One estimate more, which began at poses(). \returns the cameras that it confirms to have moved */
+  /** \brief Adds an estimate that began with poses(). \returns the cameras that, by this estimate, have moved */
   FUSE_FLOW_INLINE std::vector<CameraMotion> update(const ExtrinsicResult& estimate);
 
   /** \brief Camera → world, camera by camera. */
   const std::vector<Eigen::Isometry3d>& poses() const { return poses_; }
   /** \brief Standard deviation of a pose, metres at the scene's radius. */
   FUSE_FLOW_INLINE double deviation(std::size_t camera) const;
-  /** \brief Whether the last estimate of a camera was kept back. */
+  /** \brief Whether the last estimate of a camera was held back. */
   bool keptBack(std::size_t camera) const { return states_[camera].odd > 0; }
 
  private:

@@ -17,15 +17,15 @@
 
 namespace fuse_flow {
 
-/** \brief Section 5: adaptive cells, representatives and eq. 11, for a cloud in the world frame. A drop-in for
- *  pcl::VoxelGrid whose cells are fixed to the world, cannot overflow, and follow the local density.
+/** \brief Section 5: adaptive cells, representatives and eq. 11, for a cloud in the world frame. It can replace pcl::VoxelGrid. Its cells
+ *  are fixed to the world, their indices cannot overflow, and their size follows the local density.
  *
- *  C is the points' confidence field, where PointT has one, at most 1, else 1. Points with C ≤ 0, and points that are not
- *  finite, do not take part. With setCameraIndices() points are told apart by camera; with setFrame() representatives are
- *  weighed with V. Colours, intensities and normals are averaged with the shares of eq. 11, those that are not finite left out; the output's
- *  confidence is ω, its view_count the number of cameras that it is from and its camera_mask their bits (see PointCameras); all other
- *  fields, and normals of which none is known, are those of the representative with the largest share. With extract_removed_indices, the removed indices are those of the points that represent no output
- *  point.
+ *  If PointT has a confidence field, C is this field, at most 1; otherwise C is 1. Points with C ≤ 0, and points that are not finite, are
+ *  ignored. With setCameraIndices(), the filter knows the camera of each point. With setFrame(), V weights the representatives. Colours,
+ *  intensities and normals are averaged with the shares of eq. 11; values that are not finite are skipped. The confidence of an output
+ *  point is ω, its view_count is the number of cameras that contributed to it, and its camera_mask has their bits (see PointCameras). All
+ *  other fields are those of the representative with the largest share; so are normals, if no normal is known. With
+ *  extract_removed_indices, the removed indices are the points that represent no output point.
  *
  *  Only one thread at a time may filter with an object; a second thread gets a pcl::PCLException. Objects share nothing, so each thread may
  *  use its own object. */
@@ -43,7 +43,7 @@ class AdaptiveHashFusion<PointT, device::Host> : public pcl::Filter<PointT> {
   using ConstPtr = pcl::shared_ptr<const AdaptiveHashFusion>;
   ///@}
 
-  /** \param extract_removed_indices whether getRemovedIndices() is filled; costs a list of indices */
+  /** \param extract_removed_indices whether getRemovedIndices() is filled; this needs memory for a list of indices */
   explicit AdaptiveHashFusion(bool extract_removed_indices = false) : pcl::Filter<PointT>(extract_removed_indices) {
     this->filter_name_ = "AdaptiveHashFusion";
   }
@@ -53,16 +53,16 @@ class AdaptiveHashFusion<PointT, device::Host> : public pcl::Filter<PointT> {
   /** \brief What setParameters() set, or the defaults. */
   const AggregationParameters& getParameters() const { return parameters_; }
 
-  /** \brief Which camera each point of the input cloud came from: as many as the cloud has points; empty, the default:
-   *  all from camera 0. Copied. */
+  /** \brief The camera of each point of the input cloud, one index for each point. Empty, the default: all points are from camera 0.
+   *  Copied. */
   void setCameraIndices(const std::vector<std::uint32_t>& cameras) { cameras_ = cameras; }
 
-  /** \brief Weigh with V over this frame, whose cameras setCameraIndices() counts. The frame is copied, its images are
-   *  not: they must outlive filter(). Never called, or with a frame without cameras: V = 1.
+  /** \brief Weights points with V, computed over this frame. setCameraIndices() refers to its cameras. The frame is copied, but its images
+   *  are not: they must outlive filter(). If this is never called, or called with a frame without cameras, V = 1.
    *  \throws pcl::BadArgumentException for a parameter out of range, or a frame that contradicts itself */
   inline void setFrame(const RigFrame& frame, const ConsistencyParameters& parameters = {});
 
-  /** \brief What of that frame's depth counts as measured. \throws pcl::BadArgumentException for a value out of range */
+  /** \brief Which depths of that frame count as measurements. \throws pcl::BadArgumentException for a value out of range */
   inline void setPreprocessing(const PreprocessingParameters& parameters);
 
   /** \brief Write ω into PointT's intensity, if it has one, in place of the mean intensity; default off. */
@@ -80,10 +80,10 @@ class AdaptiveHashFusion<PointT, device::Host> : public pcl::Filter<PointT> {
    *  \throws pcl::BadArgumentException if the camera indices do not fit the cloud or the frame */
   inline void applyFilter(PointCloud& output) override;
 
-  /** \brief Section 5 for points in the world frame, camera after camera: the step that another device replaces.
-   *  \param points positions and C  \param cameras of each point  \param agreeing receives of each fused point cameraBit() of the cameras
-   *  that agree with it, those of its representatives or not among them; may be left empty where no view is asked
-   *  \return fused points, whose sources are numbers of points */
+  /** \brief Section 5 for points in the world frame, camera after camera. Other devices replace this step. \param points positions and C
+   *  \param cameras the camera of each point \param agreeing receives for each fused point cameraBit() of the cameras that agree with it,
+   *  whether or not they have a representative; may stay empty if no view is used \return fused points, whose sources are numbers of
+   *  points */
   inline virtual std::vector<FusedPoint> fusePoints(const std::vector<WeightedPoint>& points,
                                                     const std::vector<std::uint32_t>& cameras,
                                                     std::vector<std::uint64_t>& agreeing);
@@ -94,7 +94,7 @@ class AdaptiveHashFusion<PointT, device::Host> : public pcl::Filter<PointT> {
   PreprocessingParameters preprocessing_;  ///< see setPreprocessing()
   int threads_{0};                         ///< see setNumberOfThreads()
   bool weight_in_intensity_{false};        ///< see setWeightInIntensity()
-  detail::OneThread one_thread_;           ///< who filters asks it
+  detail::OneThread one_thread_;           ///< checked by every call that filters
 
  private:
   std::vector<std::uint32_t> cameras_;

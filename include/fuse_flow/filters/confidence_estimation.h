@@ -10,15 +10,14 @@
 
 namespace fuse_flow {
 
-/** \brief Eq. 2, 3 and 9: the measurement confidence C of each pixel of an organised cloud; keeps the points with C >
- *  τ.
+/** \brief Eq. 2, 3 and 9: computes the measurement confidence C of each pixel of an organised cloud, and keeps the points with C > τ.
  *
  *  The depth of a point is its distance along the optical axis of the sensor pose in the cloud's header
- *  (sensor_origin_, sensor_orientation_), taken, as PCL's NormalEstimation takes it, in the frame of the points. A cloud
- *  in the camera's own frame has the default, identity pose.
+ *  (sensor_origin_, sensor_orientation_). As in PCL's NormalEstimation, this pose is in the frame of the points. A cloud in the camera
+ *  frame has the default pose, the identity.
  *
- *  If PointT has a confidence field, the filtered cloud carries C in it, whatever it held before. Points that are not finite, or not in front of
- *  the sensor, have no measurement: C = 0, and they are removed whether setNegative() or not.
+ *  If PointT has a confidence field, the filter overwrites it with C in the filtered cloud. Points that are not finite, or not in front of
+ *  the sensor, have no measurement: C = 0, and they are always removed, also with setNegative().
  *
  *  Only one thread at a time may filter with an object; a second thread gets a pcl::PCLException. Objects share nothing, so each thread may
  *  use its own object. */
@@ -40,7 +39,7 @@ class ConfidenceEstimation<PointT, device::Host> : public pcl::FilterIndices<Poi
   using ConstPtr = pcl::shared_ptr<const ConfidenceEstimation>;
   ///@}
 
-  /** \param extract_removed_indices whether getRemovedIndices() is filled; costs a list of indices */
+  /** \param extract_removed_indices whether getRemovedIndices() is filled; this needs memory for a list of indices */
   explicit ConfidenceEstimation(bool extract_removed_indices = false)
       : pcl::FilterIndices<PointT>(extract_removed_indices) {
     this->filter_name_ = "ConfidenceEstimation";
@@ -51,10 +50,10 @@ class ConfidenceEstimation<PointT, device::Host> : public pcl::FilterIndices<Poi
   /** \brief What setParameters() set, or the defaults. */
   const ConfidenceParameters& getParameters() const { return parameters_; }
 
-  /** \brief Focal length of the camera, pixels, > 0; default 525. The slope-compensated form needs it to know how far
-   *  apart neighbouring pixels see. \throws pcl::BadArgumentException for a value that is not > 0 and finite */
+  /** \brief Focal length of the camera, pixels, > 0; default 525. The slope-compensated form needs it to compute the angle between
+   *  neighbouring pixels. \throws pcl::BadArgumentException for a value that is not > 0 and finite */
   inline void setFocalLength(float pixels);
-  /** \brief Pixels. */
+  /** \brief The focal length, pixels. */
   float getFocalLength() const { return focal_length_; }
 
   /** \brief Threads to use; 0, the default, is one per core. */
@@ -73,7 +72,7 @@ class ConfidenceEstimation<PointT, device::Host> : public pcl::FilterIndices<Poi
   /** \copydoc applyFilter(pcl::Indices&) */
   inline void applyFilter(PointCloud& output) override;
 
-  /** \brief Eq. 3 for a whole depth map: the step that another device replaces. \param depth metres, 0 where there is no
+  /** \brief Eq. 3 for a whole depth map. Other devices replace this step. \param depth metres, 0 where there is no
    *  measurement  \param C receives the confidence, row by row */
   inline virtual void computeConfidence(const host::DepthMap& depth, float* C);
 
@@ -83,7 +82,7 @@ class ConfidenceEstimation<PointT, device::Host> : public pcl::FilterIndices<Poi
   inline static void checkOrganized(const Cloud& cloud);
 
   int threads_{0};                ///< see setNumberOfThreads()
-  detail::OneThread one_thread_;  ///< who filters asks it
+  detail::OneThread one_thread_;  ///< checked by every call that filters
 
  private:
   ConfidenceParameters parameters_;

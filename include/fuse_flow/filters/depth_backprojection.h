@@ -12,14 +12,14 @@
 
 namespace fuse_flow {
 
-/** \brief Eq. 8: a depth image and a camera to an organised cloud in the world frame, one point a pixel.
+/** \brief Eq. 8: converts a depth image and a camera to an organised cloud in the world frame, one point for each pixel.
  *
- *  The depth comes from setView(), or from setInputCloud() as the z of an organised cloud of the camera's image size and in
- *  its frame, whose other fields are then carried over, normals turned into the world frame. From a view, a confidence field is the
- *  view's own confidence, or 1; what ConfidenceEstimation finds takes its place. Pixels without a measurement become NaN
- *  (or the user filter value), and with extract_removed_indices are the removed indices; setIndices() restricts the output to
- *  some of the pixels, and the others become NaN too. The header is the input's. The output's sensor pose is the camera's; in place,
- *  filter(*input), PCL puts the input's back.
+ *  The depth comes from setView(), or from setInputCloud(). The input cloud must be organised, have the size of the camera's image and be
+ *  in the camera frame; its z is the depth. Its other fields are copied, and normals are rotated into the world frame. With setView(), a
+ *  confidence field is the confidence of the view, or 1; ConfidenceEstimation replaces it later. Pixels without a measurement become NaN
+ *  (or the user filter value); with extract_removed_indices they are the removed indices. setIndices() restricts the output to some of the
+ *  pixels; the others become NaN too. The output has the header of the input. Its sensor pose is the pose of the camera; but with
+ *  filter(*input), in place, PCL restores the pose of the input.
  *
  *  Only one thread at a time may filter with an object; a second thread gets a pcl::PCLException. Objects share nothing, so each thread may
  *  use its own object. */
@@ -37,7 +37,7 @@ class DepthBackprojection<PointT, device::Host> : public pcl::Filter<PointT> {
   using ConstPtr = pcl::shared_ptr<const DepthBackprojection>;
   ///@}
 
-  /** \param extract_removed_indices whether getRemovedIndices() is filled; costs a list of indices */
+  /** \param extract_removed_indices whether getRemovedIndices() is filled; this needs memory for a list of indices */
   explicit DepthBackprojection(bool extract_removed_indices = false) : pcl::Filter<PointT>(extract_removed_indices) {
     this->filter_name_ = "DepthBackprojection";
   }
@@ -58,7 +58,7 @@ class DepthBackprojection<PointT, device::Host> : public pcl::Filter<PointT> {
   /** \brief What setParameters() set, or the defaults. */
   const PreprocessingParameters& getParameters() const { return parameters_; }
 
-  /** \brief What the coordinates of a pixel without a measurement become; default NaN. */
+  /** \brief Value for the coordinates of pixels without a measurement; default NaN. */
   void setUserFilterValue(float value) { user_filter_value_ = value; }
 
   /** \brief Threads to use; 0, the default, is one per core. */
@@ -72,8 +72,8 @@ class DepthBackprojection<PointT, device::Host> : public pcl::Filter<PointT> {
   /** \throws pcl::BadArgumentException if the image or cloud does not have the camera's size */
   inline void applyFilter(PointCloud& output) override;
 
-  /** \brief D^r and eq. 8 for a whole image, row by row: the step that another device replaces. \param view the depth image  \param z metres, 0 where
-   *  there is no measurement  \param points world frame; unspecified where z is 0 */
+  /** \brief D^r and eq. 8 for a whole image, row by row. Other devices replace this step. \param view the depth image  \param z metres, 0
+   *  where there is no measurement  \param points world frame; unspecified where z is 0 */
   inline virtual void computePoints(const DepthView& view, float* z, Vec3* points);
 
   Camera camera_;                                                     ///< see setCamera()
@@ -81,7 +81,7 @@ class DepthBackprojection<PointT, device::Host> : public pcl::Filter<PointT> {
   int threads_{0};                                                    ///< see setNumberOfThreads()
   DepthView view_;                                                    ///< see setView()
   float user_filter_value_{std::numeric_limits<float>::quiet_NaN()};  ///< see setUserFilterValue()
-  detail::OneThread one_thread_;                                      ///< who filters asks it
+  detail::OneThread one_thread_;                                      ///< checked by every call that filters
 };
 
 }  // namespace fuse_flow

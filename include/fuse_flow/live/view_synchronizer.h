@@ -18,44 +18,45 @@ namespace fuse_flow {
 
 /** \brief How the stamps of different cameras relate. */
 enum class ClockModel {
-  Shared,   ///< one clock stamps every view, as with PTP or in a recording: stamps are compared as they are
-  Separate  ///< each camera stamps by a clock of its own, whose offset and drift are estimated from when views arrive
+  Shared,   ///< one clock stamps every view, as with PTP or in a recording; stamps are compared directly
+  Separate  ///< each camera has its own clock; offset and drift are estimated from the arrival times of the views
 };
 
-/** \brief When views belong together, and how long one is waited for. Durations of more than a year count as one. */
+/** \brief When views belong together, and how long the synchroniser waits for a view. A duration of more than a year counts as one year. */
 struct SynchronizerParameters {
-  /** \brief No view of a set is further from the set's stamp; > 0. Cameras that expose together: up to a quarter of their
-   *  frame period; free-running ones: half of it. */
+  /** \brief Largest difference between the stamp of a view and the stamp of its set; > 0. For cameras that expose together: at most a
+   *  quarter of their frame period. For free-running cameras: half of it. */
   std::chrono::microseconds tolerance{8000};
-  /** \brief A view waits no longer for the other cameras'; > 0, and above the slowest camera's frame period: a slower camera
-   *  than that is mostly missing. */
+  /** \brief Longest time that a view waits for the views of other cameras; > 0. It should be above the frame period of the slowest camera;
+   *  otherwise that camera is missing from most sets. */
   std::chrono::microseconds max_wait{100000};
-  /** \brief Views that wait, for each camera; ≥ 1. More frames than this in max_wait, and some are lost. */
+  /** \brief Largest number of waiting views of each camera; ≥ 1. If more views than this arrive within max_wait, some are lost. */
   std::size_t capacity{8};
-  /** \brief Whose clock stamps; set stamps are on the cameras' clock if it is shared, else on the host's. */
+  /** \brief Whether the cameras share a clock. The stamps of sets use the clock of the cameras if it is shared, else the clock of the
+   *  host. */
   ClockModel clocks{ClockModel::Separate};
-  /** \brief The offset of a camera's clock is estimated over this, ClockModel::Separate only; > 0. An offset that grows by
-   *  100 µs/s is behind by up to 1 ms over the default's 10 s. */
+  /** \brief Time window in which the offset of a camera's clock is estimated, only with ClockModel::Separate; > 0. If an offset grows by
+   *  100 µs/s, the estimate lags by up to 1 ms with the default of 10 s. */
   std::chrono::microseconds offset_window{10000000};
 };
 
 /** \brief Throws pcl::BadArgumentException naming the parameter and its value if one is out of its range. */
 inline void checkParameters(const SynchronizerParameters& parameters);
 
-/** \brief What became of the views. */
+/** \brief Counts of the views and sets. */
 struct SynchronizerStatistics {
-  /** \brief Of one camera; received is the sum of used, overrun, unmatched, late, repeated and waiting. */
+  /** \brief Counts of one camera. received is the sum of used, overrun, unmatched, late, repeated and waiting. */
   struct Camera {
     std::uint64_t received{0};            ///< views that were pushed
-    std::uint64_t used{0};                ///< went out in a set
-    std::uint64_t overrun{0};             ///< dropped: as many as the capacity waited already
-    std::uint64_t unmatched{0};           ///< dropped: a later set went out, or the camera restarted
-    std::uint64_t late{0};                ///< dropped: came after the set of its time, or after its successor
-    std::uint64_t repeated{0};            ///< dropped: the stamp of its predecessor
-    std::uint64_t waiting{0};             ///< for the other cameras
-    std::uint64_t restarts{0};            ///< times that stamps went back by more than max_wait
+    std::uint64_t used{0};                ///< delivered in a set
+    std::uint64_t overrun{0};             ///< dropped: the number of waiting views had reached the capacity
+    std::uint64_t unmatched{0};           ///< dropped: a later set was delivered, or the camera restarted
+    std::uint64_t late{0};                ///< dropped: arrived after the set of its time, or after its successor
+    std::uint64_t repeated{0};            ///< dropped: has the stamp of its predecessor
+    std::uint64_t waiting{0};             ///< waiting for the other cameras
+    std::uint64_t restarts{0};            ///< how often stamps went back by more than max_wait
     std::chrono::microseconds offset{0};  ///< set stamp − the camera's stamp; 0 with ClockModel::Shared
-    bool waited_for{true};                ///< false: has stalled, sets do without it
+    bool waited_for{true};                ///< false: the camera has stalled, and sets do not wait for it
   };
   std::vector<Camera> cameras;                  ///< in the order of their numbers
   std::uint64_t complete_sets{0};               ///< with a view of every camera
@@ -74,59 +75,60 @@ struct SynchronizedView {
 /** \brief The views of one instant. */
 template <typename PayloadT>
 struct SynchronizedSet {
-  /** \brief The middle of its earliest and latest view, microseconds. It grows from set to set: after a shared clock has jumped
-   *  back it goes on by the host's time, ahead of that clock. */
+  /** \brief Middle between the stamps of its earliest and its latest view, microseconds. It grows from set to set. After a shared clock has
+   *  jumped back, it continues with the host's time, and is then ahead of that clock. */
   std::uint64_t stamp{0};
   std::chrono::microseconds spread{0};  ///< from its earliest to its latest view; at most twice the tolerance
-  /** \brief views[i] is camera i's; without a value where the camera is missing. */
+  /** \brief views[i] is the view of camera i; it has no value if the camera is missing. */
   std::vector<std::optional<SynchronizedView<PayloadT>>> views;
 };
 
-/** \brief Brings the views of several cameras together by their stamps, as they arrive: grabbers push, from any thread, and
- *  whoever fuses takes sets.
+/** \brief Groups the views of several cameras into sets by their stamps. Grabbers push views from any thread; the thread that fuses takes
+ *  sets.
  *
  *  \code
  *  fuse_flow::ViewSynchronizer<Cloud::ConstPtr> synchronizer(grabbers.size());
  *  // in the callback of grabber i:
  *  synchronizer.push(i, cloud->header.stamp, cloud);
  *  // in the thread that fuses:
- *  while (const auto set = synchronizer.wait(2s)) …
- *  \endcode
+ *  while (const auto set = synchronizer.wait(2s))
+ *  … \endcode
  *
- *  A set goes out as soon as every camera that is waited for has a view in it; if several could, the latest, so that a slow
- *  consumer skips frames instead of falling behind. Of cameras with different rates the slowest sets the pace; a frame that a
- *  camera has lost, by the rate at which it delivers, holds up no one. A view that has waited for max_wait goes out with
- *  what there is, and a camera that has delivered nothing by then has stalled: no set waits for it until it delivers again.
- *  No more than capacity views of a camera are kept, with the places of lost ones, the oldest give way. push() never waits for a consumer: both hold the
- *  lock for bookkeeping only, and drop views outside of it.
+ *  A set is ready as soon as every camera that it waits for has a view in it. If several sets are ready, the latest one is delivered, so a
+ *  slow consumer skips frames and does not fall behind. If cameras have different rates, the slowest camera determines the rate of the
+ *  sets. The synchroniser detects lost frames by the rate of the camera, and no set waits for them. When a view has waited for max_wait,
+ *  its set is delivered without the missing views. A camera that has delivered nothing by then has stalled: no set waits for it until it
+ *  delivers again. At most capacity views of a camera are kept, lost frames included; the oldest are dropped first. push() never waits for
+ *  a consumer: both hold the lock only for bookkeeping, and free views outside the lock.
  *
  *  Any number of threads may use one object. Objects share nothing.
  *
- *  PayloadT is what owns the images, such as a cloud's ConstPtr; it must be movable. */
+ *  PayloadT owns the images, such as the ConstPtr of a cloud; it must be movable. */
 template <typename PayloadT>
 class ViewSynchronizer {
  public:
   using Set = SynchronizedSet<PayloadT>;                     ///< what is taken
   using Clock = std::function<std::chrono::microseconds()>;  ///< the host's time; called from every thread
 
-  /** \param cameras how many; > 0  \param parameters see there  \param clock tells when views arrive and how long they have
-   *  waited; default std::chrono::steady_clock  \throws pcl::BadArgumentException for a value out of range */
+  /** \param cameras number of cameras; > 0 \param parameters see SynchronizerParameters \param clock the host's time, for arrival and
+   *  waiting times; default std::chrono::steady_clock  \throws pcl::BadArgumentException for a value out of range */
   inline explicit ViewSynchronizer(std::size_t cameras, const SynchronizerParameters& parameters = {},
                                    Clock clock = steadyTime);
 
-  /** \brief Hand over a view. A stamp that goes back by up to max_wait is out of order and dropped; by more, the camera has
-   *  restarted. Any number is a stamp; one that is 2⁶³ µs or more ahead of its predecessor lies before it.
-   *  \param camera its number, from 0  \param stamp when it was exposed, microseconds of the camera's clock
+  /** \brief Hands over a view. If its stamp goes back by at most max_wait, the view is out of order and is dropped. If it goes back by
+   *  more, the camera has restarted. Every number is a valid stamp. A stamp that is 2⁶³ µs or more ahead of its predecessor counts as
+   *  earlier.
+   *  \param camera its number, from 0 \param stamp time of exposure, microseconds of the camera's clock
    *  \param payload the view  \throws pcl::BadArgumentException if there is no such camera */
   inline void push(std::size_t camera, std::uint64_t stamp, PayloadT payload);
 
   /** \brief The latest set that is ready, if there is one. */
   inline std::optional<Set> take();
 
-  /** \brief As take(), but waits for a set, up to a time.  \param timeout from now on; more than a year counts as one */
+  /** \brief As take(), but waits for a set. \param timeout longest time to wait; more than a year counts as one year */
   inline std::optional<Set> wait(std::chrono::microseconds timeout);
 
-  /** \brief Since construction. */
+  /** \brief Counts since construction. */
   inline SynchronizerStatistics getStatistics() const;
 
  private:
@@ -160,13 +162,13 @@ class ViewSynchronizer {
   Clock clock_;
   mutable std::mutex mutex_;
   std::condition_variable pushed_;
-  // What follows is guarded by the mutex.
-  std::deque<Stream> streams_;        // not a vector, which wants to copy what it cannot move without a throw
-  std::optional<std::int64_t> past_;  // the time of the last set: what is not after it is late
+  // The mutex guards the following members.
+  std::deque<Stream> streams_;        // not a vector, which copies elements whose move constructor may throw
+  std::optional<std::int64_t> past_;  // the time of the last set: views that are not later are late
   std::optional<std::int64_t> last_stamp_;
   std::int64_t last_set_at_{0};  // µs, the host's
   std::int64_t ahead_{0};        // stamps of sets − their times; 0 unless a shared clock has jumped back
-  SynchronizerStatistics sets_;  // of the sets; the cameras' are in their streams
+  SynchronizerStatistics sets_;  // of the sets; the counts of cameras are in their streams
   double total_spread_{0};       // µs
 };
 
