@@ -8,7 +8,7 @@
 namespace fuse_flow::io {
 namespace {
 
-constexpr double kDeviation = 0.005;  // metres: of poses that one frame told
+constexpr double kDeviation = 0.005;  // metres: of poses estimated from one frame
 
 }  // namespace
 

@@ -27,7 +27,7 @@ class MarkerDetector {
   MarkerDetector(const MarkerDetector&) = delete;
   MarkerDetector& operator=(const MarkerDetector&) = delete;
 
-  /** \brief Those that can be told apart: of two with the same number neither. */
+  /** \brief The markers that can be identified: if two have the same number, neither of them. */
   std::vector<DetectedMarker> detect(const ColorImage& image);
 
   static std::vector<std::string> families() { return {"tag36h11", "tag25h9", "tag16h5", "tagStandard41h12"}; }

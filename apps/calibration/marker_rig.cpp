@@ -30,7 +30,7 @@ struct Look {
   double doubt;                  ///< residual of that over that of the other pose; [0, 1]
 };
 
-/** \brief In the marker's frame: x to the right, y down, z away from whoever reads it; metres. */
+/** \brief In the marker's frame: x to the right, y down, z away from the viewer; metres. */
 Vector3d corner(int k, double side) {
   static constexpr double x[] = {-0.5, 0.5, 0.5, -0.5}, y[] = {0.5, 0.5, -0.5, -0.5};
   return side * Vector3d(x[k], y[k], 0);

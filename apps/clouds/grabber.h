@@ -20,7 +20,7 @@ using CloudReceiver = std::function<void(std::uint64_t stamp, const OrganizedClo
 void connectGrabber(pcl::Grabber& grabber, const CloudReceiver& receive);
 
 /** \brief What takes a grabber's images, in the grabber's thread. \param stamp when the depth was measured, microseconds, by the
- *  device's clock  \param images depth16 in millimetres, and colour of the same size where there is some; kept by whoever wants them */
+ *  device's clock  \param images depth16 in millimetres, and colour of the same size if there is any; the receiver may keep them */
 using ImageReceiver = std::function<void(std::uint64_t stamp, const std::shared_ptr<const LoadedView>& images)>;
 
 /** \brief Registers for the depth images of a grabber, with its colour images where it pairs them, as pcl::io::OpenNI2Grabber does:

@@ -7,7 +7,7 @@
 
 namespace fuse_flow::io {
 
-/** \brief Reads the intrinsics of one camera from a file, whose kind is told by its name and content:
+/** \brief Reads the intrinsics of one camera from a file, whose format is recognised by its name and content:
  *  - ROS camera_info or OpenCV YAML: camera_matrix or K, distortion_coefficients or D, image_width and image_height
  *  - JSON as Open3D writes it: width, height, intrinsic_matrix column by column; or with fx, fy, cx, cy as rig.json has them
  *  - text of a 3×3 or 4×4 matrix, row by row, or of the four numbers fx fy cx cy

@@ -16,8 +16,8 @@ class CloudFiles : public FrameSink {
   /** \brief Where the cloud of a frame goes. */
   std::string pathOf(std::size_t frame) const;
   void take(const std::shared_ptr<const FusedFrame>& frame) override;
-  /** \brief Clouds in the folder that an earlier run has left and this one has not replaced: whoever reads the folder takes them for frames
-   *  of this recording. */
+  /** \brief Clouds in the folder that an earlier run has left and this one has not replaced: a reader of the folder would take them for
+   *  frames of this recording. */
   std::vector<std::string> finish() override;
 
  private:

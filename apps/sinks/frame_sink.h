@@ -21,7 +21,8 @@ struct FusedFrame {
   FrameStatistics statistics;
 };
 
-/** \brief Where fused frames go: files, figures, and whatever else takes one frame after the other. Several can be fed from one loop. */
+/** \brief An output for fused frames: files, figures, or anything else that takes one frame after the other. One loop can feed several
+ *  sinks. */
 class FrameSink {
  public:
   virtual ~FrameSink() = default;

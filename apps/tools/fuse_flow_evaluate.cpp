@@ -1,4 +1,4 @@
-// Prints how near clouds, whoever made them, are to the truth where the recording is a simulated one, and what can be said of
+// Prints how near clouds of any origin are to the truth, if the recording is simulated, and what can be measured of
 // them without it: by themselves, and against the views they came from.
 
 #include "clouds/cloud_io.h"

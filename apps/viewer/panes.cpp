@@ -165,7 +165,7 @@ Eigen::AlignedBox3f Panes::boxInView() {
         all = all && seen(centre + side * share * half[axis] * Eigen::Vector3f::Unit(axis));
     if (all) return Eigen::AlignedBox3f(centre - share * half, centre + share * half);
   }
-  return box;  // whoever looks elsewhere
+  return box;  // the user looks elsewhere
 }
 
 void Panes::setComparing(bool comparing) {

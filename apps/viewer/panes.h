@@ -19,7 +19,7 @@ namespace fuse_flow::viewing {
 /** \brief How the two clouds share the window. */
 enum class Layout { SideBySide, Split };
 
-/** \brief What lines and faces are drawn as; clouds are points whatever is said. */
+/** \brief How lines and faces are drawn; clouds are always points. */
 enum class Form { Points, Lines, Solid };
 
 /** \brief Of a mapper's coincident topology, VTK's units of depth: more than there are between the near and the far plane. What is

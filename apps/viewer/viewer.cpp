@@ -60,7 +60,7 @@ Viewer::Viewer(std::unique_ptr<FrameSource> source, const ViewerOptions& options
   connectEvents();
 }
 
-/** \brief An event loop of our own: VTK's, once told to end, still asks a display that it has closed. */
+/** \brief The viewer's own event loop: after its end, VTK's loop still asks a display that it has closed. */
 void Viewer::run() {
   last_tick_ = Clock::now();
   if (!somebody_waits_) setInterrupt([this] { return drawing::eventsWait(window_.renderWindow()); });

@@ -286,7 +286,7 @@ void Viewer::film(const std::string& path) {
   }
 }
 
-/** \brief What is said in passing is for whoever sits before the window. */
+/** \brief Transient messages are only for the user at the window. */
 void Viewer::withoutMessage(const std::function<void()>& take_picture) {
   struct Shown {
     Viewer& viewer;

@@ -6,7 +6,7 @@
 
 namespace fuse_flow::viewing {
 
-/** \brief PCLVisualizer's mouse, and keys of our own: whoever sets the hooks sees every event first, and says whether it
+/** \brief PCLVisualizer's mouse, and the viewer's own keys. The hooks see every event first, and return whether it
  *  was meant for them. */
 class ViewerStyle : public pcl::visualization::PCLVisualizerInteractorStyle {
  public:

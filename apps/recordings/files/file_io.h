@@ -8,7 +8,7 @@
 
 namespace fuse_flow::io {
 
-/** \brief Whether there is a file or folder. Throws InputError where that cannot be told, as without permission. */
+/** \brief Whether there is a file or folder. Throws InputError if this cannot be determined, for example without permission. */
 bool isThere(const std::string& path);
 
 /** \brief The names of what a folder holds, sorted; none where there is no such folder. Throws InputError if it cannot be read. */

@@ -8,7 +8,7 @@
 
 namespace fuse_flow::io {
 
-/** \brief Is told the width and height that a file claims, pixels, before memory is taken for them; throws where they are wrong. */
+/** \brief Checks the width and height that a file claims, pixels, before memory is allocated for them; throws if they are wrong. */
 using SizeCheck = std::function<void(int width, int height)>;
 
 /** \brief Reads a 16-bit grey PNG into image, whose buffer is reused. Throws InputError if the file is missing,

@@ -63,7 +63,7 @@ Intrinsics fitIntrinsics(const std::string& path, const OrganizedCloud& cloud, s
   return K;
 }
 
-/** \brief Throws InputError for a VIEWPOINT that is no pose: PCL takes words that are no numbers for whatever was in memory. */
+/** \brief Throws InputError for a VIEWPOINT that is not a pose: where a word is not a number, PCL leaves the value uninitialised. */
 void checkViewpoint(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   for (std::string line; std::getline(file, line) && line.rfind("DATA", 0) != 0;) {

@@ -75,7 +75,7 @@ Trajectory readTrajectory(const std::string& path) {
     try {
       trajectory.poses[number] =
           rigidPose(path + ": pose of frame " + std::to_string(number), std::vector<double>(at + 3, at + block));
-    } catch (const InputError& error) {  // where tracking was lost; it matters to whoever names this frame
+    } catch (const InputError& error) {  // where tracking was lost; an error only if this frame is selected
       trajectory.poses.erase(number);
       trajectory.invalid[number] = error.what();
     }

@@ -98,7 +98,7 @@ class RigRecording : public Recording {
     return name + "ends after " + std::to_string(end - begin) + " of " + std::to_string(frames_.size()) + " frames";
   }
 
-  /** \brief All numbers of which a camera has a depth image. */
+  /** \brief All numbers for which a camera has a depth image. */
   void listFrames() {
     std::set<std::size_t> numbers;
     for (const auto& stems : stems_)

@@ -55,7 +55,7 @@ std::unique_ptr<Recording> openSevenScenes(const std::string& folder, const Reco
     frame.files.color = findImage(folder, stem + ".color");
     try {
       frame.T_world_camera = readPose(prefix + ".pose.txt");
-    } catch (const InputError& error) {  // where tracking was lost; it matters to whoever names this frame
+    } catch (const InputError& error) {  // where tracking was lost; an error only if this frame is selected
       sequence.unposed[number] = error.what();
       continue;
     }

@@ -21,7 +21,7 @@ using Nanoseconds = std::int64_t;
 
 constexpr Nanoseconds max_time_difference = 20'000'000;  // 20 ms; the benchmark's own tools use the same
 
-/** \brief What a time stamp counts, told by how large it is: of a date in this century, and of seconds since a start. */
+/** \brief The unit of a time stamp, recognised by its size: a date in this century, or seconds since a start. */
 struct StampUnit {
   long double nanoseconds;
   const char* name;
@@ -163,7 +163,7 @@ std::unique_ptr<Recording> openTum(const std::string& folder, const RecordingOpt
     try {
       frame.T_world_camera = parsePose(pose_path, pose->second);
       sequence.frames[number++] = std::move(frame);
-    } catch (const InputError& error) {  // where tracking was lost; it matters to whoever names this frame
+    } catch (const InputError& error) {  // where tracking was lost; an error only if this frame is selected
       sequence.unposed[number++] = error.what();
     }
   }

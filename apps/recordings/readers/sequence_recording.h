@@ -29,7 +29,7 @@ struct Sequence {
   std::vector<std::string> inputs;
   /** \brief By the number that --views uses. */
   std::map<std::size_t, SequenceFrame> frames;
-  /** \brief Frames that have a depth image but no pose: what is said to whoever names one. */
+  /** \brief Frames that have a depth image but no pose, with the message for a user who selects one. */
   std::map<std::size_t, std::string> unposed;
   /** \brief Of the camera that took the format's own dataset, for where no file beside the images says them; width 0: there is none. */
   Intrinsics usual_intrinsics;

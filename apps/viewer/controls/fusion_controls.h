@@ -37,7 +37,7 @@ class FusionControls {
   const std::string& comparedWith() const { return compared_with_; }
   /** \brief The next name, "none" after the last. */
   void compareWithNext();
-  /** \brief Compares the left view with itself as it now is, whatever becomes of it. */
+  /** \brief Compares the left view with its current setting, which is kept when the left view changes. */
   void keep();
 
  private:

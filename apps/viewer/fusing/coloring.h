@@ -19,14 +19,14 @@ constexpr float kTruthLimit = 0.02f;  ///< distance from which on TruthDistance 
 
 /** \brief What some colourings need beyond the cloud; as many as points, or empty if not needed. */
 struct PointAttributes {
-  bool confidence_known{true};  ///< false: the method has none, whatever the points say
+  bool confidence_known{true};  ///< false: the method has no confidence, even if the points have the field
   bool views_known{true};
   std::vector<Origin> origins;
   std::vector<Eigen::Vector3f> normals;
   std::vector<float> truth_distances;  ///< metres
 };
 
-/** \brief The colour of each point. Grey is a point of which the attribute is not known. */
+/** \brief The colour of each point. A point is grey if its attribute is not known. */
 std::vector<Rgb8> colorsOf(const Cloud& cloud, ColorBy what, const PointAttributes& attributes);
 
 /** \brief The colour that camera number k has, in the cloud, as a frustum, and in the strip of images. */

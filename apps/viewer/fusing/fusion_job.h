@@ -61,7 +61,7 @@ struct RefinedExtrinsics {
   std::vector<CameraMotion> moved;  ///< the latest of each camera that was found to have moved as it played
 };
 
-/** \brief How people are told which frame: "frame 3 (000002)", counted from 1, and as its files are numbered. */
+/** \brief The name of a frame for users: "frame 3 (000002)", counted from 1, and as its files are numbered. */
 std::string frameName(std::size_t frame);
 /** \brief "frame 3 of 12 (000002)" */
 std::string frameName(std::size_t frame, std::size_t frames);

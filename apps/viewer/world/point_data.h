@@ -22,7 +22,7 @@ constexpr std::size_t kMaxSlices = 128;
  *  drawn twice as fast. \param points wanted in a slice, at most; there are no more than kMaxSlices, or one more */
 std::vector<vtkSmartPointer<vtkPolyData>> slicesOf(const Cloud& cloud, const std::vector<Rgb8>& colors,
                                                    std::size_t points = 32768);
-/** \brief How many of a cloud's slices can stand for it: an eighth. */
+/** \brief How many slices of a cloud can represent it: an eighth. */
 constexpr std::size_t thinSlices(std::size_t slices) { return (slices + 7) / 8; }
 
 }  // namespace fuse_flow::viewing

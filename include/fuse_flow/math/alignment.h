@@ -22,7 +22,7 @@ struct AlignmentSums {
   double wxx[6];         ///< Σ w x xᵀ, upper triangle
   double wr;             ///< Σ w r
   double wrr;            ///< Σ w r²
-  double count;          ///< of correspondences, whatever they weigh
+  double count;          ///< of correspondences, independent of their weight
   double wa[6];          ///< Σ w a
   double wb[6];          ///< of colour: Σ w b, b as a, but of the gradient that the point's own image shows
   double shared[36];     ///< … and Σ w a bᵀ, row by row
@@ -44,7 +44,7 @@ struct AlignmentSums {
   }
 };
 
-/** \brief One correspondence more. \param sums grows  \param x point, relative to the scene's centre, over its radius
+/** \brief Adds a correspondence. \param sums the sums to add to  \param x point, relative to the scene's centre, over its radius
  *  \param n unit normal, or gradient of the residual with respect to the point, world frame  \param r residual, metres
  *  \param weight ≥ 0 */
 FUSE_FLOW_HD void addCorrespondence(AlignmentSums& sums, const Vec3& x, const Vec3& n, float r, float weight) {
@@ -70,8 +70,8 @@ FUSE_FLOW_HD void addCorrespondence(AlignmentSums& sums, const Vec3& x, const Ve
   sums.count += 1;
 }
 
-/** \brief One correspondence of colour more. Noise of one image, and what only one image resolves, seem to tell as much in A as what
- *  both show; but in products of the gradients of both they average out.
+/** \brief Adds a correspondence of colour. Noise of one image, and details that only one image resolves, contribute to A as much as details
+ *  that both images show. In products of the gradients of both images, they average out.
  *  \param own the gradient n as the image shows it that the point is from */
 FUSE_FLOW_HD void addCorrespondence(AlignmentSums& sums, const Vec3& x, const Vec3& n, const Vec3& own, float r,
                                     float weight) {

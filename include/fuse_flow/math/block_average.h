@@ -7,8 +7,8 @@
 
 namespace fuse_flow {
 
-// How a depth image becomes the blocks that alignment works on. Only the normals come from smoothed depth: smoothing sets rounded
-// surfaces back, away from whichever camera looks, and so would drive the cameras apart.
+// How a depth image becomes the blocks that alignment works on. Only the normals come from smoothed depth. Smoothing moves curved surfaces
+// back, away from the camera, and so would move the cameras apart.
 
 /** \brief 2 tan of the largest angle at which a surface is seen that a block may still lie on. */
 inline float steepestBlock() { return 2.0f * std::tan(1.3f); }
@@ -20,7 +20,7 @@ struct BlockDepth {
   float sum{0};          ///< of inverse depths, 1/metres
   int count{0};          ///< of measurements
 
-  /** \brief One pixel more; 0: not measured. */
+  /** \brief Adds a pixel; 0: not measured. */
   FUSE_FLOW_HD void add(float z) {
     if (!(z > 0)) return;
     least = z < least ? z : least;
@@ -46,11 +46,11 @@ FUSE_FLOW_HD Ray blockRay(const Intrinsics& K, int reduction, int u, int v) {
   return unproject(K, {static_cast<float>(u * reduction) + middle, static_cast<float>(v * reduction) + middle});
 }
 
-/** \brief Inverse depth of a block that sticks out of its surface on all sides, as far as it does so least. Smoothing leaves alone what
- *  no neighbour agrees with: of normal noise one block in a hundred, and the normals beside those were so far off (up to a tenth of a
- *  radian where their median is two thousandths) that they seemed to tell slides along a wall. Each pair of opposite neighbours has
- *  its mean where the surface may be; the block is moved to the nearest of these if all are on one side of it. Of a plane the
- *  means are the block itself, however it is inclined. Pairs across a jump, and holes, do not count; two must be left.
+/** \brief Corrected inverse depth of a block that sticks out of its surface on all sides. Smoothing does not change a block with which no
+ *  neighbour agrees. With normal noise, this is one block in a hundred. The normals beside such blocks were so wrong (up to a tenth of a
+ *  radian, where the median error is two thousandths) that slides along a wall seemed observable. Each pair of opposite neighbours has its
+ *  mean where the surface may be; the block is moved to the nearest of these if all are on one side of it. Of a plane the means are the
+ *  block itself, however it is inclined. Pairs across a jump, and holes, do not count; two must be left.
  *  \param q inverse depths of 3×3 blocks, row by row, 1/metres, 0 for holes; the block itself, q[4], is none
  *  \param bound of what may stick out, 1/metres */
 FUSE_FLOW_HD float despeckledInverseDepth(const float (&q)[9], float bound) {
@@ -101,13 +101,13 @@ FUSE_FLOW_HD Vec3 blockNormal(const BlockMap& smooth, int u, int v, const Vec3& 
   const float norm = std::sqrt(squaredNorm(n));
   if (!(norm > 0)) return {};
   const Vec3 unit = (1.0f / norm) * n;
-  // What is seen at a glance is measured badly, and moves a lot with the pixel.
+  // Surfaces seen at a grazing angle are measured badly, and their depth changes a lot from pixel to pixel.
   return -dot(unit, p_C) > 0.2f * std::sqrt(squaredNorm(p_C)) ? unit : Vec3{};
 }
 
 /** \brief Distance of two normals whose noise is compared: beyond what smoothing and differences share. */
 constexpr int kNormalsApart = 12;
-/** \brief Every so many-th block, each way, is looked at. */
+/** \brief Every n-th block in both directions is used. */
 constexpr int kNormalStride = 2;
 
 /** \brief Squared sine of the angle between two unit normals of one surface; negative if they are not of one. */

@@ -10,7 +10,7 @@ namespace fuse_flow {
 /** \brief Scales at which grey levels are compared; each blurred twice as far as the one before. */
 constexpr int kLumaScales = 5;
 
-/** \brief Grey levels of squares of pixels, all as large, at even distances: a pointer to what another owns, on the CPU or on the GPU. */
+/** \brief Grey levels of squares of pixels, of equal size and at even distances. A non-owning pointer, on the CPU or on the GPU. */
 struct GreyLevels {
   const float* levels{nullptr};  ///< 0 … 255; negative: none
   std::ptrdiff_t pitch{0};       ///< from row to row
@@ -22,8 +22,7 @@ struct GreyLevels {
   FUSE_FLOW_HD float at(int u, int v) const { return levels[v * pitch + u]; }
 };
 
-/** \brief Depth of blocks of pixels, and the rays through their middles: pointers to what another owns, on the CPU or on the
- *  GPU. */
+/** \brief Depth of blocks of pixels, and the rays through their centres. Non-owning pointers, on the CPU or on the GPU. */
 struct BlockMap {
   const float* z{nullptr};    ///< metres, 0 where there is none; null: no image
   const Ray* rays{nullptr};   ///< block by block
@@ -40,8 +39,8 @@ struct BlockMap {
   FUSE_FLOW_HD Vec3 point(int u, int v) const { return pointOnRay(rays[index(u, v)], depth(u, v)); }
 };
 
-/** \brief A view as alignment sees it: blocks of pixels averaged, with a normal each. All in the camera's own frame, so that
- *  poses may change. */
+/** \brief A view as the alignment uses it: averaged blocks of pixels, each with a normal. All values are in the camera frame, so that poses
+ *  may change. */
 struct BlockImage : BlockMap {
   Intrinsics intrinsics;              ///< of the image before blocks of it were averaged
   bool ideal{true};                   ///< without distortion
@@ -50,8 +49,9 @@ struct BlockImage : BlockMap {
   const Vec3* normals{nullptr};       ///< block by block
   const float* smooth_z{nullptr};     ///< depth as it is smoothed for normals, laid out as z; null: none
   const float* lumas[kLumaScales]{};  ///< grey levels, the finest scale first; null: no colour
-  /** \brief Grey levels of the finest scale from every pixel on: what begins there and is as large as a block. Blocks alone are too far
-   *  apart to compare with: textures change by more from one to the next than a slope tells, and cameras end a tenth of a block off. */
+  /** \brief Grey levels of the finest scale from every pixel on: what begins there and is as large as a block. Blocks alone are too coarse
+   *  for the comparison: between two blocks, textures change by more than a slope can describe, and the estimated poses are then off by a
+   *  tenth of a block. */
   const float* squares{nullptr};
   std::ptrdiff_t squares_pitch{0};  ///< from row to row of squares
   NoiseModel noise;                 ///< of the sensor …
@@ -89,7 +89,7 @@ struct BlockImage : BlockMap {
     const float smooth = smooth_z ? smooth_z[v * z_pitch + u] : 0.0f;
     return smooth > 0 ? smooth : depth(u, v);
   }
-  /** \brief Standard deviation of a depth that is truly so long, metres: of noise, and of multipath interference that nothing tells of. */
+  /** \brief Standard deviation of a measurement of this true depth, metres: by noise, and by remaining multipath interference. */
   FUSE_FLOW_HD float axialDeviation(float true_z) const {
     const float noisy = noise_scale * axialNoise(noise, true_z);
     if (!(residual_multipath > 0)) return noisy;

@@ -10,14 +10,15 @@ namespace fuse_flow {
 
 /** \brief How the gradient G and the spread σ_local of eq. 3 are measured in the 3×3 neighbourhood of a pixel. */
 enum class ConfidenceForm {
-  /** \brief As published: G is the norm of the central differences, σ_local the standard deviation about the mean. A
-   *  plane seen at an angle looks like noise. */
+  /** \brief As published: G is the norm of the central differences, σ_local the standard deviation about the mean. A plane that is seen at
+   *  an angle then looks like noise. */
   Published,
-  /** \brief Both about the local plane, and relative to the sensor's axial noise at that depth: σ_local from the second
-   *  differences, G from what exceeds the slope of a surface seen at max_incidence. */
+  /** \brief Both are relative to the local plane and to the sensor's axial noise at that depth: σ_local comes from the second differences,
+   *  G from the amount by which the slope exceeds that of a surface seen at max_incidence. */
   SlopeCompensated,
-  /** \brief Another measure, of the user's own: C is DepthView::confidence, in [0, 1], which every view must have. What
-   *  FuseFlowParameters::min_confidence drops is dropped first, then the gate of eq. 9 looks at C, and what passes weighs C. */
+  /** \brief A measure of the user: C is DepthView::confidence, in [0, 1], which every view must have. First,
+   *  FuseFlowParameters::min_confidence drops measurements; then the gate of eq. 9 tests C. C is the weight of the measurements that
+   *  pass. */
   Given
 };
 
@@ -29,13 +30,13 @@ struct ConfidenceParameters {
   float beta{0.5f};   ///< β, per length unit; ≥ 0
   float gamma{1.0f};  ///< γ, weight of the spread term; ≥ 0, α + γ > 0
   float delta{1.0f};  ///< δ, per length unit; ≥ 0
-  /** \brief τ of eq. 9 on the normalised scale C ∈ [0, 1], on which the published 0.6 of α + γ = 1.5 is 0.4. At 0.6 either
-   *  term alone can close the gate, and a pixel without neighbours does not pass. */
+  /** \brief τ of eq. 9 on the normalised scale C ∈ [0, 1]. On this scale the published 0.6 of α + γ = 1.5 is 0.4. At 0.6 each of the two
+   *  terms alone can close the gate, and a pixel without neighbours does not pass. */
   float threshold{0.6f};
-  /** \brief Metres in the unit that G and σ_local are measured in; (0, 10]. The paper names none; centimetres. */
+  /** \brief Unit of G and σ_local, metres; (0, 10]. The paper names no unit; the default is centimetres. */
   float length_unit{0.01f};
-  /** \brief Of the cameras that have no model of their own, see Camera::noise. SlopeCompensated divides by a camera's σ(z), in units of this
-   *  model's σ at noise_reference metres. */
+  /** \brief Noise model of the cameras without their own model, see Camera::noise. SlopeCompensated divides by the σ(z) of a camera, in
+   *  units of the σ of this model at noise_reference metres. */
   NoiseModel noise;
   float noise_reference{1.0f};  ///< metres; (0, 1000]
   /** \brief SlopeCompensated: a surface seen at more than this angle from its normal counts as a jump; radians, (0,
@@ -43,7 +44,8 @@ struct ConfidenceParameters {
   float max_incidence{1.3f};
 };
 
-/** \brief The noise of a view before it is measured. \param own model of its camera; null: it has none, and the parameters' is taken */
+/** \brief The noise of a view before it is measured. \param own model of its camera; null: the camera has none, and the model of the
+ *  parameters is used */
 FUSE_FLOW_HD ViewNoise viewNoise(const ConfidenceParameters& p, const NoiseModel* own) {
   if (own == nullptr) return {p.noise, 1.0f, 1.0f};
   return {*own, 1.0f, axialNoise(*own, p.noise_reference) / axialNoise(p.noise, p.noise_reference)};
@@ -56,7 +58,8 @@ FUSE_FLOW_HD float confidence(const ConfidenceParameters& p, float G, float sigm
   return (p.alpha * s + p.gamma * g) / (g * s * (p.alpha + p.gamma));  // one division instead of three
 }
 
-/** \brief The 3×3 neighbourhood of a depth pixel, row by row, metres; 0 where there is no measurement. Also of other figures, as of weights. */
+/** \brief The 3×3 neighbourhood of a depth pixel, row by row, metres; 0 where there is no measurement. Also used for other values, such as
+ *  weights. */
 struct DepthPatch {
   float z[9];  ///< z[4] is the pixel itself
 };
@@ -93,7 +96,7 @@ FUSE_FLOW_HD float confidencePublished(const ConfidenceParameters& p, const Dept
   return confidence(p, unit * std::sqrt(gx * gx + gy * gy), unit * std::sqrt(variance > 0 ? variance : 0.0f));
 }
 
-/** \brief What of the slope-compensated form is the same for all pixels of a view. */
+/** \brief Values of the slope-compensated form that are the same for all pixels of a view. */
 struct SlopeScale {
   float straight;  ///< largest step between opposite neighbours per metre of depth, along rows and columns
   float diagonal;  ///< along diagonals
@@ -102,20 +105,20 @@ struct SlopeScale {
   NoiseModel noise;              ///< of the camera
 };
 
-/** \brief What SlopeScale::reference_noise_per_unit is. \param p parameters  \param noise_scale as of slopeScale() */
+/** \brief Computes SlopeScale::reference_noise_per_unit. \param p parameters  \param noise_scale as of slopeScale() */
 FUSE_FLOW_HD float referenceNoisePerUnit(const ConfidenceParameters& p, float noise_scale) {
   return axialNoise(p.noise, p.noise_reference) / (p.length_unit * noise_scale);
 }
 
-/** \brief Once a view. \param p parameters  \param pixel_angle tangent between neighbouring pixels, 1/f
- *  \param noise of the view: what is noise in one sensor is an edge in another */
+/** \brief Computed once for each view. \param p parameters  \param pixel_angle tangent between neighbouring pixels, 1/f
+ *  \param noise of the view: the same step can be noise for one sensor and an edge for another */
 FUSE_FLOW_HD SlopeScale slopeScale(const ConfidenceParameters& p, float pixel_angle, const ViewNoise& noise) {
   const float step = 2.0f * std::tan(p.max_incidence) * pixel_angle;
   return {step, 1.41421356f * step, referenceNoisePerUnit(p, noise.scale), noise.model};
 }
 
-/** \brief The share of its weight that noise leaves a measurement: 1 / (1 + (σ / σ_½)²), inverse variance for noise well
- *  over σ_½, and one under it. \param noise σ, metres \param per_half 1 / σ_½, 1/metres; 0: no such weight */
+/** \brief Factor on the weight of a measurement by its noise: 1 / (1 + (σ / σ_½)²). This is inverse variance for noise well over σ_½, and
+ *  nearly one for noise well under it. \param noise σ, metres \param per_half 1 / σ_½, 1/metres; 0: no such weight */
 FUSE_FLOW_HD float noiseWeight(float noise, float per_half) {
   const float x = noise * per_half;
   return 1.0f / (1.0f + x * x);
@@ -127,14 +130,14 @@ FUSE_FLOW_HD float noiseLimit(float max_noise, float noise_scale) {
   return max_noise > 0 ? max_noise / noise_scale : FLT_MAX;
 }
 
-/** \brief What a measurement must reach to become a point, and its weight then: the same for all pixels of a view. */
+/** \brief The conditions for a measurement to become a point, and its weight; the same for all pixels of a view. */
 struct MeasurementGate {
   float threshold;   ///< C must be more than that, eq. 9
   float max_noise;   ///< see noiseLimit()
   float per_half;    ///< see noiseWeight()
   NoiseModel model;  ///< of the camera
 
-  /** \brief Weight of a measurement, 0: it becomes no point. \param C of eq. 3  \param depth metres */
+  /** \brief Weight of a measurement; 0: it does not become a point. \param C of eq. 3  \param depth metres */
   FUSE_FLOW_HD float weight(float C, float depth) const {
     const float noise = axialNoise(model, depth);
     const float weight = C * noiseWeight(noise, per_half);
@@ -151,8 +154,9 @@ FUSE_FLOW_HD MeasurementGate measurementGate(float threshold, float max_noise, f
           noise.model};
 }
 
-/** \brief How many of the eight measurements around one pass the gate too and continue its surface: differ from it by no more than the step
- *  of a surface seen at max_incidence and three standard deviations of noise. \param slope of slopeScale()
+/** \brief Number of the eight neighbouring measurements that also pass the gate and continue the surface. A neighbour continues the surface
+ *  if it differs by at most the step of a surface seen at max_incidence plus three standard deviations of noise. \param slope of
+ *  slopeScale()
  *  \param noise_scale noiseScale() of the view  \param depth D^r of eq. 8  \param weight of the same pixels, see MeasurementGate */
 FUSE_FLOW_HD int surfaceSupport(const SlopeScale& slope, float noise_scale, const DepthPatch& depth,
                                 const DepthPatch& weight) {
@@ -172,7 +176,8 @@ FUSE_FLOW_HD int surfaceSupport(const SlopeScale& slope, float noise_scale, cons
 /** \brief A sensor's own confidence in [0, 1]; NaN counts as none. */
 FUSE_FLOW_HD float givenConfidence(float given) { return given > 0 ? (given < 1.0f ? given : 1.0f) : 0.0f; }
 
-/** \brief What a sensor's own confidence multiplies the weight of its measurement by, after the gate of eq. 9; 0: it becomes no point.
+/** \brief Factor on the weight of a measurement by the sensor's own confidence, after the gate of eq. 9; 0: the measurement does not become
+ *  a point.
  *  \param min_confidence see FuseFlowParameters */
 FUSE_FLOW_HD float givenWeight(float given, float min_confidence) {
   const float confidence = givenConfidence(given);
@@ -180,9 +185,10 @@ FUSE_FLOW_HD float givenWeight(float given, float min_confidence) {
 }
 
 /** \brief Slope-compensated form. Second differences r = z₋ − 2 z₀ + z₊ in the four directions through the pixel nearly
- *  vanish on a plane (depth is 1 / an affine function of the pixel there: r ≈ 2 s² / z for a step s between neighbours), and of independent noise they have variance 6 σ². What the slope itself exceeds a surface at
- *  max_incidence by, is a jump. A direction with a missing neighbour counts as a quarter of a length unit in both terms:
- *  holes surround what sensors measure badly. */
+ *  vanish on a plane (depth is 1 / an affine function of the pixel there: r ≈ 2 s² / z for a step s between neighbours), and for
+ *  independent noise they have the variance 6 σ². The amount by which the slope exceeds that of a surface at max_incidence is a jump. A
+ *  direction with a missing neighbour counts as a quarter of a length unit in both terms, because sensors leave holes around bad
+ *  measurements. */
 FUSE_FLOW_HD float confidenceSlopeCompensated(const ConfidenceParameters& p, const DepthPatch& patch,
                                               const SlopeScale& slope) {
   const float* z = patch.z;

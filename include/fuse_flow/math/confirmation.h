@@ -44,17 +44,17 @@ FUSE_FLOW_HD float depthBetween(float du, float dv, float jump, const Depth& dep
   return depthBetween(du < 0 ? -du : du, dv < 0 ? -dv : dv, jump, here, beside, opposite, below, above);
 }
 
-/** \brief Where other views confirm a cell's point, their refined depth says where it lies: a cell has the measurements that
- *  fell into it, and misses those of the same surface that noise put into the next. With e_j = D^r_j − z_j along the ray
- *  of view j, whose centre is c_j, and a_j = (1 − (e_j/r_j)⁴)² inside the reach r_j of squaredReach(), the point moves by
+/** \brief Moves the point of a cell to the surface that the refined depth of other views shows. A cell has only the measurements that fell
+ *  into it. It misses measurements of the same surface that noise put into the next cell. With e_j = D^r_j − z_j along the ray of view j,
+ *  whose centre is c_j, and a_j = (1 − (e_j/r_j)⁴)² inside the reach r_j of squaredReach(), the point moves by
  *
  *    min_j a_j · Σ_j w_j (p − c_j) e_j / z_j / (ω + Σ_j w_j),   w_j = a_j · noiseWeight(noise of view j),
  *
- *  where ω is what its own measurements weigh. The first factor leaves it alone where the views do not agree where the surface is.
- *  What lies well inside the reach counts nearly in full, 0.98 at a third of it. */
+ *  where ω is the weight of its own measurements. If the views disagree about the place of the surface, the first factor keeps the point in
+ *  place. A view well inside the reach counts nearly in full: 0.98 at a third of the reach. */
 struct Confirmation {
-  /** \brief How many of the views that measured a surface at the point have a say, the nearest ones: more cost time and hardly
-   *  help. */
+  /** \brief Number of views that are used, of those that measured a surface at the point. The nearest ones are used; more views cost time
+   *  and hardly help. */
   static constexpr int kViews = 4;
 
   Vec3 sum{};          ///< Σ w e / z (p − c), metres
@@ -68,8 +68,8 @@ struct Confirmation {
     float pull;  ///< w e / z
   };
 
-  /** \brief No reach is more than so many times the least, however noisy the view: what is measured well nearby must not follow what is
-   *  measured badly from afar. */
+  /** \brief Largest reach divided by the smallest reach, even for noisy views: a good measurement from nearby must not follow a bad
+   *  measurement from far away. */
   static constexpr float kWidest = 2.0f;
 
   /** \brief r² of a view, square metres: of the least, or where that is more of per_noise · √variance, up to kWidest · least.
@@ -86,10 +86,10 @@ struct Confirmation {
   }
 
   /** \brief Of a view that measured a surface at the point. \param z_J the point's depth in that view, metres
-   *  \param refined D^r there, metres; 0: the view says nothing
+   *  \param refined D^r there, metres; 0: the view is not used
    *  \param noise_weight of what it measured; [0, 1]  \param squared_reach r², square metres; > 0 */
   FUSE_FLOW_HD static Share share(float z_J, float refined, float noise_weight, float squared_reach) {
-    // Without branches: which way they would go is anyone's guess.
+    // Without branches, because the processor could not predict them.
     const bool known = refined > 0;
     const float e = known ? refined - z_J : 0.0f;
     const float square = e * e / squared_reach;
@@ -114,20 +114,20 @@ struct Confirmation {
     }
   };
 
-  /** \brief One view more. \param from_centre p − c_j, world axes, metres  \param said what share() says of it */
+  /** \brief Adds a view. \param from_centre p − c_j, world axes, metres \param said result of share() for this view */
   FUSE_FLOW_HD void add(const Vec3& from_centre, const Share& said) {
     agreement = said.a < agreement ? said.a : agreement;
     sum = sum + said.pull * from_centre;
     total += said.w;
   }
 
-  /** \brief Where the point then lies. \param p where its own measurements put it  \param weight ω */
+  /** \brief The new position of the point. \param p its position from its own measurements  \param weight ω */
   FUSE_FLOW_HD Vec3 moved(const Vec3& p, float weight) const {
     return total > 0 ? p + (agreement / (weight + total)) * sum : p;
   }
 };
 
-/** \brief Once a frame. \param half_weight_noise as in FuseFlowParameters, metres */
+/** \brief Computed once for each frame. \param half_weight_noise as in FuseFlowParameters, metres */
 FUSE_FLOW_HD Confirmation::Weighing confirmationWeighing(const AggregationParameters& p, float half_weight_noise) {
   return {p.confirmation_reach, p.reach_per_noise, half_weight_noise > 0 ? 1.0f / half_weight_noise : 0.0f};
 }

@@ -52,7 +52,7 @@ FUSE_FLOW_HD AlignmentSample sampleOf(const BlockImage& image, int u, int v) {
   return sample;
 }
 
-/** \brief Which correspondences count, and how much. */
+/** \brief Which correspondences count, and with which weight. */
 struct AlignmentGates {
   float distance;       ///< metres …
   float deviations;     ///< … or this many standard deviations, where these are more
@@ -65,7 +65,7 @@ struct AlignmentGates {
   std::size_t stride;  ///< every so many-th sample is asked
 };
 
-/** \brief What rounding to blocks leaves even of an exact measurement, metres. */
+/** \brief Error of an exact measurement by rounding to blocks, metres. */
 constexpr float kBlockFloor = 0.0005f;
 /** \brief Standard deviation of a block's grey level, as two cameras see it. */
 constexpr float kGreyNoise = 4.0f;
@@ -92,7 +92,7 @@ struct Match {
   int v;            ///< … and down
 };
 
-/** \brief Depth of a point over what it was, when it moves along its ray to a plane beside it; kept near 1, whatever the ray.
+/** \brief Factor on the depth of a point that moves along its ray to a plane beside it; kept near 1 for every ray.
  *  \param shift of the plane from the point, along the plane's normal, metres  \param facing the normal times the point as its
  *  camera sees it, metres */
 FUSE_FLOW_HD float depthRatio(float shift, float facing) {
@@ -103,13 +103,13 @@ FUSE_FLOW_HD float depthRatio(float shift, float facing) {
 
 /** \brief Whether the block that a sample of camera i falls into in a view of camera j, match.u and match.v, is its counterpart.
  *
- *  Noise grows with depth. Taken at the depths that were measured, it would be less wherever these are too short, which would
- *  weigh more, and all surfaces would seem nearer, by up to 4 σ²/z. It is taken where both measurements together put the place:
- *  of the residual, each bears its share of the variance, and what is left tells nothing of it.
+ *  Noise grows with depth. If it were computed at the measured depths, it would be smaller where these are too short. Such measurements
+ *  would get more weight, and all surfaces would seem nearer, by up to 4 σ²/z. Therefore it is computed at the place that both measurements
+ *  together give: the residual is divided between them by their shares of the variance, so the place does not depend on the residual.
  *  \param match x, q, u and v are known */
 FUSE_FLOW_HD bool isMatch(const CameraPlace& i, const CameraPlace& j, const BlockImage& other,
                           const AlignmentSample& sample, const AlignmentGates& gates, Match& match) {
-  // Depth alone turns most away, before the rest of the block is fetched.
+  // The depth alone rejects most blocks, before the rest of the block is loaded.
   const float z = other.depth(match.u, match.v);
   if (!(z > 0)) return false;
   const float along = match.q.z - z, axial = other.axialDeviation(z);
@@ -150,7 +150,7 @@ FUSE_FLOW_HD bool findMatch(const CameraPlace& i, const CameraPlace& j, const Bl
 /** \brief Bin of a histogram of residuals over their standard deviations; see noiseBin(). */
 FUSE_FLOW_HD int residualBin(float r, float per_sigma) { return noiseBin(std::fabs(r) * per_sigma); }
 
-/** \brief What addCorrespondence() adds. */
+/** \brief The input of addCorrespondence(). */
 struct Correspondence {
   Vec3 x;    ///< the point relative to the scene's centre, over its radius
   Vec3 n;    ///< gradient of the residual with respect to the point, world
@@ -173,7 +173,8 @@ struct GreySlope {
   float per_u, per_v;  ///< grey levels per pixel
 };
 
-/** \param q the point, frame of the image's camera  \return false where the image, or what of it has grey levels, does not reach */
+/** \param q the point, frame of the image's camera  \return false if the point is outside the image, or outside the part that has grey
+ *  levels */
 FUSE_FLOW_HD bool findGreySlope(const BlockImage& image, int scale, const Vec3& q, GreySlope& slope) {
   int u, v;
   if (!image.hasColor() || !image.locate(q, u, v)) return false;
@@ -226,9 +227,9 @@ FUSE_FLOW_HD float varianceOfBoth(float share, float own, float others) {
  *  looked for where both measurements together put it on its ray, and moves along the surface rather than through it; what
  *  noise is left makes grey levels less certain where they change along the ray.
  *
- *  How uncertain they are, and how fast they change, depends on depth. Taken where the point is looked for, an error of that place, which
- *  makes grey levels differ, would change weight and gradient, too: what seems near would weigh more. Both are taken at smoothed depth,
- *  whose error is another.
+ *  Their uncertainty and their gradient depend on depth. If both were computed at the place where the point is searched, an error of this
+ *  place would change the grey levels, the weight and the gradient together: points that seem near would get more weight. Therefore both
+ *  are computed at the smoothed depth, which has a different error.
  *  \param x as in Correspondence  \param offset how much brighter the other image is */
 FUSE_FLOW_HD bool colorOf(const CameraPlace& i, const CameraPlace& j, const BlockImage& other,
                           const AlignmentSample& sample, const Match& match, const Vec3& x, float offset,

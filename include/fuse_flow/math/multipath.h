@@ -1,17 +1,16 @@
 #pragma once
 
 /** \file
- *  \brief Multipath interference: indirect light, by way of another surface, and what it does to the depth of a time-of-flight camera.
+ *  \brief Multipath interference: light that another surface reflects first, and its effect on the depth of a time-of-flight camera.
  *
- *  The lamp stands at the camera. It sends the same light through every pixel of the same solid angle Ω. Of the patch y that a block of
- *  pixels sees, reflectance · Ω / π goes on into each direction, as the cosine to its normal; at a patch x, d away, with angles α
- *  between the normals and the line between them, there arrives, over the light that comes to x straight from the lamp (cos θ / r²
- *  at distance r, incidence θ),
+ *  The light source is at the camera. It sends the same light through every pixel of the same solid angle Ω. A block of pixels sees the
+ *  patch y, which reflects reflectance · Ω / π into each direction, times the cosine to its normal. A patch x at the distance d receives,
+ *  relative to its direct light (cos θ / r² at distance r, incidence θ), with the angles α between the normals and the line from y to x,
  *
  *    w = reflectance Ω / π · cos α_x cos α_y / d² · r_x² / cos θ_x.
  *
- *  It has come (r_y + d − r_x) / 2 farther than what is measured, which turns its phase by that over the period c / 2f. The sum of all phases,
- *  and 1 for the light that came straight, gives the phase that the sensor measures. */
+ *  Its path is (r_y + d − r_x) / 2 longer than the measured depth, and its phase is shifted by this length divided by the period c / 2f.
+ *  The sum of all phases, plus 1 for the direct light, gives the phase that the sensor measures. */
 
 #include <fuse_flow/math/pinhole.h>
 #include <fuse_flow/math/vec3.h>
@@ -27,7 +26,7 @@ constexpr int kPatchPixels = 8;        ///< side of the block of pixels that is 
 constexpr int kPatchesAcrossTile = 4;  ///< a tile is 4 × 4 patches
 constexpr int kTilePatches = kPatchesAcrossTile * kPatchesAcrossTile;
 constexpr int kTilePixels = kPatchPixels * kPatchesAcrossTile;
-/** \brief Depth on one surface differs from that of its plane, and of the pixels around it, by less than this share. */
+/** \brief On one surface, depth differs from the plane and from the neighbouring pixels by less than this share. */
 constexpr float kSameSurface = 0.03f;
 
 /** \brief A small piece of surface that a camera sees; its frame, metres. */
@@ -39,14 +38,15 @@ struct SurfacePatch {
   float distance{0};  ///< of p from the camera
 };
 
-/** \brief What makes depth late: c / 2f, where the phase begins again, in metres. \param frequency Hz, > 0 */
+/** \brief Period of the depth: c / 2f, after which the phase repeats, metres. \param frequency Hz, > 0 */
 FUSE_FLOW_HD float multipathPeriod(float frequency) { return 0.5f * 299792458.0f / frequency; }
 
-/** \brief Light that comes by way of what no view measured, where nothing else is known: see ExtrinsicParameters::residual_multipath, 1/m². */
+/** \brief Default share of indirect light from surfaces that no view measured: see ExtrinsicParameters::residual_multipath, 1/m². */
 constexpr float kResidualMultipath = 0.035f;
 
 /** \brief Standard deviation of the bias that is left of multipath interference by surfaces that no view measured, at a depth of one metre,
- *  metres. Direct light thins with the square of the distance, light from all around does not: the bias grows with the square of depth.
+ *  metres. Direct light decreases with the square of the distance, but light from all around does not: the bias grows with the square of
+ *  depth.
  *  \param share of such light, see ExtrinsicParameters::residual_multipath  \return 0 without a modulation frequency */
 FUSE_FLOW_HD float residualMultipath(const Multipath& multipath, float share) {
   if (!(multipath.modulation_frequency > 0)) return 0.0f;
@@ -132,8 +132,8 @@ FUSE_FLOW_HD SurfacePatch makeSurfacePatch(const Map& map, const Intrinsics& K, 
   return patch;
 }
 
-/** \brief All patches of a tile as one. It has no area where it would stand for them badly: where they are not of one surface, or some are
- *  missing. \param patches kTilePatches of them */
+/** \brief Merges all patches of a tile into one. The result has no area if it would represent them badly: if they are not of one surface,
+ *  or some are missing. \param patches kTilePatches of them */
 FUSE_FLOW_HD SurfacePatch mergeSurfacePatches(const SurfacePatch* patches) {
   SurfacePatch whole;
   for (int k = 0; k < kTilePatches; ++k) {
@@ -171,7 +171,7 @@ FUSE_FLOW_HD float sineOfTurns(float t) {
   return 0.225f * (s * std::fabs(s) - s) + s;
 }
 
-/** \brief A place that light comes to: a patch, with what does not depend on where it comes from. */
+/** \brief A patch that receives light, with the values that do not depend on the source of the light. */
 struct IndirectReceiver {
   Vec3 p, n;
   float distance;
@@ -185,14 +185,14 @@ struct IndirectReceiver {
     scale = distance * distance / (cosine > 0.1f ? cosine : 0.1f);
   }
 
-  /** \brief What a patch sends to it. */
+  /** \brief The light that a patch sends to it. */
   FUSE_FLOW_HD IndirectLight from(const Vec3& source, const Vec3& normal, float power, float area,
                                   float source_distance) const {
     const Vec3 between = p - source;
     const float sent = dot(normal, between), received = -dot(n, between);
     const float squared = squaredNorm(between) + 1e-9f;
     const bool face = (sent > 0) & (received > 0);  // each other
-    // A patch is no point: nearer than its own size, light does not grow with 1/d².
+    // A patch is not a point: at distances below its own size, light does not grow with 1/d².
     const float w = power * scale * sent * received / (squared * (squared + 0.318309886f * area));
     const float turns = (source_distance + std::sqrt(squared) - distance) * turns_per_metre;
     const float arriving = face ? w : 0.0f;
@@ -201,7 +201,7 @@ struct IndirectReceiver {
   FUSE_FLOW_HD IndirectLight from(const SurfacePatch& y) const { return from(y.p, y.n, y.power, y.area, y.distance); }
 };
 
-/** \brief Sums of light are taken in so many lanes, which are then added: the same bits in vector code and on a GPU. */
+/** \brief Sums of light are computed in this many lanes, which are then added. So vector code and a GPU give the same bits. */
 constexpr std::uint32_t kIndirectLanes = 8;
 
 /** \brief Sum of the lanes. */
@@ -234,7 +234,8 @@ FUSE_FLOW_HD IndirectLight sumIndirectOfLane(const IndirectReceiver& x, const Su
   return sum;
 }
 
-/** \brief Angle of (x, y) in turns, −0.5 … 0.5, to 2e-6; 0 at the origin. Sums, products and a division, the same on the CPU and on a GPU. */
+/** \brief Angle of (x, y) as a fraction of a full turn, −0.5 … 0.5, with an error below 2e-6; 0 at the origin. Only sums, products and a
+ *  division, so the CPU and a GPU give the same result. */
 FUSE_FLOW_HD float turnsOf(float y, float x) {
   const float ax = std::fabs(x), ay = std::fabs(y);
   const float larger = ax > ay ? ax : ay, smaller = ax > ay ? ay : ax;
@@ -248,12 +249,12 @@ FUSE_FLOW_HD float turnsOf(float y, float x) {
   return y < 0 ? -turns : turns;
 }
 
-/** \brief By how much indirect light lengthens the depth of a patch, metres along the optical axis; in ± period / 2. */
+/** \brief Excess depth of a patch by indirect light, metres along the optical axis; in ± period / 2. */
 FUSE_FLOW_HD float multipathBias(const IndirectLight& light, float period, const SurfacePatch& x) {
   return period * turnsOf(light.behind, 1 + light.in_phase) * x.p.z / x.distance;
 }
 
-/** \brief What a pixel asks of the patches around it: where their planes are, and by how much their depth is too long. */
+/** \brief The data that a pixel needs of the patches around it: their planes, and their excess depth. */
 struct LatePatch {
   Vec3 away{};    ///< away · p = 1 on the plane; zero: there is no surface
   float late{0};  ///< multipathBias(), metres
@@ -262,7 +263,7 @@ struct LatePatch {
   FUSE_FLOW_HD LatePatch(const SurfacePatch& x, float l) : away((1 / dot(x.n, x.p)) * x.n), late(l) {}
 };
 
-/** \brief Where a pixel's column, or row, lies between the middles of patches. */
+/** \brief Position of a pixel's column, or row, between the centres of patches. */
 struct PatchPlace {
   int first;    ///< patch, such that there is a next one
   float share;  ///< of the next one; 0 … 1
@@ -282,9 +283,10 @@ struct PatchPlace {
   }
 };
 
-/** \brief Depth without multipath bias: between the four patches around a pixel, of those it lies on. \param patches of which the second is
- *  to the right of the first, and the other two below  \param a from the left ones to the right, 0 … 1  \param b downwards
- *  \param z as measured  \return z where it lies on none, 0 where nothing would be left */
+/** \brief Depth without multipath bias: the excess is interpolated between those of the four surrounding patches on whose surface the pixel
+ *  lies. \param patches the four patches: the second is to the right of the first, and the other two are below  \param a from the left ones
+ *  to the right, 0 … 1  \param b downwards
+ *  \param z as measured  \return z if the pixel lies on none of them, 0 if no depth would remain */
 FUSE_FLOW_HD float withoutMultipath(const LatePatch& p00, const LatePatch& p10, const LatePatch& p01,
                                     const LatePatch& p11, float a, float b, const Ray& ray, float z) {
   float weight = 0, late = 0;

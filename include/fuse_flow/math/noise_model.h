@@ -8,8 +8,8 @@ namespace fuse_flow {
  *  σ(z) = floor + linear · z + quadratic · z². The default is the first Kinect's (Khoshelham and Elberink 2012: 1.425e-3 z²), and half a
  *  millimetre everywhere.
  *
- *  For a sensor of your own, look at a flat wall from several distances, and fit the three numbers to the deviations of the depth from
- *  planes. */
+ *  To measure the noise of your sensor, record a flat wall from several distances, and fit the three numbers to the deviations of the depth
+ *  from planes. */
 struct NoiseModel {
   float floor{0.0005f};        ///< metres; [0, 10]
   float linear{0.0f};          ///< no unit; [0, 10]

@@ -7,15 +7,15 @@
 
 namespace fuse_flow {
 
-// How noisy a view is, beside what axialNoise() expects of it: the median of the second differences of its inverse depth,
-// which vanish on planes, over a spacing at which neighbours are independent. Counted, not sorted: integers in a histogram do not depend on who adds them in what order.
+// The noise of a view divided by the noise that axialNoise() expects: the median of the second differences of its inverse depth, which
+// vanish on planes, at a spacing at which neighbours are independent. The median comes from a histogram, not from sorting, because sums of
+// integers do not depend on the order of the threads.
 
-/** \brief Spacing of the second differences, pixels; sensors match blocks of that size, so nearer pixels agree by their
- *  making. */
+/** \brief Spacing of the second differences, pixels. Sensors match blocks of this size, so nearer pixels are not independent. */
 constexpr int kNoiseSpacing = 8;
-/** \brief Every so many-th pixel, each way, is looked at. */
+/** \brief Every n-th pixel in both directions is used. */
 constexpr int kNoiseStride = 4;
-/** \brief With fewer second differences the view counts as just as noisy as expected. */
+/** \brief With fewer second differences than this, the noise scale of the view is 1. */
 constexpr std::uint32_t kMinNoiseSamples = 100;
 constexpr float kMinNoiseScale = 0.25f;
 constexpr float kMaxNoiseScale = 8.0f;
@@ -23,15 +23,15 @@ constexpr float kMaxNoiseScale = 8.0f;
 /** \brief 32 bins an octave, from 2⁻⁶ to 2⁶. */
 constexpr int kNoiseBins = 12 * 32;
 
-/** \brief The second difference of three inverse depths over the standard deviation that is expected of it. \param before
- *  depth, metres, > 0; so the others */
+/** \brief The second difference of three inverse depths divided by its expected standard deviation. \param before depth, metres, > 0; the
+ *  others likewise */
 FUSE_FLOW_HD float noiseRatio(const NoiseModel& model, float before, float z, float after) {
   const float q = 1.0f / z;
   const float r = 1.0f / before - 2 * q + 1.0f / after;
   return (r < 0 ? -r : r) / (2.449490f * inverseDepthNoise(model, q));
 }
 
-/** \brief The bin of a ratio; what is out of range goes to the first or the last. */
+/** \brief The bin of a ratio; values out of range go to the first or the last bin. */
 FUSE_FLOW_HD int noiseBin(float ratio) {
   std::uint32_t bits = 0;
   std::memcpy(&bits, &ratio, sizeof bits);

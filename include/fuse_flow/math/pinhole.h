@@ -43,7 +43,7 @@ struct Ray {
   float y{0};  ///< y/z, down
 };
 
-/** \brief Ideal ray to the ray the lens makes of it. */
+/** \brief Converts an ideal ray to the distorted ray. */
 FUSE_FLOW_HD Ray distort(const Distortion& d, const Ray& p) {
   const float r2 = p.x * p.x + p.y * p.y;
   const float s = (1 + r2 * (d.k1 + r2 * (d.k2 + r2 * d.k3))) / (1 + r2 * (d.k4 + r2 * (d.k5 + r2 * d.k6)));
@@ -68,7 +68,7 @@ FUSE_FLOW_HD Ray undistort(const Distortion& d, const Ray& distorted) {
     const float a = (xp.x - xm.x) / (2 * h), b = (yp.x - ym.x) / (2 * h);
     const float c = (xp.y - xm.y) / (2 * h), e = (yp.y - ym.y) / (2 * h);
     const float determinant = a * e - b * c;
-    if (!(determinant > 1e-6f)) break;  // the lens model folds over here; the best so far is as good as it gets
+    if (!(determinant > 1e-6f)) break;  // the lens model is not invertible here; keep the best ray so far
     p.x += (e * ex - b * ey) / determinant;
     p.y += (a * ey - c * ex) / determinant;
   }

@@ -72,7 +72,7 @@ class CamerasOfPoint {
 using PointCameras = CamerasOfPoint<true>;
 using PointCameraCount = CamerasOfPoint<false>;
 
-/** \brief A measurement, or one camera's measurements, that may stand for a cell. Left uninitialised: there are
+/** \brief A measurement, or the measurements of one camera, that may represent a cell. Left uninitialised: there are
  *  hundreds of thousands, and filling them with zeros costs more than filling them in. */
 struct Candidate {
   Vec3 sum;              ///< Σ C p, metres, from the coarse cell's corner; of one point unless CameraMeans
@@ -210,14 +210,14 @@ FUSE_FLOW_HD FusedPoint fuseRepresentatives(const RepresentativeSelection& chose
   return fused;
 }
 
-/** \brief The ablation's point-wise fusion of one point with the points that other views have in its place. All of them make its
- *  position and weight; the three of most weight stand for it, with their colours and normals. */
+/** \brief Point-wise fusion, for the ablation: fuses one point with the points of other views at the same place. All of them contribute to
+ *  its position and weight. The three with the most weight give its colour and normal. */
 class PointWiseFusion {
  public:
   /** \param own the point, world frame, metres: what sums are relative to */
   FUSE_FLOW_HD explicit PointWiseFusion(const Vec3& own) : own_(own) {}
 
-  /** \brief One point more, the own one among them. \param source its number  \param p world frame, metres
+  /** \brief Adds a point; the own point must be added too. \param source its number  \param p world frame, metres
    *  \param weight ω of eq. 10 */
   FUSE_FLOW_HD void add(std::uint32_t source, const Vec3& p, float weight) {
     sum_ = sum_ + weight * (p - own_);
@@ -238,7 +238,7 @@ class PointWiseFusion {
     if (weight > least) put(lightest, source, weight);
   }
 
-  /** \brief Eq. 11 over all that were added; weight 0 where all their weights are. */
+  /** \brief Eq. 11 over all added points; the weight is 0 if all their weights are 0. */
   FUSE_FLOW_HD FusedPoint finish() const {
     FusedPoint fused = fused_;
     if (!(total_ > FLT_MIN)) return fused;

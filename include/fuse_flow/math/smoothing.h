@@ -5,27 +5,26 @@
 namespace fuse_flow {
 
 /** \brief How the D^r of eq. 8 is made from the measured depth: passes over 3×3 neighbourhoods whose spacing doubles from
- *  pass to pass (1, 2, 4, 8 pixels, twice that in noisy views), in which only neighbours count that lie on the pixel's own
- *  surface to within the noise. The passes work on inverse depth q = 1/z: of a plane it is an affine function of the pixel, however the plane is
- *  inclined, so behind a lens without distortion planes stay exactly where they are, and behind one with distortion as far as
- *  that is affine within a pass's reach; and of sensors that triangulate the noise of q is the same everywhere. The paper
- *  says "refined depth" and not how. */
+ *  pass to pass (1, 2, 4, 8 pixels, twice that in noisy views), in which a neighbour counts only if it lies on the surface of the pixel,
+ *  within the noise. The passes work on inverse depth q = 1/z. On every plane q is an affine function of the pixel, so planes keep their
+ *  place exactly with a lens without distortion, and nearly with a lens whose distortion is affine within the reach of a pass. For sensors
+ *  that triangulate, the noise of q is the same everywhere. The paper says "refined depth", but does not define it. */
 struct SmoothingParameters {
   /** \brief 0 … 4; 0: D^r is the measured depth. */
   int passes{4};
-  /** \brief A pair of opposite neighbours counts while its second difference is under this many standard deviations of
-   *  what noise alone makes of it; > 0. */
+  /** \brief A pair of opposite neighbours counts if its second difference is under this many standard deviations of the second difference
+   *  by noise alone; > 0. */
   float tolerance{2.5f};
-  /** \brief The tolerance of a pass over that of the pass before, which has averaged noise away; (0, 1]. */
+  /** \brief The tolerance of a pass divided by that of the previous pass, which has reduced the noise; (0, 1]. */
   float shrink{0.7f};
-  /** \brief Views with more than this times the noise of ConfidenceParameters::noise are smoothed at twice the spacing; ≥ 0. So much noise is that of
-   *  sensors that match blocks, whose errors near pixels share: averaging those gains nothing. Images so coarse that
-   *  surfaces curve within kNoiseSpacing pixels look as noisy: raise it for them. */
+  /** \brief Views with more than this times the noise of ConfidenceParameters::noise are smoothed at twice the spacing; ≥ 0. So much noise
+   *  is typical of sensors that match blocks. Their neighbouring pixels share errors, so averaging these pixels gains nothing. Coarse
+   *  images, in which surfaces curve within kNoiseSpacing pixels, look equally noisy: raise this value for them. */
   float wide_above{1.8f};
 };
 
 constexpr int kMaxSmoothingPasses = 4;
-/** \brief Farthest pixel that a pass looks at. */
+/** \brief Distance of the farthest pixel that a pass reads. */
 constexpr int kMaxSmoothingStep = 1 << kMaxSmoothingPasses;
 
 /** \brief Distance between the pixels of a pass's neighbourhood. \param pass 0 … passes − 1
@@ -44,7 +43,7 @@ FUSE_FLOW_HD float smoothingTolerance(const SmoothingParameters& p, int pass, fl
 
 /** \brief One pass at one pixel. The four pairs of opposite neighbours have second differences r = q₋ − 2 q₀ + q₊; each
  *  weighs w = (1 − (r/t)²)² inside the tolerance t (Tukey's biweight). q₀ + Σ w r / (1 + 2 Σ w) is the weighted mean of q₀
- *  and its neighbours. What lies beyond a jump in depth, has no counterpart, or is a hole, does not count.
+ *  and its neighbours. Pixels beyond a jump in depth, pixels without an opposite neighbour, and holes do not count.
  *  \param q inverse depths of the 3×3 pixels at the pass's spacing, row by row, 1/metres, 0 for holes; q[4], the pixel
  *  itself, is none  \param tolerance t, 1/metres */
 FUSE_FLOW_HD float smoothedInverseDepth(const float (&q)[9], float tolerance) {

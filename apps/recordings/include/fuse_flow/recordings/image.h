@@ -15,7 +15,7 @@ struct Image {
   int height{0};            ///< rows
   std::vector<Pixel> data;  ///< row by row
 
-  /** \brief To w times h pixels, of any values. */
+  /** \brief Resizes to w times h pixels; the pixel values are unspecified. */
   void resize(int w, int h) {
     width = w;
     height = h;
@@ -29,7 +29,7 @@ struct Image {
   const Pixel& at(int u, int v) const {
     return data[static_cast<std::size_t>(v) * static_cast<std::size_t>(width) + u];
   }
-  /** \brief Points into this image; null when empty. */
+  /** \brief A view of this image; null if it is empty. */
   ImageView<Pixel> view() const { return empty() ? ImageView<Pixel>() : ImageView<Pixel>(data.data(), width, height); }
 };
 

@@ -10,17 +10,17 @@
 
 namespace fuse_flow::io {
 
-/** \brief A point for each pixel, in its camera's frame, as a sensor delivers it. */
+/** \brief A cloud with one point for each pixel, in the camera frame, as a sensor delivers it. */
 using OrganizedCloud = pcl::PointCloud<pcl::PointXYZRGB>;
 
-/** \brief What a view's sensor would deliver as a cloud, without the lens's distortion; its sensor pose is the origin, as PCL's
- *  filters expect of points in the sensor's frame. */
+/** \brief Converts a view to a cloud, as its sensor would deliver it, without lens distortion. Its sensor pose is the origin, as PCL's
+ *  filters expect for points in the sensor frame. */
 void toOrganizedCloud(const Camera& camera, const DepthView& view, OrganizedCloud& cloud);
 
-/** \brief The camera that measured a cloud: intrinsics and distortion that map its points to their pixels with the least squares;
- *  its pose is the cloud's sensor pose. Throws InputError, beginning with the path, for a cloud that is not organised, or that no
- *  camera at its origin sees so.  \param path what messages call it; its stem names the camera
- *  \param warnings gets a line where points come back beside their places; null: nobody reads it */
+/** \brief Fits the camera that measured a cloud: intrinsics and distortion map its points to their pixels with least squares. Its pose is
+ *  the sensor pose of the cloud. Throws InputError, beginning with the path, for a cloud that is not organised, or that no camera at its
+ *  origin could see. \param path name of the cloud in messages; its stem is the name of the camera \param warnings receives a line if
+ *  points do not project to their pixels; null: no warnings */
 Camera cameraOf(const std::string& path, const OrganizedCloud& cloud, std::vector<std::string>* warnings = nullptr);
 
 /** \brief The depth image of a cloud, and its colour image where has_color. */

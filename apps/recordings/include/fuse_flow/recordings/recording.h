@@ -18,8 +18,8 @@ struct LoadedView {
   FloatImage depth32;     ///< metres
   ColorImage color;       ///< of the depth image's size, or of Camera::color
   FloatImage confidence;  ///< of the depth image's size, in [0, 1]
-  /** \brief What one step of the confidence image's file stands for, where nobody has said it and the largest value of its type is
-   *  taken for 1; else 0. */
+  /** \brief Value of one step of the confidence image's file, if it is not given and the largest value of the file's type counts as 1; else
+   *  0. */
   float assumed_confidence_step{0};
 };
 
@@ -29,7 +29,7 @@ struct DamagedView {
   std::string message;  ///< one line that names the file, or the camera
 };
 
-/** \brief One instant with the memory behind it: rig.views point into images. Read every frame into the same one: the
+/** \brief One instant, with the memory of its images: rig.views point into images. Read every frame into the same object, so that the
  *  buffers are reused. */
 struct LoadedFrame {
   LoadedFrame() = default;
@@ -38,13 +38,13 @@ struct LoadedFrame {
   LoadedFrame(const LoadedFrame&) = delete;  // the views of a copy would point into the original
   LoadedFrame& operator=(const LoadedFrame&) = delete;
 
-  RigFrame rig;                      ///< what FuseFlow::fuse() takes
+  RigFrame rig;                      ///< the input of FuseFlow::fuse()
   std::vector<LoadedView> images;    ///< of the views, in their order
   std::vector<DamagedView> damaged;  ///< empty unless RecordingOptions::skip_damaged
   std::vector<DamagedView> ended;    ///< of a rig: "camera 'left' ends after 3 of 4 frames"
 };
 
-/** \brief A source of rig frames: a folder of images with a calibration, see openRecording(). An object is for one thread. */
+/** \brief A source of rig frames: a folder of images with a calibration, see openRecording(). Only one thread may use an object. */
 class Recording {
  public:
   virtual ~Recording() = default;
@@ -53,48 +53,48 @@ class Recording {
   virtual std::string kind() const = 0;
   /** \brief One more than the highest frame number. */
   virtual std::size_t frameCount() const = 0;
-  /** \brief The numbers of the frames that there are, ascending: of a rig those of which any camera has a depth image. */
+  /** \brief The numbers of the existing frames, ascending. In a rig, a frame exists if any camera has a depth image of it. */
   virtual std::vector<std::size_t> frames() const;
-  /** \brief At which its frames were taken, Hz; > 0. Absent: it does not say. */
+  /** \brief Rate at which its frames were taken, Hz; > 0. Absent: the recording does not give it. */
   virtual std::optional<double> framesPerSecond() const { return std::nullopt; }
   /** \brief The cameras of frame 0. In a recording of one moving camera they differ from frame to frame: see
    *  LoadedFrame::rig. */
   virtual const std::vector<Camera>& cameras() const = 0;
-  /** \brief What a step of a camera's confidence images is worth, as RigCamera::confidence_scale; absent: it does not say. */
+  /** \brief Value of one step of a camera's confidence images, as RigCamera::confidence_scale. Absent: the recording does not give it. */
   virtual std::optional<float> confidenceScale(std::size_t camera) const {
     (void)camera;
     return std::nullopt;
   }
-  /** \brief What one camera's files are called, for messages and reports: "frame-000060", "left". */
+  /** \brief Name of a camera's files, for messages and reports: "frame-000060", "left". */
   std::string viewName(std::size_t view) const { return cameras()[view].name; }
-  /** \brief The files that it is made of, read or not: those of frames and cameras that were not chosen, too; of a folder all of
-   *  which belongs to it, the folder. Nothing that a tool writes may take their place, see InputFiles. */
+  /** \brief All files of the recording, also those of frames and cameras that are not selected. If a whole folder belongs to the recording,
+   *  the folder. No output of a tool may overwrite them, see InputFiles. */
   virtual std::vector<std::string> inputs() const = 0;
-  /** \brief Replaces what out holds by a frame in [0, frameCount()). A camera whose depth file is not there becomes a
+  /** \brief Reads a frame in [0, frameCount()) into out, and overwrites its content. A camera whose depth file is not there becomes a
    *  missing view. Throws InputError on a damaged file or an image that does not fit its camera, unless
    *  RecordingOptions::skip_damaged. */
   virtual void read(std::size_t frame, LoadedFrame& out) = 0;
 
-  /** \brief What was assumed, left out or not used as it was opened, a line each, without a line end. */
+  /** \brief Assumptions and ignored inputs at opening, one line each, without a line end. */
   const std::vector<std::string>& warnings() const { return warnings_; }
 
  protected:
   std::vector<std::string> warnings_;
 };
 
-/** \brief The frames that an option names, as parseRange() reads it, of those that there are; empty: all. Throws OptionError for a single
- *  number, or a list of some, that is not there, and where none is left. */
+/** \brief The existing frames that an option selects, in the format of parseRange(); empty: all frames. Throws OptionError if a listed
+ *  number does not exist, and if no frame is left. */
 std::vector<std::size_t> chooseFrames(const Recording& recording, const std::string& spec,
                                       const std::string& option = "--frames");
 
-/** \brief What T_world_camera's numbers mean in a file whose format leaves it open, or whose writer took it otherwise. */
+/** \brief The meaning of the numbers of T_world_camera, for files whose format or writer uses another convention. */
 enum class PoseConvention {
   CameraToWorld,  ///< x right, y down, z forward, camera to world
   WorldToCamera,  ///< its inverse, as COLMAP and OpenCV's solvePnP() give it
   OpenGl          ///< camera to world, of axes x right, y up, z backward, as in Blender, NeRF and ARKit
 };
 
-/** \brief How to look at a recording. */
+/** \brief Options for opening a recording. */
 struct RecordingOptions {
   /** \brief "0,60,120,180" or "A:B:STEP", B exclusive. In a recording of one moving camera: the frame numbers that act
    *  as the cameras of one instant, required. In a rig: the cameras to use, by position; empty means all. */
@@ -102,14 +102,14 @@ struct RecordingOptions {
   /** \brief One moving camera only: frame k uses views + k · slide, as long as all of them exist. 0: a single instant.
    */
   int slide{0};
-  /** \brief Metres per depth unit, in place of what the recording says or its format implies. */
+  /** \brief Metres per depth unit; replaces the value of the recording or of its format. */
   std::optional<float> depth_scale;
-  /** \brief A file of the camera's intrinsics, in place of what lies beside the images, see readIntrinsicsFile(); of a recording of one
-   *  moving camera. Empty: none. */
+  /** \brief A file with the camera's intrinsics, for recordings of one moving camera; replaces the file beside the images, see
+   *  readIntrinsicsFile(). Empty: none. */
   std::string intrinsics;
-  /** \brief What the recording's own poses mean; those of poses are camera to world always. */
+  /** \brief Convention of the recording's own poses. The poses in the file `poses` are always camera to world. */
   PoseConvention pose_convention{PoseConvention::CameraToWorld};
-  /** \brief A rig.json whose poses stand in for the recording's own; empty: none. */
+  /** \brief A rig.json whose poses replace the recording's own poses; empty: none. */
   std::string poses;
   /** \brief False: colour images are not opened. */
   bool read_color{true};
@@ -118,8 +118,8 @@ struct RecordingOptions {
   bool skip_damaged{false};
 };
 
-/** \brief Looks at what it is given and picks the reader. One path: a folder, or its rig.json; several: organised PCD
- *  files, each a camera of one instant. Throws InputError. */
+/** \brief Opens a recording with the reader for its format. One path: a folder, or its rig.json. Several paths: organised PCD files, each
+ *  from one camera at one instant. Throws InputError. */
 std::unique_ptr<Recording> openRecording(const std::vector<std::string>& inputs, const RecordingOptions& options = {});
 
 }  // namespace fuse_flow::io

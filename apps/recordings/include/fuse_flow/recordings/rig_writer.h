@@ -11,13 +11,13 @@ namespace fuse_flow::io {
 /** \brief Writes a rig recording: NAME/{depth,color}/NNNNNN.png, and rig.json. */
 class RigWriter {
  public:
-  /** \brief Makes the cameras' folders, of colour images too where there will be some. Throws OutputError. */
+  /** \brief Creates the folders of the cameras, with folders for colour images if there will be some. Throws OutputError. */
   RigWriter(const std::string& folder, RigDescription rig, bool color);
 
-  /** \brief The images of one frame; a view that is missing is a missing file. Throws OutputError. */
+  /** \brief Writes the images of one frame. For a missing view, no file is written. Throws OutputError. */
   void write(std::size_t frame, const LoadedFrame& images) const;
 
-  /** \brief Writes rig.json, without which the folder is no recording yet. Throws OutputError. */
+  /** \brief Writes rig.json. Without it, the folder is not yet a recording. Throws OutputError. */
   void finish() const;
 
  private:
