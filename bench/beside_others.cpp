@@ -1,5 +1,6 @@
-// A frame's time beside processes that keep cores busy: on one thread and on as many as there are cores, quiet and beside a process that
-// computes, and beside one of low priority that copies memory. All in turns, on the same cores, with processes of its own. Linux.
+// Time of a frame while other processes keep cores busy, on one thread and on one thread for each core: without another process, with a
+// process that computes, and with a process of low priority that copies memory. All cases are interleaved, on the same cores, with
+// processes that this program starts. Linux only.
 //
 //   fuse_flow_busy_bench [cameras] [cores] [rounds]      4 cameras, 2 cores, 10 rounds
 

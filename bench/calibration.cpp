@@ -1,7 +1,8 @@
 // The tables of doc/notes/calibration_measured.md and the pages that it names: how near the truth extrinsic estimation comes, beside PCL's registration, and what it costs
 // beside the fusion. fuse_flow_calibration_bench [accuracy | accuracy-tuning | frames | multipath | floor | registration | peers | scratch | scratch-peers |
 // scratch-tuning | scratch-near-tuning | board | distortion | real | beside | bump]…; without a name all but those that are of scenes that
-// served tuning. Of accuracy, frames, multipath, and of the tables that begin from scratch, SCENE/RIG/SENSOR stands for one row; with /N behind it for that of N trials.
+// served tuning. Of accuracy, frames, multipath, and of the tables that begin from scratch, SCENE/RIG/SENSOR selects one row; with /N
+// behind it, the row of N trials.
 
 #include "median.h"
 #include "pose_floor.h"
@@ -679,8 +680,8 @@ void real() {
   }
 }
 
-/** \brief Frame time of the fusion alone and with an estimation running, frame by frame in turn, so that both meet the same
- *  machine. */
+/** \brief Frame time of the fusion alone, and with an estimation running, interleaved frame by frame, so that both run under the same
+ *  load. */
 void beside() {
   std::printf(
       "| cameras | fusion alone, ms | with estimation, ms | rate kept | estimate, ms | estimate with two threads and "

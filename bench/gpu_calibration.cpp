@@ -27,7 +27,7 @@ using Gpu = ExtrinsicEstimation<PointFused, device::Thrust>;
 using Cpu = ExtrinsicEstimation<PointFused>;
 using Tracking = ExtrinsicTracking<PointFused, device::Thrust>;
 
-constexpr int kFrames = 3;  // different ones, in turn
+constexpr int kFrames = 3;  // different frames, one after the other
 
 /** \brief Every camera 20 mm off in a random direction, and turned by a degree about a random axis. */
 Poses disturbed(Poses poses) {

@@ -48,7 +48,8 @@ constexpr Route kRoutes[] = {{"pinned images, pinned points", false, false},
                              {"pageable images, clouds", true, true}};
 constexpr std::size_t kRouteCount = 3;
 
-/** \brief Different frames of one size, to be fused in turn, in pinned memory and byte for byte in pageable memory. */
+/** \brief Different frames of one size, to be fused one after the other; in pinned memory, and byte for byte the same in pageable
+ *  memory. */
 class Frames {
  public:
   static constexpr std::size_t kCount = 3;

@@ -93,7 +93,7 @@ class Rates {
   std::array<std::vector<double>, kLanes.size()> runs_;
 };
 
-/** \brief All routes. The rounds are outermost, so that whatever else the machine does for a while is in one run of each. */
+/** \brief All routes. The rounds are the outermost loop, so that a temporary load of the machine affects one run of each route. */
 inline std::array<Rates, kRouteCount> measureRates(const Frames& frames,
                                                    const fuse_flow::FuseFlowParameters& parameters, bool quick) {
   std::array<Rates, kRouteCount> rates;

@@ -1,5 +1,5 @@
-// What processes with a GPU each cost each other: a frame's time from pageable images into a cloud, of one process alone and of all at
-// once, in turns. Each process takes the GPU of its number, or shares them where there are fewer.
+// How much processes slow each other down, each with a GPU: time of a frame from pageable images to a cloud, for one process alone and for
+// all at once, interleaved. Each process uses the GPU of its number; if there are fewer GPUs, processes share them.
 //
 //   fuse_flow_gpu_processes_bench [CAMERASxWIDTHxHEIGHT] [processes] [threads]      64x640x480, 2, 0: the default
 

@@ -63,7 +63,7 @@ std::vector<Delivery> deliveriesOf(const std::vector<Camera>& cameras) {
   return deliveries;
 }
 
-/** \brief Mean and largest, of microseconds, told in milliseconds. */
+/** \brief Mean and maximum of microseconds, printed in milliseconds. */
 class Figure {
  public:
   void add(std::int64_t value) {

@@ -138,7 +138,7 @@ std::vector<Eigen::Isometry3d> posesOfExactCorrespondences(simulation::Simulator
         g.segment<6>(b) -= gradient;
       }
   }
-  H.diagonal().array() += 1e-9 * H.diagonal().maxCoeff();  // where the rig as a whole stands is not told
+  H.diagonal().array() += 1e-9 * H.diagonal().maxCoeff();  // the pose of the whole rig is unobservable
   const Eigen::VectorXd twists = -H.ldlt().solve(g);
   std::vector<Eigen::Isometry3d> poses;
   for (std::size_t i = 0; i < cameras.size(); ++i) {

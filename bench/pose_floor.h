@@ -1,7 +1,7 @@
 #pragma once
 
 /** \file
- *  \brief What depth that was measured wrong makes of poses, whatever finds the counterparts. */
+ *  \brief Errors of poses by wrong depth, independent of the search for correspondences. */
 
 #include "simulation/simulator.h"
 

@@ -1,4 +1,4 @@
-# Enables CUDA where FUSE_FLOW_CUDA says so: FUSE_FLOW_HAS_CUDA. Whoever only uses the headers chooses their languages themselves.
+# Enables CUDA where FUSE_FLOW_CUDA says so: FUSE_FLOW_HAS_CUDA. A project that only uses the headers chooses its own languages.
 set(FUSE_FLOW_HAS_CUDA OFF)
 if(NOT FUSE_FLOW_CUDA OR NOT (FUSE_FLOW_BUILD_APPS OR FUSE_FLOW_BUILD_BENCH OR FUSE_FLOW_BUILD_GPU_TESTS))
   return()

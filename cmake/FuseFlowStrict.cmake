@@ -1,4 +1,4 @@
-# fuse_flow_strict: the warnings and sanitizers of what we build ourselves. Nothing of it reaches whoever uses the headers.
+# fuse_flow_strict: the warnings and sanitizers of this project's own targets. They do not affect users of the headers.
 add_library(fuse_flow_strict INTERFACE)
 # PCL's macros for point types have the anonymous structs that clang calls pedantic; GoogleTest's take no last argument.
 target_compile_options(

@@ -25,7 +25,7 @@ check_json() {
   [[ $said == *"there are no depth images"* && $said != *warning* ]] || fail "its rig.json is wrong: $said"
 }
 
-# Programs that whoever has come as far as this line has built: those of the demo, and what the page has told to build since.
+# Programs that a reader has built up to this line: those of the demo, and those that the page has built since.
 available=" $(sed -n '/^demo()/,/^}/s/^  build_demo //p' "$source/build.sh") "
 
 # cmake --build build --target …: not run, since what runs this test has built them all. The targets must be there.

@@ -66,7 +66,7 @@ inline Surface sphere(const Vector3d& centre, double radius) {
   };
 }
 
-/** \brief What of several surfaces a ray meets first. */
+/** \brief The first of several surfaces that a ray meets. */
 inline Surface nearest(const std::vector<Surface>& surfaces) {
   return [=](const Vector3d& origin, const Vector3d& direction) {
     double first = 0;

@@ -86,7 +86,7 @@ std::vector<fs::path> compiledSources() {
   return sources;
 }
 
-// Programs, which whoever reads them copies whole: nothing around them is needed.
+// Readers copy these programs whole, so they must be complete.
 TEST(Documentation, TheReadmesCppIsWholeExamplesAsTheyStand) {
   const std::vector<fs::path> whole{examples / "ten_lines.cpp", examples / "fuse_recording.cpp"};
   const auto programs = blocks(root / "README.md", "cpp");

@@ -1,9 +1,9 @@
 #pragma once
 
 /** \file
- *  \brief How much of the same a test does. compute-sanitizer makes a launch hundreds of times slower: with the environment
- *  variable FUSE_FLOW_TEST_SHORT set, whatever to, the long tests do less and the whole binary can run under it. So they do under
- *  the compiler's sanitizers, which see the same code. */
+ *  \brief How much of the same a test does. compute-sanitizer makes a launch hundreds of times slower: if the environment variable
+ *  FUSE_FLOW_TEST_SHORT is set, to any value, the long tests do less, and the whole binary can run under it. So they do under the
+ *  compiler's sanitizers, which see the same code. */
 
 #include "sanitized.h"
 

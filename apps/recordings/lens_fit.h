@@ -21,8 +21,8 @@ struct LensFit {
 };
 
 /** \brief The simplest lens that maps rays to their pixels with least squares: a pinhole; with k1, k2, p1, p2, k3; or with all eight
- *  coefficients of Distortion. A richer one is taken only where it fits much better. A flat scene determines them too, since points in
- *  their camera's frame tell rays, whatever they lie on.
+ *  coefficients of Distortion. A lens with more coefficients is chosen only if it fits much better. A flat scene is sufficient too, because
+ *  points in the camera frame determine rays for any surface.
  *  \param rays of a few thousand pixels, all over the image  \param width of the image, pixels  \param height rows */
 LensFit fitLens(const std::vector<PixelRay>& rays, int width, int height);
 

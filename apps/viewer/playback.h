@@ -5,8 +5,8 @@
 
 namespace fuse_flow::viewing {
 
-/** \brief Which frame is due: a clock that plays, pauses, steps, seeks and loops. It reads no clock of its own; whoever
- *  owns it says how much time has passed. */
+/** \brief The current frame: a clock that plays, pauses, steps, seeks and loops. It does not read the time; its owner passes the elapsed
+ *  time. */
 class Playback {
  public:
   static constexpr double kSlowest = 1.0 / 64, kFastest = 64;  ///< of speed()

@@ -71,8 +71,8 @@ DepthCorrectionParameters parameters(bool shared) {
   return p;
 }
 
-/** \brief Root mean square distance of points as cameras see them from where they are, after scale and pose of the whole, which
- *  nothing tells. */
+/** \brief Root mean square distance between points as the cameras see them and their true places, after alignment of the scale and the pose
+ *  of the whole rig, which are unobservable. */
 double misplaced(const std::vector<Camera>& found, const std::vector<Camera>& truth,
                  const std::vector<DepthCorrection>& sensors) {
   std::vector<Vector3d> from, to;

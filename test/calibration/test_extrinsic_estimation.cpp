@@ -280,7 +280,8 @@ TEST(ExtrinsicEstimation, TheFirstCameraIsHeldUnlessTheMeanIs) {
 
 class ExtrinsicsOfOnePlane : public testing::TestWithParam<int> {};
 
-// Few normals that are far off count in what is told, and not in the median that says what noise tells: with 320 columns they seemed to tell a slide.
+// A few very wrong normals count in the information of the data, but not in the median that estimates the information of noise: with 320
+// columns, a slide seemed observable.
 TEST_P(ExtrinsicsOfOnePlane, CamerasMoveOntoItButNotAlongIt) {
   const std::vector<Camera> cameras = cameraRow(2, GetParam(), 3 * GetParam() / 4, 0.94 * GetParam());
   Scene scene = makeScene(cameras, plane({0, 0, 1}, 1.5));
@@ -341,8 +342,8 @@ TEST(ExtrinsicEstimation, NoiseOfTheImagesTellsNothing) {
   }
 }
 
-// A little brighter looks like a little further on, so where light falls off evenly nothing is told: cameras ended two thirds of the way
-// there, and were said to be right to a millimetre.
+// A small difference in brightness looks like a small motion, so even shading gives no information. Without this, cameras moved two thirds
+// of the way, with a claimed deviation of a millimetre.
 TEST(ExtrinsicEstimation, EvenShadingTellsNoSlide) {
   const std::vector<Camera> cameras = cameraRow(2, 320, 240, 275);
   Scene scene = makeScene(cameras, plane({0, 0, 1}, 1.5));
@@ -420,7 +421,7 @@ TEST(ExtrinsicEstimation, TexturesAsFineAsBlocksAreComparedBetweenThem) {
   }
 }
 
-// What lies a pixel beside: steep grey levels tell where they are to a pixel, whatever their height.
+// Colour can be a pixel beside its depth: a steep grey edge determines a place to a pixel, at any contrast.
 TEST(ExtrinsicEstimation, ColourTellsAPlaceToAPixelAtBest) {
   const CameraPlace place = placeAt(Eigen::Isometry3d::Identity());
   const AlignmentGates gates{0.25f, 0.0f, 0.7f, 1e9f, 0.0f, 1e6f, true, 0, 1};

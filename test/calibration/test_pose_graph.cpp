@@ -72,7 +72,7 @@ PoseGraph ofTwoCameras(const AlignmentSums& geometry, double normal_noise, const
   return graph;
 }
 
-/** \brief Two cameras that see a floor of which depth tells height and tilt; grey levels change along x.
+/** \brief Two cameras that see a floor. Depth determines its height and tilt; grey levels change along x.
  *  \param share of the gradient that both images show */
 PoseGraph floorOf(float share) {
   std::mt19937 random(5);
@@ -103,7 +103,8 @@ TEST(PoseGraph, WhatColourTellsIsAsSureAsBothImagesShowIt) {
   EXPECT_NEAR(deviation(0.25f) / deviation(1), 4, 0.8);
 }
 
-/** \brief Two cameras of which geometry tells all, with colour that weighs so much. \param shared whether both images show the gradients */
+/** \brief Two cameras whose geometry determines all directions, and colour of the given weight. \param shared whether both images show the
+ *  gradients */
 PoseGraph toldByBoth(float weight, bool shared) {
   std::mt19937 random(8);
   std::normal_distribution<float> normal;

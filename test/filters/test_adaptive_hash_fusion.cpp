@@ -149,7 +149,7 @@ TYPED_TEST(AdaptiveHashFusionOf, HonoursIndices) {
 }
 
 TYPED_TEST(AdaptiveHashFusionOf, RemovesThePointsThatRepresentNoOutputPoint) {
-  // One cell, three of whose four points stand for it: the most confident ones, or the first ones. The first point is
+  // One cell; three of its four points represent it: the most confident ones, or the first ones. The first point is
   // not finite, the last is not among the indices.
   const auto cloud = std::make_shared<pcl::PointCloud<TypeParam>>();
   cloud->push_back(distinctPoint<TypeParam>(kNaN, 0, 1, 1));
@@ -458,7 +458,7 @@ TEST(AdaptiveHashFusion, AWeakPointBesideABetterOneGoesUnlessAllAreKept) {
 class SixPointsOfFourCameras : public ::testing::Test {
  protected:
   SixPointsOfFourCameras() {
-    // In mixed order: points are told apart by camera, not by place.
+    // In mixed order: the camera index identifies a point, not its position.
     add(0.5f, 16, 2);
     add(0.8f, 2, 0);
     add(0.7f, 4, 1);

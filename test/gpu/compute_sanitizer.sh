@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # compute_sanitizer.sh TESTS LOGS [PROCESSES [FILTER]]: the GPU test binary TESTS, or those of its tests that the GoogleTest filter
 # lets through, under each tool of compute-sanitizer, a process a test: a tool that hangs, or that makes an error of its own, then
-# spoils one test. Few processes at a time, 3 a GPU unless told: those that share one wait for each other's turns, and with ten a
-# test takes ten times as long. Leaves a log a test in LOGS; tests with a log are not run again.
+# spoils one test. Few processes at a time, by default 3 for each GPU: processes that share a GPU wait for each other, and with ten a test
+# takes ten times as long. Leaves a log a test in LOGS; tests with a log are not run again.
 set -euo pipefail
 tests=$(realpath "$1")
 mkdir -p "$2"

@@ -1,7 +1,7 @@
 #pragma once
 
 /** \file
- *  \brief Cameras around a room with spheres in it, drawn at random: what poses can be told from. */
+ *  \brief Cameras around a room with random spheres in it, a scene that determines poses. */
 
 #include "random_rig.h"
 

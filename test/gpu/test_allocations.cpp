@@ -53,8 +53,8 @@ TEST(GpuAllocations, AreCounted) {
 #endif
 }
 
-/** \brief Of one frame. Thrust sorts on the CPU in two temporary arrays a thread, which it takes from malloc, whatever allocator it
- *  is given; nothing else is. */
+/** \brief Allocations of one frame. On the CPU, Thrust sorts in two temporary arrays for each thread, and allocates them with malloc,
+ *  regardless of its allocator; there are no other allocations. */
 long allocationsOfThrust(const fuse_flow::FuseFlowParameters& parameters) {
 #if defined(_OPENMP)
   const int threads = omp_get_max_threads();

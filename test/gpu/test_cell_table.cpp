@@ -62,7 +62,7 @@ struct Entered {
   }
 };
 
-/** \brief Expects each key in the one slot that it was told, with its points, unless it was turned away; and nothing else. */
+/** \brief Expects each key in the slot that was returned for it, with its points, unless it was rejected; and nothing else. */
 void expectEveryKeyInItsSlot(const std::vector<std::uint64_t>& keys, const Entered& entered) {
   struct Cell {
     std::uint32_t slot, count, first;

@@ -48,7 +48,7 @@ TEST(GpuChangingFrames, TheSameObjectFusesLargeAndSmallFramesInTurn) {
   }
 }
 
-// On a stream of its own the launches of frames that are alike are replayed as a graph: whatever changes must still count.
+// With setStream(), the launches of similar frames are replayed as a graph. Every change must still take effect.
 TEST(GpuChangingFrames, RepeatedFramesOnAStreamAreFusedAsTheyAre) {
   Random random(33);
   RandomFrame frame;

@@ -110,7 +110,7 @@ pcl::IndicesPtr someIndices(Random& random, std::size_t n) {
   return indices;
 }
 
-/** \brief The settings of pcl::FilterIndices, all combinations in turn. */
+/** \brief Combination k of the settings of pcl::FilterIndices. */
 template <typename Filter>
 void applySettings(Filter& filter, int k, const pcl::IndicesPtr& indices) {
   filter.setNegative(k & 1);

@@ -150,7 +150,7 @@ TEST(GpuErrors, RunningOutOfTheDevicesMemoryIsSaidAndSurvived) {
 }
 #endif
 
-/** \brief Resident memory of this process, bytes; 0 where it cannot be told, or is a sanitizer's, which keeps what is freed. */
+/** \brief Resident memory of this process, bytes; 0 if it is unknown, or under a sanitizer, which keeps freed memory. */
 std::size_t hostBytes() {
 #if defined(FUSE_FLOW_TEST_SANITIZED)
   return 0;
@@ -172,7 +172,7 @@ std::size_t freeDeviceBytes() {
   return free_bytes;
 }
 
-/** \brief Five frames in turn, ten thousand times on a GPU: no memory is taken but while it becomes warm. */
+/** \brief Five frames, one after the other, ten thousand times on a GPU: memory is allocated only in the first rounds. */
 class GpuMemory : public testing::Test {
  protected:
   GpuMemory() : frames_(5) {

@@ -43,8 +43,8 @@ class ParameterSliders {
 
   void setVisible(bool visible);
   bool visible() const { return visible_; }
-  /** \brief Moves the sliders to the values of the parameters, without a notification. Values out of a slider's range are notified
-   *  nevertheless. */
+  /** \brief Moves the sliders to the values of the parameters, without a callback. The caption also shows a value out of a slider's
+   *  range. */
   void setValues(const FuseFlowParameters& parameters);
   /** \brief Right of the window, below one another, and no lower than y, pixels from the window's lower border. */
   void arrange(double y);

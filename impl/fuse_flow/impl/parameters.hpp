@@ -86,7 +86,7 @@ inline void checkParameters(const SmoothingParameters& p) {
 
 namespace detail {
 
-/** \brief Throws for a model of which no depth has a noise, or one that is no number. */
+/** \brief Throws for a model without noise at any depth, and for a model that is not finite. */
 inline void checkNoise(const char* owner, const NoiseModel& noise) {
   checkLengthOrNone(owner, "noise.floor", noise.floor);
   checkNonNegative(owner, "noise.linear", noise.linear);

@@ -12,7 +12,7 @@ struct LumaSlope {
   float per_v{0};  ///< down
 };
 
-/** \brief A point that looks for its counterparts in other views; its camera's frame. */
+/** \brief A point for which correspondences in other views are searched; in the frame of its camera. */
 struct AlignmentSample {
   Vec3 p;                          ///< metres
   Vec3 n;                          ///< unit normal

@@ -13,7 +13,7 @@ namespace {
 
 using namespace io_test;
 
-/** \brief A device that delivers clouds of one type when it is told to, and files' names if it has them. */
+/** \brief A device that delivers clouds of one type on demand, and file names if it has them. */
 template <typename PointT>
 class FakeGrabber : public pcl::Grabber {
  public:

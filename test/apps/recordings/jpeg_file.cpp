@@ -36,7 +36,7 @@ std::string segment(char marker, const std::string& data) {
   return std::string("\xff") + marker + bigEndian16(data.size() + 2) + data;
 }
 
-/** \brief How many codes there are of each length, 1 to 16, then what they stand for. */
+/** \brief How many codes there are of each length, 1 to 16, then their symbols. */
 std::string huffmanTable(char id, std::size_t length, const std::string& symbols) {
   std::string counts(16, '\0');
   counts[length - 1] = static_cast<char>(symbols.size());

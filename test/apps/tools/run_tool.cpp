@@ -54,7 +54,7 @@ void becomeTool(int out, int err, const std::optional<rlim_t>& file_size_limit) 
     const rlimit no_core{0, 0};
     setrlimit(RLIMIT_CORE, &no_core);
   }
-  // Whoever started the tests in the background, or with nohup, has had them ignored.
+  // If the tests were started in the background, or with nohup, these signals are ignored.
   for (const int number : {SIGINT, SIGQUIT, SIGHUP}) signal(number, SIG_DFL);
 }
 

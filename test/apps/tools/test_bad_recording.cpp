@@ -12,7 +12,7 @@ namespace {
 
 using BadRecording = ToolTest;
 
-/** \brief What must hold whatever was wrong with the input of fuse_flow_fuse. */
+/** \brief Conditions that must hold for every wrong input of fuse_flow_fuse. */
 #define EXPECT_REFUSED(arguments, ...)                            \
   EXPECT_TRUE(isOneLineError(fuse(arguments), 1, {__VA_ARGS__})); \
   EXPECT_EQ(listing(out_), std::vector<std::string>()) << "something was written"
@@ -265,7 +265,7 @@ TEST_F(BadRecording, ACameraThatMissedAFrameLeavesTheOthers) {
   EXPECT_EQ(report["frames"][0]["points_in"], wall.width * wall.height);
 }
 
-/** \brief Its folder is missing, or its files are misnamed: the others are fused, and whoever looks is told. */
+/** \brief Its folder is missing, or its files are misnamed: the others are fused, and the summary names the camera. */
 TEST_F(BadRecording, ACameraWithoutImagesIsNamedInTheSummary) {
   const WallRecording wall{};
   wall.write(recording_);

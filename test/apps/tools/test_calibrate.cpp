@@ -226,7 +226,7 @@ TEST_F(Calibrate, FindsWhatDepthCamerasMeasureWrong) {
   EXPECT_LT(figures["with_corrections"]["residual_mm"], 0.8 * figures["residual_mm"].get<double>());
   EXPECT_EQ(figures["cameras"].size(), 3u);
   EXPECT_GT(figures["cameras"][1]["depth_correction_at_2_m_mm"], 3.0);
-  // Whoever reads the rig uses the corrections: the views agree better.
+  // Every reader of the rig uses the corrections: the views agree better.
   const auto disagreement = [&](const std::string& poses) {
     EXPECT_TRUE(succeeded(
         fuse({recording(), "-o", out(), "--poses", poses, "--frames", "0:1", "--report", out("report.json")})));

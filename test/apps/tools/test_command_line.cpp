@@ -134,7 +134,7 @@ TEST_F(CommandLine, WhetherIsSaidInWordsOrNumbers) {
     EXPECT_EQ(scalesWith(on), (nlohmann::json{0.25, 0.25})) << on << ", and the wall has no noise";
 }
 
-/** \brief Names come from whoever made the recording, and go to terminals. */
+/** \brief Names come from the author of the recording, and go to terminals. */
 TEST_F(CommandLine, WhatATerminalWouldObeyIsNotPrinted) {
   WallRecording wall{};
   nlohmann::json rig = wall.rig();

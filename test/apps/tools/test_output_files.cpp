@@ -160,7 +160,7 @@ TEST_F(OutputFiles, AFullDiskKeepsTheWholeFramesAndNothingElse) {
   EXPECT_EQ(result.out, "fuse_flow_fuse: " + path + ": cannot be written: No space left on device\n000000.ply\n");
 }
 
-/** \brief Of a process that is a child of this one, or of a ForkServer; it is left to whoever waits for it. */
+/** \brief Of a process that is a child of this one, or of a ForkServer; it remains for the caller that waits for it. */
 void waitForEnd(pid_t pid) {
   siginfo_t ended;
   if (waitid(P_PID, static_cast<id_t>(pid), &ended, WEXITED | WNOWAIT) == 0) return;

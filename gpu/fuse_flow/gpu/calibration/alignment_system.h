@@ -147,8 +147,8 @@ class AlignmentSystem : public host::RigCorrespondences {
     std::chrono::steady_clock::time_point start_{std::chrono::steady_clock::now()};
   };
 
-  /** \brief Without poses, of which nothing that is made of images depends: then moved cameras need no new geometry. Nor
-   *  measured confidence, which nothing asks. */
+  /** \brief The frame without poses and without confidence. The data computed from images do not depend on poses, so moved cameras need no
+   *  new geometry. The alignment does not use confidence. */
   const RigFrame& inCamerasFrames(const RigFrame& frame) {
     frame_ = frame;
     for (Camera& camera : frame_.cameras) camera.T_world_camera.setIdentity();

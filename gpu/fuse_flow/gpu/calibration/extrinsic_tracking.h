@@ -5,4 +5,4 @@
 
 #include <fuse_flow/calibration/extrinsic_tracking.h>
 #include <fuse_flow/gpu/calibration/extrinsic_estimation.h>
-#include <fuse_flow/impl/calibration/extrinsic_tracking.hpp>  // whoever compiles the CPU's elsewhere does not have this one there
+#include <fuse_flow/impl/calibration/extrinsic_tracking.hpp>  // needed even if the CPU class is compiled in another source

@@ -47,7 +47,7 @@ struct GatherFused {
   }
 };
 
-/** \brief Clouds on the device, one a camera; of padded places, camera by camera, which are points of which cloud. */
+/** \brief Clouds on the device, one for each camera. Maps padded places, camera by camera, to points of the clouds. */
 template <typename Layout>
 struct CloudsOfCameras {
   const typename Layout::Words* const* clouds;

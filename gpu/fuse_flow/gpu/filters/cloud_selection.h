@@ -80,7 +80,7 @@ struct MarkListedPoints {
   }
 };
 
-/** \brief What the base class pcl::FilterIndices has been told. */
+/** \brief The settings of the base class pcl::FilterIndices. */
 struct SelectionSettings {
   bool keep_organized;
   float user_filter_value;
@@ -134,7 +134,7 @@ class CloudSelection {
       if (!std::isfinite(settings.user_filter_value)) output.is_dense = false;
     } else {
       const std::uint32_t count = choose(run, true);
-      if (count == input.size()) {  // as pcl::copyPointCloud(): the whole cloud, whatever the order of the indices
+      if (count == input.size()) {  // as pcl::copyPointCloud(): the whole cloud, in its own order
         output.resize(input.width, input.height);
         copyAll(run, confidence, input, output);
       } else {

@@ -15,8 +15,8 @@ namespace gpu {
 /** \brief How far the thread that drives a frame brings its points. */
 enum class Delivery { Device, Pinned, Cloud };
 
-/** \brief Several lanes, each driven by a thread and a stream of its own, take frames in turn: while one frame is computed, the
- *  next is uploaded and the one before downloaded. */
+/** \brief Several lanes process the frames in cyclic order. Each lane has its own thread and stream: while one frame is computed, the next
+ *  frame is uploaded and the previous frame is downloaded. */
 template <typename PointT>
 class FrameQueue {
  public:

@@ -28,7 +28,7 @@ inline void streamCopy(void* to, const void* from, std::size_t bytes) {
     for (int k = 0; k < 4; ++k) _mm_stream_si128(reinterpret_cast<__m128i*>(out) + k, words[k]);
   }
   std::memcpy(out, in, bytes);
-  _mm_sfence();  // before whoever is told that the copy is done
+  _mm_sfence();  // before another thread learns that the copy is done
 #else
   std::memcpy(to, from, bytes);
 #endif

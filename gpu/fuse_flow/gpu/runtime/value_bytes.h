@@ -7,8 +7,8 @@
 namespace fuse_flow {
 namespace gpu {
 
-/** \brief Appends the bytes of a value. Those between its members hold whatever was in memory, and become 0 where the compiler
- *  can tell which they are: equal values then have equal bytes. */
+/** \brief Appends the bytes of a value. The padding between its members is uninitialised. It becomes 0 if the compiler can find it: equal
+ *  values then have equal bytes. */
 template <typename Value>
 void appendBytes(const Value& value, std::vector<char>& bytes) {
   alignas(Value) char copy[sizeof(Value)];

@@ -87,7 +87,7 @@ struct FindLate {
     if (!hasMultipath(view)) return;
     const SurfacePatch patch = patches[k];
     late[k] = LatePatch{};
-    if (!(patch.power > 0)) return;  // of which there are no lanes
+    if (!(patch.power > 0)) return;  // such a patch has no lanes
     const IndirectLight light = sumLanes(lanes + static_cast<std::size_t>(k) * kIndirectLanes);
     const float period = multipathPeriod(view.model.multipath.modulation_frequency);
     late[k] = LatePatch(patch, multipathBias(light, period, patch));

@@ -179,7 +179,7 @@ class FrameViews {
     run.copy(neighbours_.data(), host_neighbours_.data(), n * (n - 1));
   }
 
-  /** \brief Every image of a frame that is to be uploaded, in turn; place: where in the buffers. */
+  /** \brief Visits every image of a frame that must be uploaded, one after the other; place: its position in the buffers. */
   template <typename Visit>
   void forEachImage(const RigFrame& frame, bool with_color, const Visit& visit) {
     for (std::size_t i = 0; i < frame.views.size(); ++i) {

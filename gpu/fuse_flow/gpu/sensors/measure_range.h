@@ -19,7 +19,7 @@ struct MeasureRange {
     std::uint32_t measured;
     std::uint32_t in_range;
     std::uint32_t nearest;       ///< bits
-    std::uint32_t not_farthest;  ///< the bits' complement, for the least of which is looked too
+    std::uint32_t not_farthest;  ///< complement of the bits, so that the largest depth is a minimum too
   };
 
   PixelGrid grid;

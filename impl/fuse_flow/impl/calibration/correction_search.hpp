@@ -60,12 +60,12 @@ struct CorrectedBlock {
    *  camera, the more the farther and so the noisier it is. */
   float z_likely;
 
-  /** \brief By how much the residual of a plane grows with z as measured. \param along the same for z_right */
+  /** \brief Derivative of the residual of a plane with respect to the measured z. \param along the same for z_right */
   float slope(float along) const { return growth * along; }
 
-  /** \brief Sets z_likely. \param noise what of the residual is this measurement's own noise, metres  \param along see slope() */
+  /** \brief Sets z_likely. \param noise the part of the residual that is this measurement's own noise, metres  \param along see slope() */
   void takeBack(float noise, float along) {
-    constexpr float least = 0.2f;  // as for normals: what is seen at a glance is measured badly
+    constexpr float least = 0.2f;  // as for normals: surfaces at a grazing angle are measured badly
     const float s = slope(along);
     z_likely = z * depthRatio(-noise, z * (s < 0 ? std::min(s, -least) : std::max(s, least)));
   }
@@ -77,21 +77,22 @@ inline CorrectedBlock correctBlock(const KnotWeights& at, float z, double a, dou
   return {at, z, right, static_cast<float>(1 + a + 2 * b * static_cast<double>(z)), z};
 }
 
-/** \brief A sample and its counterpart: the residual, and what changes it. */
+/** \brief A sample and its correspondence: the residual and its derivatives. */
 struct CorrectedPair {
   CorrectedBlock own, other;
   Vec3 x;              ///< of the corrected sample, scene, metres
   Vec3 n;              ///< normal of the counterpart, scene
-  float along_own;     ///< by how much the residual grows with the sample's corrected depth
-  float along_other;   ///< … with the counterpart's
+  float along_own;     ///< derivative of the residual with respect to the sample's corrected depth
+  float along_other;   ///< the same for the correspondence
   float r, per_sigma;  ///< metres, and over its standard deviation
 
-  /** \brief Sets what either would have measured without noise. \return variance of r where that puts both, square metres
+  /** \brief Sets z_likely of both, the depths without noise. \return variance of r at these depths, square metres
    *
-   *  Each measurement's share of the residual goes with its own variance as it is seen in the residual: as corrections stretch it, and along
-   *  the normal, which is not the normal's part along the optical axis, since rays slant. Where shares are wrong, some noise stays in
-   *  what changes the residual, and leads astray along whatever the views tell weakly. The worst of it has no end: where a correction
-   *  shortens depth, too little was taken away, and what was left shortened it further.
+   *  The residual is divided between the two measurements in proportion to their variances in the residual. Such a variance includes the
+   *  stretch by the correction, and is measured along the normal; because rays are oblique, this is not the component along the optical
+   *  axis. With wrong shares, some noise remains in the derivatives of the residual, and moves the solution along weakly determined
+   *  directions. In the worst case this does not converge: a correction that shortened depth left some noise, which shortened depth
+   *  further.
    *  \param image of the sample  \param other_image of the counterpart */
   float shareResidual(const BlockImage& image, const BlockImage& other_image) {
     const auto variance = [](const BlockImage& of, float z, float slope) {
@@ -108,7 +109,7 @@ struct CorrectedPair {
 };
 
 /** \brief One search for the corrections and the poses of a rig, about the scene's centre. Unknowns: a twist of each camera, metres at the
- *  scene's radius, and then of each correction a and b of its knots, in turn. */
+ *  scene's radius, and then, for each correction, a and b of its knots, alternately. */
 class CorrectionSearch {
  public:
   CorrectionSearch(AlignmentSystem& system, const DepthCorrectionParameters& parameters,
@@ -265,7 +266,7 @@ class CorrectionSearch {
     for (std::size_t begin = 0; begin < pairs.size(); begin += at_once) {
       const std::size_t n = std::min(at_once, pairs.size() - begin);
       parallelFor(threads_, n, [&](std::size_t k, int) { addUp(pairs[begin + k], reach, systems[k]); });
-      for (std::size_t k = 0; k < n; ++k) {  // in their order, whoever added them up
+      for (std::size_t k = 0; k < n; ++k) {  // in a fixed order, independent of the threads
         spread(pairs[begin + k], systems[k]);
         for (std::size_t b = 0; b < histogram.size(); ++b) histogram[b] += systems[k].histogram[b];
       }

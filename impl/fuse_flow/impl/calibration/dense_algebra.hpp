@@ -66,8 +66,8 @@ FUSE_FLOW_INLINE Eigen::VectorXd product(const Eigen::MatrixXd& a, const Eigen::
 FUSE_FLOW_INLINE Eigen::VectorXd transposedProduct(const Eigen::MatrixXd& a, const Eigen::VectorXd& b) {
   return a.transpose() * b;
 }
-// Column by column, which is as fast here: whole products Eigen hands out to OpenMP's threads from nine cameras on, whatever number
-// of threads was asked for, and beside a fusion that is busy these wait for each other a hundred times as long as they work.
+// Column by column, which is equally fast here. From nine cameras on, Eigen would compute a whole product on OpenMP's threads, regardless
+// of the requested number of threads. While a fusion is running, these threads wait for each other a hundred times longer than they work.
 FUSE_FLOW_INLINE Eigen::MatrixXd product(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) {
   Eigen::MatrixXd result(a.rows(), b.cols());
   for (Eigen::Index k = 0; k < b.cols(); ++k) result.col(k) = product(a, Eigen::VectorXd(b.col(k)));

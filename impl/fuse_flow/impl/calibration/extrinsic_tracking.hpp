@@ -157,7 +157,7 @@ void ExtrinsicTracking<PointT, Device>::Copy::assign(const RigFrame& from, bool 
   depth16.resize(from.views.size());
   depth32.resize(from.views.size());
   color.resize(from.views.size());
-  // By two threads, since whoever pushes a frame waits for it; by no more, since the fusion of frames in flight needs the cores.
+  // Two threads, because the caller of push() waits for the copy; not more, because the fusion of frames in flight needs the cores.
   const int threads = std::min({2, host::resolveThreads(0), static_cast<int>(from.views.size())});
   host::parallelFor(threads, from.views.size(), [&](std::size_t i, int) {
     frame.views[i].depth16 = detail::copyImage(from.views[i].depth16, depth16[i]);

@@ -22,9 +22,9 @@ inline Matrix6d symmetric6(const double (&upper)[kTriangle6]) {
   return A;
 }
 
-/** \brief What grey levels of one pair of views say of a motion a, whatever one image is brighter than the other as a whole: least squares with
- *  that brightness as one more unknown, eliminated (Schur's complement). Shading that changes evenly tells nothing, then: a little
- *  brighter looks like a little further on. */
+/** \brief The information of the grey levels of one pair of views about a motion a. A constant difference in brightness between the images
+ *  is one more unknown of the least squares, which is eliminated (Schur complement). So shading that changes evenly gives no information: a
+ *  small difference in brightness looks the same as a small motion. */
 struct ColorInformation {
   Vector6d mean;  ///< gradient, Σ w a / Σ w
   Matrix6d all;   ///< Σ w (a − mean) (a − mean)ᵀ
@@ -70,11 +70,12 @@ struct ColorRole {
   double max_deviation;
 };
 
-/** \brief Gauss–Newton over the twists of all cameras, the first one held. What the data tell no better than noise would, stays.
+/** \brief Gauss–Newton over the twists of all cameras; the first camera is fixed. Directions that the data determine no better than noise
+ *  would are not changed.
  *
- *  With H the information of all correspondences and S what of it noise explains, the generalised eigenvalues of H v = λ S v say
- *  of each joint motion v how much more there is than noise; they depend neither on units nor on which camera is held, and
- *  long chains of cameras, whose information is small, keep it where a slide along a wall does not. */
+ *  H is the information of all correspondences, and S is the part of it that noise explains. The generalised eigenvalues of H v = λ S v
+ *  give the ratio of information to noise for each joint motion v. They depend neither on units nor on the fixed camera. Long chains of
+ *  cameras have little information, but it is more than noise; a slide along a wall has only noise. */
 class PoseGraph {
  public:
   explicit PoseGraph(std::size_t cameras)
@@ -288,7 +289,7 @@ class PoseGraph {
 
   Eigen::Index size_;
   Eigen::MatrixXd H_, S_, C_;
-  Eigen::MatrixXd B_;  ///< what of C both images show
+  Eigen::MatrixXd B_;  ///< the part of C that both images show
   Eigen::VectorXd g_, g_color_;
   double min_information_{0};
   std::optional<ColorRole> color_;

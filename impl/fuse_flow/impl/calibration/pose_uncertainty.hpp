@@ -11,11 +11,10 @@ namespace host {
 
 /** \brief How far the poses of a rig may be from the true ones, along what is observable.
  *
- *  Residuals are not independent: the noise of neighbouring pixels goes together, and where one thing hides another all
- *  counterparts err to one side. So the images are cut into parts c, of which each pulls the poses its own way with the gradient
- *  g_c; Σ g_c = 0 where the poses have converged, and how much the g_c scatter says how well the parts agree. With J the
- *  change of Σ g_c along the motions, noise of the normals aside, the covariance is J⁻¹ (Σ g_c g_cᵀ) J⁻ᵀ, the sandwich of
- *  Huber (1967) and White (1980), clustered after Liang and Zeger (1986). */
+ *  Residuals are not independent: neighbouring pixels share noise, and at occlusions all correspondences err to one side. So the images are
+ *  divided into parts c. Each part has its own gradient g_c. Where the poses have converged, Σ g_c = 0, and the scatter of the g_c shows
+ *  how well the parts agree. With J the change of Σ g_c along the motions, noise of the normals aside, the covariance is J⁻¹ (Σ g_c g_cᵀ)
+ *  J⁻ᵀ, the sandwich of Huber (1967) and White (1980), clustered after Liang and Zeger (1986). */
 class PoseUncertainty {
  public:
   /** \param graph decomposed at the poses at which system was evaluated  \param fewest correspondences of a pair that counts

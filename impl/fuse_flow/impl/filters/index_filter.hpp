@@ -25,8 +25,8 @@ void splitIndices(const pcl::Indices& indices, bool negative, bool extract_remov
   kept.swap(selected);  // indices and kept may be the same object
 }
 
-/** \brief Which point of the input pcl::copyPointCloud() made point i of the output from: given as many indices as there are
- *  points, it copies the whole cloud, whatever the order of the indices. */
+/** \brief The input point from which pcl::copyPointCloud() made point i of the output. If there are as many indices as points, it copies
+ *  the whole cloud and ignores the order of the indices. */
 inline std::size_t copiedFrom(const pcl::Indices& indices, std::size_t input_size, std::size_t i) {
   return indices.size() == input_size ? i : static_cast<std::size_t>(indices[i]);
 }

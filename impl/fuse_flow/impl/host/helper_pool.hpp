@@ -42,15 +42,15 @@ bool comesSoon(const Condition& condition) {
   return true;
 }
 
-/** \brief The threads of a process that help whoever has work for several. Whoever asks works as well, and waits at the end for those
- *  helpers only that have begun: not for one to which the system, busy with other programs, has given no core yet. Helpers are started when
- *  they are first asked for, and sleep between jobs. */
+/** \brief The helper threads of a process. A thread that has work for several threads asks for helpers and works as well. At the end it
+ *  waits only for helpers that have begun, not for a helper that has no core yet because the system is busy with other programs. Helpers
+ *  are started on first use, and sleep between jobs. */
 class HelperPool {
  public:
   /** \brief Work that several threads do together. */
   class Job {
    public:
-    /** \brief Works until nothing is left to begin. \param thread 0: whoever asks; each helper has a number of its own, from 1 on */
+    /** \brief Works until no work is left to begin. \param thread 0: the asking thread; each helper has its own number, from 1 on */
     virtual void work(int thread) noexcept = 0;
 
    protected:
@@ -61,7 +61,7 @@ class HelperPool {
     Job* next_{nullptr};
     int asked_{0};                 ///< for so many helpers
     int wanted_{0};                ///< of them have not begun
-    int core_{-1};                 ///< of whoever asks
+    int core_{-1};                 ///< core of the asking thread
     std::atomic<int> working_{0};  ///< helpers
     std::condition_variable ended_;
   };
@@ -192,8 +192,8 @@ class HelperPool {
 #if defined(__linux__)
   static int currentCore() { return sched_getcpu(); }
 
-  /** \brief Where every core is busy Linux puts a thread that is woken on the core of whoever wakes it. There the two would get one core
-   *  between them, and the programs that keep the others busy the rest. */
+  /** \brief If all cores are busy, Linux puts a woken thread on the core of the thread that wakes it. Both would then share one core, while
+   *  other programs use the other cores. */
   static void leaveCore(int core) {
     if (core < 0 || sched_getcpu() != core) return;
     cpu_set_t allowed;

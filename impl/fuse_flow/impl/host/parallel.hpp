@@ -24,7 +24,7 @@ inline int resolveThreads(int n) {
   return cores > 0 ? static_cast<int>(cores) : 1;
 }
 
-/** \brief Keeps of the exceptions that tasks throw that of the smallest one, whoever runs them and in which order. */
+/** \brief Keeps the exception of the task with the smallest number, independent of threads and order. */
 class FirstError {
  public:
   /** \brief Runs a task, but none after one that has thrown: what a thread keeps from task to task may then be half done. */

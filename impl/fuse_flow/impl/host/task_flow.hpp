@@ -10,9 +10,8 @@
 namespace fuse_flow {
 namespace host {
 
-/** \brief Tasks of which some must be done before others. Whoever is free begins the first one in their order that may begin: a thread
- *  that stands still within a task, since the system has given its core to another program, holds up what depends on that task and nothing
- *  else. Keeps its memory. */
+/** \brief Tasks with dependencies. A free thread begins the first task in the order of the tasks that may begin. If a thread stops within a
+ *  task because the system has given its core to another program, only tasks that depend on this task wait. Keeps its memory. */
 class TaskFlow {
  public:
   void clear() {
@@ -57,7 +56,7 @@ class TaskFlow {
     std::uint32_t next;  ///< edge of the same task before
   };
 
-  /** \brief Numbers of tasks, of which the smallest is taken first. */
+  /** \brief Numbers of tasks; the smallest is taken first. */
   class ReadyTasks {
    public:
     explicit ReadyTasks(std::vector<std::uint64_t>& bits) : bits_(bits) {}

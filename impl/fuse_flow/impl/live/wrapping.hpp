@@ -5,8 +5,7 @@
 namespace fuse_flow {
 namespace detail {
 
-// Stamps are whatever a driver gives, up to the largest of 64 bits: they are counted as clocks count, round and round, where plain
-// arithmetic would overflow.
+// Stamps come from drivers and may be any 64-bit number. They are computed modulo 2⁶⁴, because plain arithmetic would overflow.
 
 /** \brief a − b, of times that are less than 2⁶³ µs apart. */
 inline std::int64_t wrappingDifference(std::int64_t a, std::int64_t b) {

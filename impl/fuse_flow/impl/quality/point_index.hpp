@@ -12,8 +12,8 @@
 namespace fuse_flow {
 namespace detail {
 
-/** \brief Points bucketed by cells, to find those within a radius of a place. Cells are told apart by a hash of their coordinates,
- *  which are whole numbers in double: any finite position has one, however far from the origin. */
+/** \brief Points bucketed by cells, to find those within a radius of a place. A cell is identified by a hash of its coordinates, which are
+ *  whole numbers in double. So every finite position has a cell, at any distance from the origin. */
 class PointIndex {
  public:
   /** \param cell side of a cell, metres; searches within up to about this are fast */

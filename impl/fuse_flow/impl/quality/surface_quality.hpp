@@ -105,7 +105,7 @@ inline PointSight sightOf(const Vec3& p, const host::FrameViews& views, float vi
   return sight;
 }
 
-/** \brief Where one sheet is told from two. */
+/** \brief Result of the test for one sheet or two. */
 struct SheetTest {
   bool judged{false};
   bool doubled{false};

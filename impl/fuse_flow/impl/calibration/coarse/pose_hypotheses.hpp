@@ -11,9 +11,9 @@
 namespace fuse_flow {
 namespace host {
 
-/** \brief The relative poses of two cameras that their views support best: by the shape of what they see, and by what is painted
- *  on it. Neither does for the other: of rooms, many wrong poses bring more surfaces together than the right one, of which only
- *  paint knows; and not all is painted. */
+/** \brief The candidate relative poses of two cameras that their views support best, by shape and by patterns on surfaces. Both are
+ *  necessary: in rooms, many wrong poses align more surfaces than the right pose, and only patterns find the right one; but not all
+ *  surfaces have patterns. */
 class PoseHypotheses {
  public:
   PoseHypotheses(const AlignmentSystem& system, const CoarseAlignmentParameters& parameters)
@@ -55,7 +55,7 @@ class PoseHypotheses {
     return best(found, kFromShape, 1.5 * static_cast<double>(p_.cell_size), 0.1, &PoseHypothesis::score);
   }
 
-  /** \brief From grey levels on floors, or whatever faces as most does where no floor is known. */
+  /** \brief From grey levels on floors; if no floor is known, on the surfaces with the most frequent normal. */
   std::vector<PoseHypothesis> fromPaint(std::size_t first, std::size_t second,
                                         const std::vector<Eigen::Vector3d>& directions_first,
                                         const std::vector<Eigen::Vector3d>& directions_second) const {

@@ -18,7 +18,7 @@ struct PoseHypothesis {
   double color_evidence{0};  ///< of ViewAgreement
 };
 
-/** \brief Whether two poses would be told apart. */
+/** \brief Whether two poses differ enough to count as distinct. */
 inline bool distinct(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b, double distance, double angle) {
   return (a.translation() - b.translation()).squaredNorm() > distance * distance ||
          (a.linear().transpose() * b.linear()).trace() < 1 + 2 * std::cos(angle);
@@ -52,7 +52,7 @@ class ViewComparison {
     sum.contradicted /= instants;
     sum.color_spread = differences.deviation();
     sum.color_evidence = differences.correlation.evidence() / std::sqrt(instants);
-    // Two views of one surface differ as views of this rig do; how two places differ that only have one shape is anyone's guess.
+    // Two views of one surface differ as much as views of this rig usually do. How much two places of equal shape differ is unknown.
     const double excess = std::pow(sum.color_spread / color_noise_, 2) - 1;
     sum.likeness = excess > 0 ? std::exp(-0.5 * excess) : 1.0;
     return sum;
@@ -143,8 +143,8 @@ class ViewComparison {
   /** \brief Noise that a point may be off, standard deviations. */
   static constexpr float kDeviations = 3;
 
-  /** \brief What is added to the diagonal of the normal equations, over its mean: the first keeps still what nothing tells, the
-   *  last all but what most points tell. */
+  /** \brief Value added to the diagonal of the normal equations, divided by the mean of the diagonal. The first value fixes only
+   *  unobservable directions; the last one fixes all directions except those that most points determine. */
   static constexpr double kCautions[] = {1e-4, 0.02, 0.3};
 
   /** \brief Least squares, gate by gate. Where the views share little more than a floor, what pulls along it are false
@@ -364,7 +364,7 @@ class ViewComparison {
 
   const AlignmentSystem& system_;
   float tolerance_;
-  double color_noise_{std::numeric_limits<double>::infinity()};  ///< until it is known, colour has no say
+  double color_noise_{std::numeric_limits<double>::infinity()};  ///< until it is known, colour is not used
   std::vector<std::vector<Vec3>> details_;                       ///< instant by instant, camera by camera
 };
 
