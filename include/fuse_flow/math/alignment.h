@@ -13,7 +13,7 @@ namespace fuse_flow {
 /** \brief The upper triangle of a symmetric 6×6 matrix, row by row. */
 constexpr int kTriangle6 = 21;
 
-/** \brief What the correspondences of one ordered pair of views add up to; w is the weight of each. */
+/** \brief Sums over the correspondences of one ordered pair of views; w is the weight of each. */
 struct AlignmentSums {
   double A[kTriangle6];  ///< Σ w a aᵀ
   double g[6];           ///< Σ w r a

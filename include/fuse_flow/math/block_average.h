@@ -48,11 +48,11 @@ FUSE_FLOW_HD Ray blockRay(const Intrinsics& K, int reduction, int u, int v) {
 
 /** \brief Corrected inverse depth of a block that sticks out of its surface on all sides. Smoothing does not change a block with which no
  *  neighbour agrees. With normal noise, this is one block in a hundred. The normals beside such blocks were so wrong (up to a tenth of a
- *  radian, where the median error is two thousandths) that slides along a wall seemed observable. Each pair of opposite neighbours has its
- *  mean where the surface may be; the block is moved to the nearest of these if all are on one side of it. Of a plane the means are the
- *  block itself, however it is inclined. Pairs across a jump, and holes, do not count; two must be left.
+ *  radian, where the median error is two thousandths) that slides along a wall seemed observable. The mean of each pair of opposite
+ *  neighbours is a candidate for the surface. If all candidates are on one side of the block, the block is moved to the nearest one. On
+ *  every plane the means are equal to the block itself. Pairs across a jump, and holes, do not count; at least two pairs must remain.
  *  \param q inverse depths of 3×3 blocks, row by row, 1/metres, 0 for holes; the block itself, q[4], is none
- *  \param bound of what may stick out, 1/metres */
+ *  \param bound largest difference that is corrected, 1/metres */
 FUSE_FLOW_HD float despeckledInverseDepth(const float (&q)[9], float bound) {
   float least = FLT_MAX, most = -FLT_MAX, pairs = 0;
   const auto add = [&](float before, float after) {
@@ -72,7 +72,7 @@ FUSE_FLOW_HD float despeckledInverseDepth(const float (&q)[9], float bound) {
   return pairs >= 2 ? within : q[4];
 }
 
-/** \brief What may stick out as a speckle, 1/metres. \param largest ExtrinsicParameters::max_speckle  \param noise the sensor's
+/** \brief Largest difference that counts as a speckle, 1/metres. \param largest ExtrinsicParameters::max_speckle  \param noise the sensor's
  *  \param noise_scale of the view  \param q inverse depth of the block */
 FUSE_FLOW_HD float speckleBound(float largest, const NoiseModel& noise, float noise_scale, float q) {
   return largest * noise_scale * inverseDepthNoise(noise, q);
@@ -105,7 +105,7 @@ FUSE_FLOW_HD Vec3 blockNormal(const BlockMap& smooth, int u, int v, const Vec3& 
   return -dot(unit, p_C) > 0.2f * std::sqrt(squaredNorm(p_C)) ? unit : Vec3{};
 }
 
-/** \brief Distance of two normals whose noise is compared: beyond what smoothing and differences share. */
+/** \brief Distance of two normals whose noise is compared. At this distance, smoothing and differences share no pixels. */
 constexpr int kNormalsApart = 12;
 /** \brief Every n-th block in both directions is used. */
 constexpr int kNormalStride = 2;
@@ -147,8 +147,8 @@ FUSE_FLOW_HD float squareLuma(const float* grey, std::ptrdiff_t pitch, int side)
   return least < 0 ? -1.0f : sum / static_cast<float>(side * side);
 }
 
-/** \brief A step of a blur at one block, over five blocks along a row or a column. Over the same surface only: what lies behind it
- *  is another thing in every view. */
+/** \brief A step of a blur at one block, over five blocks along a row or a column. Only over the same surface, because each view sees
+ *  another part of the background beside it. */
 struct LumaBlur {
   float sum{0};       ///< of grey levels
   float weights{0};   ///< of those

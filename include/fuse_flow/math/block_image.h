@@ -49,13 +49,13 @@ struct BlockImage : BlockMap {
   const Vec3* normals{nullptr};       ///< block by block
   const float* smooth_z{nullptr};     ///< depth as it is smoothed for normals, laid out as z; null: none
   const float* lumas[kLumaScales]{};  ///< grey levels, the finest scale first; null: no colour
-  /** \brief Grey levels of the finest scale from every pixel on: what begins there and is as large as a block. Blocks alone are too coarse
-   *  for the comparison: between two blocks, textures change by more than a slope can describe, and the estimated poses are then off by a
-   *  tenth of a block. */
+  /** \brief Grey levels of the finest scale: for every pixel, the mean of the square that begins there and is as large as a block. Blocks
+   *  alone are too coarse for the comparison: between two blocks, textures change by more than a slope can describe, and the estimated
+   *  poses are then off by a tenth of a block. */
   const float* squares{nullptr};
   std::ptrdiff_t squares_pitch{0};  ///< from row to row of squares
   NoiseModel noise;                 ///< of the sensor …
-  float noise_scale{1};             ///< … and how much more, or less, there is
+  float noise_scale{1};             ///< … and the factor on it
   float residual_multipath{0};      ///< see residualMultipath()
 
   /** \brief Whether there is no image. */
@@ -100,7 +100,7 @@ struct BlockImage : BlockMap {
   FUSE_FLOW_HD float deviation(int u, int v) const { return axialDeviation(depth(u, v)) * std::fabs(normal(u, v).z); }
   /** \brief 0 … 255; negative where there is none. */
   FUSE_FLOW_HD float luma(int u, int v, int scale) const { return lumas[scale][index(u, v)]; }
-  /** \brief What the grey levels of another view's blocks are compared with, at one of kLumaScales. */
+  /** \brief The grey levels to compare with those of another view's blocks, at one of kLumaScales. */
   FUSE_FLOW_HD GreyLevels greyLevels(int scale) const {
     const float middle = 0.5f * static_cast<float>(reduction - 1);
     if (scale > 0) return {lumas[scale], pitch, width, height, middle, 1.0f / static_cast<float>(reduction)};

@@ -9,23 +9,23 @@
 
 namespace fuse_flow {
 
-/** \brief What lies nearest to a colour camera that stands beside its depth camera: a z-buffer of coarse cells over the colour image.
- *  A point that the depth camera sees can be hidden from the colour camera by what stands before it, whose colour it must not get.
+/** \brief A z-buffer of coarse cells over the image of a colour camera that stands beside its depth camera. A nearer surface can hide a
+ *  point of the depth camera from the colour camera. The point must not get the colour of that surface.
  *
  *  A cell is as large as a pixel of depth is in the colour image, so that measurements leave no gaps. Each measurement counts in the four
  *  cells nearest to it. Owns nothing. */
 struct ColorDepth {
-  /** \brief Of each cell, row by row, the smallest depth along the colour camera's axis, metres, as the bits of a float: those of positive
-   *  floats have their order. Null: nothing is hidden. */
+  /** \brief For each cell, row by row, the smallest depth along the colour camera's axis, metres, as the bits of a float: the bits of
+   *  positive floats have the same order as the floats. Null: nothing is hidden. */
   const std::uint32_t* nearest{nullptr};
   int columns{0};            ///< cells in a row
   int rows{0};               ///< rows of cells
   float cells_per_pixel{1};  ///< of the colour image
-  /** \brief How much nearer something must be to hide a point, as a share of the point's depth: more than a slanted surface falls away
-   *  from cell to cell. */
+  /** \brief A surface hides a point only if it is nearer by at least this share of the point's depth. This is more than the step of an
+   *  inclined surface from cell to cell. */
   float margin{0};
 
-  /** \brief Bits of a cell into which nothing falls: those of a float beyond all depths, and of one byte four times. */
+  /** \brief Bits of an empty cell: a float beyond all depths, whose four bytes are equal. */
   static constexpr std::uint32_t kNothing = 0x7f7f7f7f;
 
   /** \brief The cells of a colour camera, without memory. \param color of the colour image  \param depth of the depth image */
@@ -35,11 +35,11 @@ struct ColorDepth {
     cells.cells_per_pixel = pixels > 1 ? 1 / pixels : 1.0f;
     cells.columns = static_cast<int>(static_cast<float>(color.width) * cells.cells_per_pixel) + 1;
     cells.rows = static_cast<int>(static_cast<float>(color.height) * cells.cells_per_pixel) + 1;
-    cells.margin = 0.01f + 6 / depth.fx;  // a cell and a half aside, at 75 degrees from straight on, and noise
+    cells.margin = 0.01f + 6 / depth.fx;  // the step over one and a half cells at an incidence of 75 degrees, and noise
     return cells;
   }
 
-  /** \brief How many cells there are. */
+  /** \brief Number of cells. */
   FUSE_FLOW_HD std::size_t size() const { return static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows); }
 
   /** \brief Calls put(number of a cell, bits of z) for the four cells nearest to a measurement. \param pixel of the colour image
@@ -59,7 +59,7 @@ struct ColorDepth {
               bits);
   }
 
-  /** \brief Whether something stands before a point. \param pixel of the colour image, where the point falls  \param z its depth there,
+  /** \brief Whether a nearer surface hides a point. \param pixel of the colour image, where the point falls  \param z its depth there,
    *  metres */
   FUSE_FLOW_HD bool hides(const Pixel& pixel, float z) const {
     if (nearest == nullptr) return false;

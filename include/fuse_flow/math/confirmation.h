@@ -61,7 +61,7 @@ struct Confirmation {
   float total{0};      ///< Σ w
   float agreement{1};  ///< min a
 
-  /** \brief What one view adds to it. */
+  /** \brief The contribution of one view. */
   struct Share {
     float a;     ///< how well it agrees; [0, 1]
     float w;     ///< its weight; [0, 1]
@@ -72,22 +72,23 @@ struct Confirmation {
    *  measurement from far away. */
   static constexpr float kWidest = 2.0f;
 
-  /** \brief r² of a view, square metres: of the least, or where that is more of per_noise · √variance, up to kWidest · least.
+  /** \brief r² of a view, square metres: r is the larger of least and per_noise · √variance, but at most kWidest · least.
    *  \param least metres; > 0  \param per_noise ≥ 0  \param variance of the view's depth there, see varianceOf() */
   FUSE_FLOW_HD static float squaredReach(float least, float per_noise, float variance) {
     return clampTo(per_noise * per_noise * variance, least * least, kWidest * kWidest * least * least);
   }
 
-  /** \brief Of a depth, square metres. \param noise its standard deviation by noise, metres  \param multipath see residualMultipath(), 1/metres
+  /** \brief Variance of a depth, square metres. \param noise its standard deviation by noise, metres  \param multipath see
+   *  residualMultipath(), 1/metres
    *  \param z the depth, metres */
   FUSE_FLOW_HD static float varianceOf(float noise, float multipath, float z) {
     const float late = multipath * z * z;
     return noise * noise + late * late;
   }
 
-  /** \brief Of a view that measured a surface at the point. \param z_J the point's depth in that view, metres
+  /** \brief The contribution of a view that measured a surface at the point. \param z_J the point's depth in that view, metres
    *  \param refined D^r there, metres; 0: the view is not used
-   *  \param noise_weight of what it measured; [0, 1]  \param squared_reach r², square metres; > 0 */
+   *  \param noise_weight of its measurement; [0, 1]  \param squared_reach r², square metres; > 0 */
   FUSE_FLOW_HD static Share share(float z_J, float refined, float noise_weight, float squared_reach) {
     // Without branches, because the processor could not predict them.
     const bool known = refined > 0;
@@ -100,7 +101,7 @@ struct Confirmation {
     return {a, w, w * e / z_J};
   }
 
-  /** \brief What shares are weighed by, the same for all of a frame. */
+  /** \brief Parameters of the contributions; the same for a whole frame. */
   struct Weighing {
     float reach{0};            ///< AggregationParameters::confirmation_reach, metres; > 0
     float reach_per_noise{0};  ///< AggregationParameters::reach_per_noise; ≥ 0

@@ -58,36 +58,36 @@ struct AlignmentGates {
   float deviations;     ///< … or this many standard deviations, where these are more
   float normal_cosine;  ///< of the largest angle between normals
   float tukey;          ///< c of tukeyWeight(), in standard deviations …
-  float reach;        ///< … but at least this, metres: what is well aligned already must not cast out what is not yet
+  float reach;        ///< … but at least this, metres, so that aligned points do not reject points that are not yet aligned
   float color_tukey;  ///< the same for colour, grey levels
   bool color;         ///< whether colour is compared …
   std::size_t scale;  ///< … and at which of kLumaScales
-  std::size_t stride;  ///< every so many-th sample is asked
+  std::size_t stride;  ///< every n-th sample is used
 };
 
 /** \brief Error of an exact measurement by rounding to blocks, metres. */
 constexpr float kBlockFloor = 0.0005f;
 /** \brief Standard deviation of a block's grey level, as two cameras see it. */
 constexpr float kGreyNoise = 4.0f;
-/** \brief Standard deviation of where colour lies beside the depth that it belongs to, pixels. */
+/** \brief Standard deviation of the registration of colour to depth, pixels. */
 constexpr float kColorRegistration = 1.0f;
 
-/** \brief Where a camera stands: both ways, metres. */
+/** \brief The pose of a camera, in both directions, metres. */
 struct CameraPlace {
   RigidTransform to_world;   ///< camera → world
   RigidTransform to_camera;  ///< world → camera
   NoiseModel noise;          ///< of its depth
 };
 
-/** \brief A point and its counterpart in another view. */
+/** \brief A point and its correspondence in another view. */
 struct Match {
   Vec3 x;           ///< the point, world
   Vec3 q;           ///< the same, other camera's frame
   Vec3 n;           ///< normal at the counterpart, world
   float r;          ///< residual, metres
   float per_sigma;  ///< over the standard deviation that noise gives it, 1/metres
-  float share;      ///< of its variance, what noise of the point makes; the rest is of the counterpart
-  float depth;      ///< where both together put the point on its ray, over its own depth
+  float share;      ///< share of its variance by the noise of the point; the rest is by the correspondence
+  float depth;      ///< depth of the point by both measurements together, divided by its own depth
   int u;            ///< block of the counterpart, to the right
   int v;            ///< … and down
 };
@@ -116,7 +116,7 @@ FUSE_FLOW_HD bool isMatch(const CameraPlace& i, const CameraPlace& j, const Bloc
   const float measured = sample.noise * sample.noise + kBlockFloor * kBlockFloor,
               near = gates.distance * gates.distance;
   const float per_variance = gates.deviations * gates.deviations;
-  constexpr float loose = 2.0f;  // over what is asked for below
+  constexpr float loose = 2.0f;  // compared with the limit below
   const float noisiest = loose * per_variance * (measured + axial * axial);
   if (!(along * along < (noisiest > near ? noisiest : near))) return false;
   const Vec3& n = other.normal(match.u, match.v);
@@ -199,22 +199,23 @@ FUSE_FLOW_HD bool findGreySlope(const BlockImage& image, int scale, const Vec3& 
   return true;
 }
 
-/** \brief The gradient that a match's other image would have if it showed what the sample's image shows; zero where that is not known.
+/** \brief The gradient that the other image of a match would have if it had the texture of the sample's image; zero if it is not known.
  *  \param i,j cameras of the sample and of the other image  \param scale of the grey levels  \return grey levels per metre, world */
 FUSE_FLOW_HD Vec3 ownGradient(const CameraPlace& i, const CameraPlace& j, const AlignmentSample& sample,
                               const Match& match, int scale) {
   const float gx = sample.slope[scale].per_u * sample.pixels_per_metre_x,
               gy = sample.slope[scale].per_v * sample.pixels_per_metre_y;
   const Vec3 seen = rotate(i.to_world, Vec3{gx, gy, -(gx * sample.p.x + gy * sample.p.y) / sample.p.z});
-  // A surface's texture changes along it, and an image does not along its rays.
+  // Texture changes only along its surface; an image does not change along its rays.
   const Vec3 texture = seen - dot(seen, match.n) * match.n;
   const Vec3 ray = match.x - j.to_world.t;
   return texture - (dot(texture, ray) / dot(match.n, ray)) * match.n;
 }
 
-/** \brief Variance of where two measurements together put a point, as a share of the variance of their difference. Each of the two is
- *  σ² of one depth where the difference was reckoned, and is asked for at another.
- *  \param share of the difference's variance, what noise of the one makes  \param own its σ there over that here  \param others the other's */
+/** \brief Variance of a place that combines two measurements, as a share of the variance of their difference. The variance of the
+ *  difference was computed at one depth; the result is for another depth. \param share of the difference's variance by the first
+ *  measurement \param own σ of the first measurement at the new depth, divided by σ at the old depth \param others the same for the second
+ *  measurement */
 FUSE_FLOW_HD float varianceOfBoth(float share, float own, float others) {
   const float a = share * own * own, b = (1.0f - share) * others * others;
   return a * b / (a + b);
@@ -223,9 +224,9 @@ FUSE_FLOW_HD float varianceOfBoth(float share, float own, float others) {
 /** \brief The difference of grey levels at a match, and how it changes as the point moves over the other image; false where
  *  either has none.
  *
- *  The point's depth may be off by more than the texture is wide, while the other view measured the surface well. So it is
- *  looked for where both measurements together put it on its ray, and moves along the surface rather than through it; what
- *  noise is left makes grey levels less certain where they change along the ray.
+ *  The error of the point's depth may be larger than the texture, although the other view measured the surface well. So the point is
+ *  searched at the place on its ray that both measurements together give, and it moves along the surface, not through it. The remaining
+ *  noise makes grey levels less certain where they change along the ray.
  *
  *  Their uncertainty and their gradient depend on depth. If both were computed at the place where the point is searched, an error of this
  *  place would change the grey levels, the weight and the gradient together: points that seem near would get more weight. Therefore both
@@ -237,7 +238,7 @@ FUSE_FLOW_HD bool colorOf(const CameraPlace& i, const CameraPlace& j, const Bloc
   if (!other.hasColor() || sample.luma[0] < 0) return false;
   const Vec3 ray = match.x - i.to_world.t;
   const float facing = dot(match.n, ray);
-  constexpr float glance = 0.1f;  // cosine of the angle to the normal, of what is seen too obliquely
+  constexpr float glance = 0.1f;  // cosine of the largest angle to the normal at which colour is compared
   if (!(facing * facing > glance * glance * squaredNorm(ray))) return false;
   const Vec3 q = j.to_camera * (i.to_world.t + match.depth * ray);
   const int scale = static_cast<int>(gates.scale);
@@ -247,14 +248,14 @@ FUSE_FLOW_HD bool colorOf(const CameraPlace& i, const CameraPlace& j, const Bloc
   const float smooth_z = (j.to_camera * (i.to_world.t + sample.smooth_ratio * ray)).z;
   const float z = smooth_z > 0.5f * q.z ? smooth_z : q.z;
   const Vec3 gradient = (q.z / z) * rotate(j.to_world, grey.gradient);
-  // Grey levels per metre that the point is off along the normal.
+  // Change of grey level per metre of error along the normal.
   const float along_ray = dot(gradient, ray) / facing;
   const float noise = along_ray / match.per_sigma;
   const float own_noise =
       axialNoise(i.noise, sample.smooth_ratio * sample.p.z) / axialNoise(i.noise, match.depth * sample.p.z);
   const float others_noise = axialNoise(other.noise, z) / axialNoise(other.noise, q.z);
   const LumaSlope& own_slope = sample.slope[scale];
-  // In both images colour lies beside its depth.
+  // The registration error of colour to depth, in both images.
   const float beside = kColorRegistration * kColorRegistration *
                        (grey.per_u * grey.per_u + grey.per_v * grey.per_v + own_slope.per_u * own_slope.per_u +
                         own_slope.per_v * own_slope.per_v);

@@ -6,7 +6,7 @@
 /** \brief Before a function: inline, and compiled by nvcc for the GPU as well. */
 #if defined(__CUDACC__)
 #define FUSE_FLOW_HD __host__ __device__ inline
-/** \brief Before the template <…> of such a function, if what it calls of its arguments' may be for the host alone. */
+/** \brief Before the template <…> of such a function, if it may call functions of its arguments that are only for the host. */
 #define FUSE_FLOW_CALLS_ANY _Pragma("nv_exec_check_disable")
 #else
 #define FUSE_FLOW_HD inline

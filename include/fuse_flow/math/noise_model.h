@@ -15,7 +15,8 @@ struct NoiseModel {
   float linear{0.0f};          ///< no unit; [0, 10]
   float quadratic{0.001425f};  ///< 1/metres; [0, 10]; not all three may be 0
 
-  /** \brief Of what triangulates, from the uncertainty of a match: σ(z) = floor + z² σ_d / (f b). \param focal_length f, pixels; > 0
+  /** \brief The noise model of a sensor that triangulates, from the uncertainty of a match: σ(z) = floor + z² σ_d / (f b). \param
+   *  focal_length f, pixels; > 0
    *  \param baseline b between the two cameras, or camera and projector, metres; > 0  \param disparity_deviation σ_d, pixels; > 0
    *  \param floor metres; ≥ 0 */
   static NoiseModel stereo(float focal_length, float baseline, float disparity_deviation, float floor = 0.0005f) {

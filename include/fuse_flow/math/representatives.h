@@ -72,8 +72,8 @@ class CamerasOfPoint {
 using PointCameras = CamerasOfPoint<true>;
 using PointCameraCount = CamerasOfPoint<false>;
 
-/** \brief A measurement, or the measurements of one camera, that may represent a cell. Left uninitialised: there are
- *  hundreds of thousands, and filling them with zeros costs more than filling them in. */
+/** \brief A measurement, or the measurements of one camera, that may represent a cell. Left uninitialised: there are hundreds of thousands,
+ *  and zeroing them costs more than filling them. */
 struct Candidate {
   Vec3 sum;              ///< Σ C p, metres, from the coarse cell's corner; of one point unless CameraMeans
   float sum_C;           ///< Σ C
@@ -175,10 +175,11 @@ class RepresentativeSelection {
   bool started_{false};
 };
 
-/** \brief Section 5 (2) c and (3) for one child. \param V its representatives' consistency; null: 1. If all have one V, it
- *  leaves the point where it is and multiplies into its weight, afterwards. */
+/** \brief Section 5 (2) c and (3) for one child. \param V its representatives' consistency; null: 1. If all have the same V, it does not
+ *  change the position of the point; it then multiplies the weight of the point. */
 FUSE_FLOW_HD FusedPoint fuseRepresentatives(const RepresentativeSelection& chosen, const Vec3& corner, const float* V) {
-  // One by one into the point at the end: memory that is written in fours of bytes and read in sixteens makes processors wait.
+  // The values are copied into the point at the end, one by one: processors wait if memory is written in units of four bytes and read in
+  // units of sixteen.
   Vec3 sum{};
   float total = 0, sum_weights = 0;
   std::uint32_t views = 0;

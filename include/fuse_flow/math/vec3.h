@@ -6,7 +6,7 @@
 
 namespace fuse_flow {
 
-/** \brief Three floats that live in registers: what the per-pixel maths is written in, on the CPU and on the GPU.
+/** \brief Three floats in registers: the vector type of the per-pixel maths, on the CPU and on the GPU.
  *  Trivial: Vec3{} is zero, Vec3 v; is not. */
 struct Vec3 {
   ///@{

@@ -9,7 +9,7 @@
 
 namespace fuse_flow {
 
-/** \brief What the per-pixel maths needs to know of one calibrated view. */
+/** \brief The data of one calibrated view that the per-pixel maths needs. */
 struct ViewModel {
   Intrinsics intrinsics;          ///< of the depth camera
   RigidTransform T_world_camera;  ///< camera to world, metres
@@ -68,7 +68,7 @@ struct ViewModel {
   }
 };
 
-/** \brief What a view's colour image shows of a point. */
+/** \brief The colour of a point in a view's colour image. */
 struct ViewColor {
   Vec3 rgb{};         ///< channels 0 … 255; black where it is not known
   bool known{false};  ///< whether the image shows the point at all
@@ -126,18 +126,18 @@ struct IntensityMean {
 /** \brief How bright a colour is, as pcl::PointXYZRGBtoXYZI() has it (Rec. 601). \param rgb channels 0 … 255 \returns 0 … 255 */
 FUSE_FLOW_HD float luminance(const Vec3& rgb) { return 0.299f * rgb.x + 0.587f * rgb.y + 0.114f * rgb.z; }
 
-/** \brief What an image shows at a pixel. */
+/** \brief The colour of a pixel. */
 FUSE_FLOW_HD ViewColor pixelColor(const ImageView<Rgb8>& image, int u, int v) {
   if (!image) return {};
   const Rgb8 c = image.row(v)[u];
   return {{static_cast<float>(c.r), static_cast<float>(c.g), static_cast<float>(c.b)}, true};
 }
 
-/** \brief Where the image of a colour camera of its own shows a point. */
+/** \brief The place of a point in the image of a separate colour camera. */
 struct ColorPixel {
   Pixel pixel;        ///< may lie beside the image
   float z{0};         ///< depth along the colour camera's axis, metres
-  bool known{false};  ///< whether the point is before the camera, and its lens sees so far aside
+  bool known{false};  ///< whether the point is in front of the camera, and within the field of its lens model
 };
 
 /** \brief Of the point at depth z on a ray of the depth camera. */
@@ -150,8 +150,9 @@ FUSE_FLOW_HD ColorPixel colorPixel(const ViewModel& view, const Ray& ray, float 
 }
 
 /** \brief Colour of the depth pixel (u, v) with depth z on its ray: that of the same pixel, pixelColor(), where depth and colour are
- *  registered. With a colour camera of its own, the point is projected into that; where it misses the image by less than a pixel, the
- *  border's colour is taken. Not known where something stands before the colour camera. \param nearest of that camera */
+ *  registered. With a separate colour camera, the point is projected into its image. If it misses the image by less than a pixel, the
+ *  colour of the border is used. The colour is not known if a nearer surface hides the point from the colour camera. \param nearest of that
+ *  camera */
 FUSE_FLOW_HD ViewColor viewColor(const ViewModel& view, const ImageView<Rgb8>& image, const ColorDepth& nearest, int u,
                                  int v, const Ray& ray, float z) {
   if (!image) return {};
