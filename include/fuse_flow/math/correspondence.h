@@ -58,10 +58,10 @@ struct AlignmentGates {
   float deviations;     ///< … or this many standard deviations, where these are more
   float normal_cosine;  ///< of the largest angle between normals
   float tukey;          ///< c of tukeyWeight(), in standard deviations …
-  float reach;        ///< … but at least this, metres, so that aligned points do not reject points that are not yet aligned
-  float color_tukey;  ///< the same for colour, grey levels
-  bool color;         ///< whether colour is compared …
-  std::size_t scale;  ///< … and at which of kLumaScales
+  float reach;  ///< … but at least this, metres, so that aligned points do not reject points that are not yet aligned
+  float color_tukey;   ///< the same for colour, grey levels
+  bool color;          ///< whether colour is compared …
+  std::size_t scale;   ///< … and at which of kLumaScales
   std::size_t stride;  ///< every n-th sample is used
 };
 
