@@ -34,6 +34,7 @@ Json colorJson(const Rgb8& c) { return {c.r, c.g, c.b}; }
 Json objectJson(const Object& object, bool moving) {
   const Material& m = object.material;
   return {{"name", object.name},
+          {"part", object.part.empty() ? object.name : object.part},
           {"moving", moving},
           {"pattern", kPatterns[m.pattern]},
           {"first", colorJson(m.first)},
@@ -71,6 +72,7 @@ struct JsonEntry {
 Object objectOf(const JsonEntry& entry) {
   Object object;
   object.name = entry.text("name");
+  if (entry.json.contains("part")) object.part = entry.text("part");
   const std::string pattern = entry.text("pattern");
   const auto known = std::find(std::begin(kPatterns), std::end(kPatterns), pattern);
   if (known == std::end(kPatterns))
@@ -96,6 +98,7 @@ TriangleMesh withNormals(const TriangleMesh& mesh) {
     for (const std::uint32_t corner : t) {
       flat.vertices.push_back(mesh.vertices[corner]);
       flat.rest.push_back(mesh.rest.empty() ? mesh.vertices[corner] : mesh.rest[corner]);
+      if (!mesh.velocities.empty()) flat.velocities.push_back(mesh.velocities[corner]);
       flat.normals.push_back(normal);
     }
   }
@@ -107,12 +110,16 @@ void append(std::string& bytes, const T& value) {
   bytes.append(reinterpret_cast<const char*>(&value), sizeof(T));
 }
 
+constexpr const char* kVelocity[] = {"velocity_x", "velocity_y", "velocity_z"};
+
 /** \brief The bytes of one vertex, in the order of the header in meshFile(). */
 void appendVertex(std::string& bytes, const Object& object, const TriangleMesh& mesh, std::size_t k,
                   std::uint16_t number) {
   const Vector3f& rest = mesh.rest.empty() ? mesh.vertices[k] : mesh.rest[k];
-  for (const Vector3f* v : {&mesh.vertices[k], &mesh.normals[k], &rest})
-    for (int axis = 0; axis < 3; ++axis) append(bytes, (*v)[axis]);
+  std::vector<Vector3f> vectors{mesh.vertices[k], mesh.normals[k], rest};
+  if (!mesh.velocities.empty()) vectors.push_back(mesh.velocities[k]);
+  for (const Vector3f& v : vectors)
+    for (int axis = 0; axis < 3; ++axis) append(bytes, v[axis]);
   const Vector3f color = litColor(object.material, mesh.normals[k], rest);
   for (int channel = 0; channel < 3; ++channel) append(bytes, static_cast<std::uint8_t>(color[channel]));
   append(bytes, number);
@@ -137,6 +144,8 @@ std::string meshFile(const std::vector<Object>& objects, std::size_t first) {
   header << "ply\nformat binary_little_endian 1.0\nelement vertex " << vertex_count << '\n';
   for (const char* name : {"x", "y", "z", "nx", "ny", "nz", "rest_x", "rest_y", "rest_z"})
     header << "property float " << name << '\n';
+  if (!objects.empty() && !objects[0].mesh.velocities.empty())
+    for (const char* name : kVelocity) header << "property float " << name << '\n';
   for (const char* name : {"red", "green", "blue"}) header << "property uchar " << name << '\n';
   header << "property ushort object\nelement face " << face_count
          << "\nproperty list uchar uint vertex_indices\nend_header\n";
@@ -183,6 +192,10 @@ void readMeshes(const std::string& path, std::size_t first, std::vector<Object>&
   std::vector<Field> fields;
   for (const char* name : {"x", "y", "z", "normal_x", "normal_y", "normal_z", "rest_x", "rest_y", "rest_z"})
     fields.emplace_back(file.cloud, name, pcl::PCLPointField::FLOAT32, path);
+  const auto& all = file.cloud.fields;
+  const bool moves = std::any_of(all.begin(), all.end(), [](const auto& field) { return field.name == kVelocity[0]; });
+  if (moves)
+    for (const char* name : kVelocity) fields.emplace_back(file.cloud, name, pcl::PCLPointField::FLOAT32, path);
   const auto vector = [&](std::size_t point, std::size_t field) {
     return Vector3f(fields[field].at<float>(point), fields[field + 1].at<float>(point),
                     fields[field + 2].at<float>(point));
@@ -202,6 +215,7 @@ void readMeshes(const std::string& path, std::size_t first, std::vector<Object>&
     mesh.vertices.push_back(vector(point, 0));
     mesh.normals.push_back(vector(point, 3));
     mesh.rest.push_back(vector(point, 6));
+    if (moves) mesh.velocities.push_back(vector(point, 9));
   }
   for (const pcl::Vertices& face : file.polygons) {
     if (face.vertices.size() != 3) throw io::InputError(path + ": has a face that is not a triangle");
@@ -239,6 +253,7 @@ Truth::Truth(const std::string& recording) : folder_(recording) {
     const JsonEntry entry{object, path + ": object number " + std::to_string(fixed_.size() + moving_.size())};
     const bool moving = entry.value<bool>("moving", "true or false", &Json::is_boolean);
     (moving ? moving_ : fixed_).push_back(objectOf(entry));
+    names_parts_ = names_parts_ && !(moving ? moving_ : fixed_).back().part.empty();
   }
   readMeshes((truth / "fixed.ply").string(), 0, fixed_);
   scene_.setFixed(fixed_);

@@ -10,8 +10,9 @@ namespace fuse_flow::simulation {
 
 /** \brief The exact surfaces and camera poses behind a simulated recording. In the recording's folder: truth/rig.json, the
  *  true poses; truth/simulation.json, how it was made, with the objects' materials; truth/fixed.ply and, unless nothing moves,
- *  truth/moving/NNNNNN.ply: binary triangle meshes, vertices with x, y, z, nx, ny, nz, rest_x, rest_y, rest_z, red, green,
- *  blue (under the scene's light) and object, a number into the materials. */
+ *  truth/moving/NNNNNN.ply: binary triangle meshes, vertices with x, y, z, nx, ny, nz, rest_x, rest_y, rest_z, where they move
+ *  velocity_x, velocity_y, velocity_z (m/s), and red, green, blue (under the scene's light) and object, a number into the
+ *  materials. */
 class Truth {
  public:
   /** \brief Throws io::InputError if the folder has no truth or a damaged one. */
@@ -23,6 +24,8 @@ class Truth {
   /** \brief The surfaces of one frame; valid until the next call. */
   const RayScene& frame(std::size_t frame);
   const std::vector<Camera>& cameras() const { return cameras_; }
+  /** \brief Whether objects have parts, and what moves velocities; recordings of FUSE-Flow 0.1 have none. */
+  bool namesParts() const { return names_parts_; }
   /** \brief What the sensors can measure, metres. */
   float minRange() const { return min_range_; }
   float maxRange() const { return max_range_; }
@@ -32,6 +35,7 @@ class Truth {
   std::vector<Camera> cameras_;
   std::vector<Object> fixed_;  // materials only, until the meshes are read
   std::vector<Object> moving_;
+  bool names_parts_{true};
   float min_range_{0};
   float max_range_{0};
   RayScene scene_;

@@ -1,12 +1,11 @@
 #include "evaluation/truth_quality.h"
 
+#include "evaluation/for_each_point.h"
 #include "simulation/portable_math.h"
 #include "simulation/random.h"
 #include "simulation/sensor.h"
 
-#include <fuse_flow/impl/host/parallel.hpp>
 #include <fuse_flow/impl/quality/point_index.hpp>
-#include <fuse_flow/impl/sensors/rig_geometry.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -16,18 +15,8 @@ namespace fuse_flow::simulation {
 namespace {
 
 using Eigen::Vector3f;
-using host::parallelFor;
 
 constexpr float kGhost = 0.03f;
-
-/** \brief Calls body(k) for k < n in blocks. */
-template <typename Body>
-void forEach(std::size_t n, int threads, const Body& body) {
-  constexpr std::size_t block = 4096;
-  parallelFor(threads, (n + block - 1) / block, [&](std::size_t b, int) {
-    for (std::size_t k = b * block; k < std::min(n, (b + 1) * block); ++k) body(k);
-  });
-}
 
 /** \brief Points spread evenly over a mesh, about one for every spacing². */
 void sampleMesh(const TriangleMesh& mesh, std::uint32_t number, float spacing, std::vector<SurfacePoint>& samples) {
@@ -47,20 +36,14 @@ void sampleMesh(const TriangleMesh& mesh, std::uint32_t number, float spacing, s
       SurfacePoint point;
       point.position = a + u * (b - a) + v * (c - a);
       point.normal = normal.normalized();
+      if (!mesh.velocities.empty()) {
+        const Vector3f &va = mesh.velocities[t[0]], &vb = mesh.velocities[t[1]], &vc = mesh.velocities[t[2]];
+        point.velocity = va + u * (vb - va) + v * (vc - va);
+      }
       point.object = number;
       samples.push_back(point);
     }
   }
-}
-
-bool sees(const RayScene& scene, const host::ViewGeometry& view, const Vector3f& centre, const Visibility& limits,
-          const SurfacePoint& point) {
-  int u = 0, v = 0;
-  float z = 0;
-  const Vector3f& p = point.position;
-  if (!view.locate({p.x(), p.y(), p.z()}, u, v, z) || z < limits.min_range || z > limits.max_range) return false;
-  const Vector3f towards = (centre - p).normalized();
-  return point.normal.dot(towards) > portable::cos(limits.max_incidence) && !scene.occluded(centre, p, 2e-3f);
 }
 
 /** \brief The nearest of points, where one is near enough. */
@@ -156,14 +139,9 @@ std::vector<SurfacePoint> visibleSurface(const RayScene& scene, const std::vecto
   std::vector<SurfacePoint> samples;
   for (std::uint32_t k = 0; k < scene.objectCount(); ++k)
     sampleMesh(scene.object(k).mesh, k, visibility.spacing, samples);
-  std::vector<host::ViewGeometry> views(cameras.size());
-  for (std::size_t i = 0; i < cameras.size(); ++i) views[i].assign(cameras[i]);
+  const TrueCameras views(cameras, present, visibility);
   std::vector<std::uint8_t> visible(samples.size());
-  forEach(samples.size(), threads, [&](std::size_t k) {
-    for (std::size_t i = 0; i < cameras.size() && !visible[k]; ++i)
-      visible[k] = present[i] &&
-                   sees(scene, views[i], cameras[i].T_world_camera.translation().cast<float>(), visibility, samples[k]);
-  });
+  forEachPoint(samples.size(), threads, [&](std::size_t k) { visible[k] = views.anySees(scene, samples[k]) ? 1 : 0; });
   std::size_t kept = 0;
   for (std::size_t k = 0; k < samples.size(); ++k)
     if (visible[k]) samples[kept++] = samples[k];
@@ -172,14 +150,17 @@ std::vector<SurfacePoint> visibleSurface(const RayScene& scene, const std::vecto
 }
 
 TruthQuality compareWithTruth(const PlainCloud& cloud, const RayScene& scene, const std::vector<SurfacePoint>& visible,
-                              int threads, std::vector<float>* all_distances) {
+                              int threads, TruthMatches* matches) {
   TruthQuality quality;
   const std::size_t n = cloud.positions.size();
   quality.points = n;
   quality.surface_samples = visible.size();
   std::vector<float> distances(n), angles(cloud.normals.size()), colors(cloud.colors.size());
-  forEach(n, threads, [&](std::size_t k) {
-    const RayHit hit = scene.nearest(cloud.positions[k]);
+  TruthMatches found;
+  found.surface.resize(n);
+  found.gaps.resize(visible.size());
+  forEachPoint(n, threads, [&](std::size_t k) {
+    const NearestHit& hit = found.surface[k] = scene.nearest(cloud.positions[k]);
     distances[k] = hit.t;
     if (!hit) return;
     if (!angles.empty()) {
@@ -194,14 +175,13 @@ TruthQuality compareWithTruth(const PlainCloud& cloud, const RayScene& scene, co
   summarise(distances, quality);
   quality.normal_error = meanOf(angles, distances);
   quality.color_error = meanOf(colors, distances);
-  std::vector<float> gaps(visible.size());
   const NearestPoint nearest(cloud.positions);
-  forEach(visible.size(), threads, [&](std::size_t k) { gaps[k] = nearest(visible[k].position, 0.010f); });
-  quality.completeness_5 = shareUnder(gaps, 0.005f);
-  quality.completeness_10 = shareUnder(gaps, 0.010f);
+  forEachPoint(visible.size(), threads, [&](std::size_t k) { found.gaps[k] = nearest(visible[k].position, 0.010f); });
+  quality.completeness_5 = shareUnder(found.gaps, 0.005f);
+  quality.completeness_10 = shareUnder(found.gaps, 0.010f);
   quality.f_score_5 = harmonicMean(quality.precision_5, quality.completeness_5);
   quality.f_score_10 = harmonicMean(quality.precision_10, quality.completeness_10);
-  if (all_distances != nullptr) *all_distances = std::move(distances);
+  if (matches != nullptr) *matches = std::move(found);
   return quality;
 }
 
@@ -215,7 +195,7 @@ struct Heights {
 
 Heights heightsOver(const RayScene& scene, const PlainCloud& cloud, int threads) {
   std::vector<RayHit> hits(cloud.positions.size());
-  forEach(hits.size(), threads, [&](std::size_t k) { hits[k] = scene.nearest(cloud.positions[k], kGhost); });
+  forEachPoint(hits.size(), threads, [&](std::size_t k) { hits[k] = scene.nearest(cloud.positions[k], kGhost); });
   Heights result;
   for (std::size_t k = 0; k < hits.size(); ++k) {
     if (!hits[k] || scene.moving(hits[k].object)) continue;
@@ -234,7 +214,7 @@ double flicker(const PlainCloud& before, const PlainCloud& after, const RayScene
     // Beside each other on the surface: the nearest point in space would be one of much the same height.
     const NearestPoint nearest(to.feet);
     std::vector<float> change(from.feet.size());
-    forEach(change.size(), threads, [&](std::size_t k) {
+    forEachPoint(change.size(), threads, [&](std::size_t k) {
       std::size_t other = 0;
       const bool there = nearest(from.feet[k], kGhost, &other) <= kGhost;
       change[k] = there ? std::min(std::fabs(from.heights[k] - to.heights[other]), kGhost) : kGhost;

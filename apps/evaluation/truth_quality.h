@@ -1,5 +1,6 @@
 #pragma once
 
+#include "evaluation/truth_sight.h"
 #include "simulation/surfaces/ray_scene.h"
 
 #include <fuse_flow/camera.h>
@@ -21,16 +22,6 @@ struct PlainCloud {
 };
 
 PlainCloud plainCloud(const pcl::PCLPointCloud2& cloud);
-
-/** \brief What the cameras of a frame could have measured. */
-struct Visibility {
-  float min_range{0.1f};
-  float max_range{10.0f};
-  /** \brief A surface seen at more than this angle from its normal was not seen; radians. */
-  float max_incidence{1.4f};
-  /** \brief Samples are this far apart, metres. */
-  float spacing{0.015f};
-};
 
 /** \brief Samples of the true surface, evenly by area, that at least one camera sees unoccluded. present: which cameras
  *  measured in this frame. The same for any number of threads. */
@@ -63,9 +54,17 @@ struct TruthQuality {
   double color_error{kUnknown};
 };
 
-/** \brief \param distances if given: of every point to the true surface, metres */
+/** \brief What is found on the way, for figures of parts. */
+struct TruthMatches {
+  /** \brief What of the true surface is nearest to each point. */
+  std::vector<NearestHit> surface;
+  /** \brief From each sample to the nearest point, metres; infinite over 10 mm. */
+  std::vector<float> gaps;
+};
+
+/** \brief \param matches filled in where given */
 TruthQuality compareWithTruth(const PlainCloud& cloud, const RayScene& scene, const std::vector<SurfacePoint>& visible,
-                              int threads, std::vector<float>* distances = nullptr);
+                              int threads, TruthMatches* matches = nullptr);
 
 /** \brief How much a cloud jumps from one frame to the next where nothing moved, millimetres: the mean, over the points within
  *  30 mm of a fixed surface, of the difference between a point's height over that surface and that of the other frame's point

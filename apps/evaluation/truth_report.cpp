@@ -35,6 +35,20 @@ constexpr Column kColumns[] = {
 
 constexpr const char* kFlicker = "flicker [mm]";
 
+struct PartColumn {
+  const char* title;
+  const char* name;
+  double (PartQuality::*figure)() const;
+  double scale;
+  int decimals;
+};
+
+constexpr PartColumn kPartColumns[] = {{"mean [mm]", "accuracy_mean_mm", &PartQuality::accuracyMean, 1, 2},
+                                       {"signed [mm]", "signed_mean_mm", &PartQuality::signedMean, 1, 2},
+                                       {"over 30 mm [%]", "ghosting", &PartQuality::ghosting, 100, 2},
+                                       {"compl. 10 mm [%]", "completeness_10mm", &PartQuality::completeness10, 100, 1},
+                                       {"F 5 mm", "f_score_5mm", &PartQuality::fScore5, 1, 3}};
+
 int widthOf(const char* title) { return static_cast<int>(std::string(title).size()) + 2; }
 
 void print(std::ostream& out, double value, int decimals, int width) {
@@ -85,6 +99,41 @@ std::string truthRow(const std::string& name, std::size_t name_width, const Trut
   for (const Column& column : kColumns)
     print(out, column.scale * (quality.*column.figure), column.decimals, widthOf(column.title));
   print(out, flicker, 2, widthOf(kFlicker));
+  return out.str();
+}
+
+nlohmann::json partsJson(const std::vector<PartQuality>& parts) {
+  nlohmann::json json = nlohmann::json::object();
+  for (const PartQuality& part : parts) {
+    if (part.surfaceSamples() == 0) continue;
+    nlohmann::json& of = json[part.name()] = {{"points", part.points()}, {"surface_samples", part.surfaceSamples()}};
+    for (const PartColumn& column : kPartColumns) {
+      const double value = (part.*column.figure)();
+      of[column.name] = std::isnan(value) ? nlohmann::json() : nlohmann::json(value);
+    }
+    of["completeness_5mm"] = part.completeness5();
+  }
+  return json;
+}
+
+std::string partsTable(const std::vector<std::string>& clouds, std::size_t name_width,
+                       const std::vector<std::vector<PartQuality>>& parts) {
+  constexpr int part_width = 23, count_width = 10;
+  std::ostringstream out;
+  out << std::left << std::setw(part_width) << "part" << std::setw(static_cast<int>(name_width)) << "cloud"
+      << std::right << std::setw(count_width) << "points" << std::setw(count_width) << "samples";
+  for (const PartColumn& column : kPartColumns) out << std::setw(widthOf(column.title)) << column.title;
+  out << '\n';
+  for (std::size_t part = 0; !parts.empty() && part < parts[0].size(); ++part)
+    for (std::size_t k = 0; k < clouds.size(); ++k) {
+      const PartQuality& of = parts[k][part];
+      if (of.surfaceSamples() == 0) continue;
+      out << std::left << std::setw(part_width) << of.name() << std::setw(static_cast<int>(name_width)) << clouds[k]
+          << std::right << std::setw(count_width) << of.points() << std::setw(count_width) << of.surfaceSamples();
+      for (const PartColumn& column : kPartColumns)
+        print(out, column.scale * (of.*column.figure)(), column.decimals, widthOf(column.title));
+      out << '\n';
+    }
   return out.str();
 }
 

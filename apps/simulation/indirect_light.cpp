@@ -21,6 +21,12 @@ constexpr int kReach = 3;
 /** \brief … within this distance, metres, and this cosine between their normals. */
 constexpr float kNear = 0.03f, kParallel = 0.98f;
 
+/** \brief A number that objects share which are one surface. */
+std::uint32_t surfaceOf(const RayScene& scene, std::uint32_t object) {
+  const std::uint32_t surface = scene.object(object).surface;
+  return surface > 0 ? scene.objectCount() + surface : object;
+}
+
 Vector3f towards(const Vector3f& normal, const Vector3f& direction) {
   return normal.dot(direction) > 0 ? normal : Vector3f(-normal);
 }
@@ -58,7 +64,7 @@ IndirectLight::Receiver IndirectLight::receive(const RayScene& scene, const Pixe
   receiver.position = hit.position;
   receiver.normal = normal;
   receiver.distance = back.norm();
-  receiver.object = hit.object;
+  receiver.surface = surfaceOf(scene, hit.object);
   Random random(seed, static_cast<std::uint64_t>(v), static_cast<std::uint64_t>(u), 0);
   for (int k = 0; k < kStrata * kStrata; ++k) {
     // As a matt surface receives: by the cosine.
@@ -87,7 +93,7 @@ IndirectLight::Light IndirectLight::at(int u, int v) const {
   for (int b = std::max(v - kReach, 0); b <= std::min(v + kReach, height_ - 1); ++b)
     for (int a = std::max(u - kReach, 0); a <= std::min(u + kReach, width_ - 1); ++a) {
       const Receiver& other = receiver(a, b);
-      if (!(other.distance > 0) || other.object != own.object || other.normal.dot(own.normal) < kParallel ||
+      if (!(other.distance > 0) || other.surface != own.surface || other.normal.dot(own.normal) < kParallel ||
           (other.position - own.position).squaredNorm() > kNear * kNear)
         continue;
       real += other.real;

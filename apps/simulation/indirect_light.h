@@ -32,7 +32,7 @@ class IndirectLight {
   struct Receiver {
     Eigen::Vector3f position, normal;
     float distance{0};  ///< from the camera, metres; 0: it sees nothing
-    std::uint32_t object{0};
+    std::uint32_t surface{0};
     float real{0}, imaginary{0};
   };
 

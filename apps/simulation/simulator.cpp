@@ -131,6 +131,19 @@ std::vector<Object> Simulator::objectsAt(double time) const {
   return objects;
 }
 
+std::vector<Object> Simulator::movingObjects(std::size_t frame) const {
+  constexpr double step = 1e-3;  // seconds; over less, the rounding of the coordinates would count
+  std::vector<Object> objects = objectsAt(time(frame));
+  const std::vector<Object> before = objectsAt(time(frame) - step), after = objectsAt(time(frame) + step);
+  for (std::size_t k = 0; k < objects.size(); ++k) {
+    TriangleMesh& mesh = objects[k].mesh;
+    for (std::size_t i = 0; i < mesh.vertices.size(); ++i)
+      mesh.velocities.push_back((after[k].mesh.vertices[i] - before[k].mesh.vertices[i]) /
+                                static_cast<float>(2 * step));
+  }
+  return objects;
+}
+
 void Simulator::moveTo(double time) {
   if (time == at_) return;
   rays_.setMoving(objectsAt(time));

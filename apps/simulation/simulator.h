@@ -70,7 +70,8 @@ class Simulator {
   /** \brief Where a camera stands in a frame: as trueCameras() says until it is bumped. */
   const Eigen::Isometry3d& truePose(std::size_t frame, std::size_t camera) const;
   const std::vector<Object>& fixedObjects() const { return fixed_; }
-  std::vector<Object> movingObjects(std::size_t frame) const { return objectsAt(time(frame)); }
+  /** \brief At the frame's nominal time, with velocities. */
+  std::vector<Object> movingObjects(std::size_t frame) const;
 
   /** \brief What the cameras measure; views of lost frames are missing. */
   void measure(std::size_t frame, io::LoadedFrame& out);

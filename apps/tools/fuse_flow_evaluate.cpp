@@ -76,6 +76,8 @@ struct Evaluation {
   SurfaceQuality surface;
   io::QualityOfSequence quality;
   std::vector<simulation::TruthQuality> truth;
+  /** \brief Of all frames together; empty where the truth names no parts. */
+  std::vector<simulation::PartQuality> parts;
   std::vector<double> flicker;
   nlohmann::json frames = nlohmann::json::array();
   /** \brief Of the first cloud. */
@@ -102,6 +104,7 @@ class Evaluator {
   }
 
   bool knowsTruth() const { return truth_.has_value(); }
+  bool knowsParts() const { return truth_ && truth_->namesParts(); }
   /** \brief A line, or nothing. */
   const std::string& whyNoTruth() const { return why_no_truth_; }
   const io::Recording& recording() const { return *recording_; }
@@ -185,6 +188,7 @@ class Evaluator {
     still_there_.check(loaded_);
     read_frame_ = file.frame;
     visible_.clear();
+    parts_.reset();
   }
 
   nlohmann::json compare(const simulation::PlainCloud& cloud, std::size_t frame, Evaluation& result) {
@@ -196,13 +200,19 @@ class Evaluator {
       visibility.min_range = truth_->minRange();
       visibility.max_range = truth_->maxRange();
       visible_ = simulation::visibleSurface(scene, truth_->cameras(), present, visibility, threads());
+      if (truth_->namesParts()) {
+        true_cameras_.emplace(truth_->cameras(), present, visibility);
+        parts_.emplace(scene, *true_cameras_, visible_, threads());
+      }
     }
-    std::vector<float> distances;
-    const simulation::TruthQuality quality = compareWithTruth(cloud, scene, visible_, threads(), &distances);
+    simulation::TruthMatches matches;
+    const simulation::TruthQuality quality = compareWithTruth(cloud, scene, visible_, threads(), &matches);
     result.truth.push_back(quality);
+    if (parts_) addParts(result.parts, parts_->compare(matches));
     if (result.errors.positions.empty()) {
       result.errors.positions = cloud.positions;
-      for (const float d : distances) result.errors.colors.push_back(drawing::errorColor(d, 0.02f));
+      for (const simulation::NearestHit& hit : matches.surface)
+        result.errors.colors.push_back(drawing::errorColor(hit.t, 0.02f));
     }
     return simulation::truthJson(quality);
   }
@@ -217,6 +227,8 @@ class Evaluator {
   std::optional<std::size_t> before_frame_;  ///< the one that was read before it
   /** \brief Of the frame that was read last. */
   std::vector<simulation::SurfacePoint> visible_;
+  std::optional<simulation::TrueCameras> true_cameras_;
+  std::optional<simulation::PartComparison> parts_;
 };
 
 nlohmann::json jsonOf(const Evaluation& e, bool sequence) {
@@ -225,6 +237,7 @@ nlohmann::json jsonOf(const Evaluation& e, bool sequence) {
   if (!e.truth.empty()) {
     json["truth"] = simulation::truthJson(simulation::meanOf(e.truth));
     if (!e.flicker.empty()) json["truth"]["flicker_mm"] = e.meanFlicker();
+    if (!e.parts.empty()) json["truth"]["by_part"] = simulation::partsJson(e.parts);
   }
   if (sequence) json["frames"] = e.frames;
   return json;
@@ -270,6 +283,7 @@ int run(const Options& options) {
   for (const std::string& path : options.clouds) width = std::max(width, path.size());
   nlohmann::json json;
   std::vector<drawing::ColoredPoints> pictures;
+  std::vector<std::vector<simulation::PartQuality>> parts;
   std::string truth_table, surface_table, quality_table;
   std::vector<Evaluation> evaluations = evaluator.evaluate(files);
   for (std::size_t k = 0; k < files.size(); ++k) {
@@ -277,6 +291,7 @@ int run(const Options& options) {
     const std::string& path = options.clouds[k];
     if (evaluator.knowsTruth())
       truth_table += simulation::truthRow(path, width, simulation::meanOf(e.truth), e.meanFlicker()) + '\n';
+    parts.push_back(e.parts);
     surface_table += io::surfaceRow(path, width, e.surface) + '\n';
     quality_table += io::qualityRow(path, width, e.quality.result()) + '\n';
     json[path] = jsonOf(e, fs::is_directory(path));
@@ -285,6 +300,12 @@ int run(const Options& options) {
   std::cout << evaluator.whyNoTruth();
   if (evaluator.knowsTruth())
     std::cout << "Against the true surface\n" << simulation::truthHeader(width) << '\n' << truth_table << '\n';
+  if (evaluator.knowsParts())
+    std::cout << "By part of the true surface, all frames together; speed, incidence and cameras: of what moves, where "
+                 "something does\n"
+              << simulation::partsTable(options.clouds, width, parts) << '\n';
+  else if (evaluator.knowsTruth())
+    std::cout << "No figures by part: this truth names no parts, simulate the recording again for them.\n\n";
   std::cout
       << "By the cloud and the views alone\n"
       << io::surfaceHeader(width) << '\n'

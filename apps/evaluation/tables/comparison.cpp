@@ -181,9 +181,9 @@ std::vector<Result> compare(const Setup& setup, const std::vector<Contender>& co
       Cloud cloud;
       const int repetitions = frame == 0 && !entrants[k].slow() ? 3 : 1;
       for (int r = 0; r < repetitions; ++r) tally.milliseconds.push_back(entrants[k].fuse(loaded.rig, cloud));
-      std::vector<float> distances;
+      simulation::TruthMatches matches;
       PlainCloud points = plain(cloud);
-      tally.truth.push_back(compareWithTruth(points, truth, visible, threads, &distances));
+      tally.truth.push_back(compareWithTruth(points, truth, visible, threads, &matches));
       const auto count = static_cast<unsigned int>(threads);
       const ReprojectionQuality consistency = reprojectionQuality(cloud, loaded.rig, {}, count);
       tally.error.push_back(1e3 * consistency.error);
@@ -192,7 +192,11 @@ std::vector<Result> compare(const Setup& setup, const std::vector<Contender>& co
       SurfaceQuality surface = surfaceQuality(cloud, loaded.rig, {}, count);
       if (frame > 0) surface.flicker = temporalFlicker(tally.previous_cloud, before.rig, cloud, loaded.rig, {}, count);
       tally.surface += surface;
-      if (on_first && frame == 0) on_first(k, points, distances);
+      if (on_first && frame == 0) {
+        std::vector<float> distances;
+        for (const simulation::NearestHit& hit : matches.surface) distances.push_back(hit.t);
+        on_first(k, points, distances);
+      }
       if (tally.previous) tally.flicker.push_back(flicker(*tally.previous, points, truth, threads));
       tally.previous = std::move(points);
       tally.previous_cloud = std::move(cloud);

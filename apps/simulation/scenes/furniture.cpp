@@ -28,7 +28,7 @@ TriangleMesh rectangle(const Vector3f& corner, const Vector3f& u, const Vector3f
 
 void add(Objects& objects, const std::string& name, const TriangleMesh& mesh, const Material& material,
          const Place& place, float z = 0) {
-  Object object{name, moved(mesh, place.pose(z)), material};
+  Object object{name, moved(mesh, place.pose(z)), material, "furniture"};
   object.mesh.rest = moved(mesh, z * Vector3f::UnitZ()).vertices;  // the texture turns with the thing
   objects.push_back(std::move(object));
 }
@@ -83,7 +83,7 @@ void addRoom(Objects& objects, const Eigen::AlignedBox3f& room) {
   const Vector3f a = room.min(), s = room.sizes();
   const Vector3f x = s.x() * Vector3f::UnitX(), y = s.y() * Vector3f::UnitY(), z = s.z() * Vector3f::UnitZ();
   objects.push_back({"floor", rectangle(a, x, y), {Material::Wood, {206, 168, 120}, {150, 106, 66}, 0.05f, 0.6f}});
-  objects.push_back({"ceiling", rectangle(a + z, y, x), {Material::Plain, {238, 238, 232}, {}, 0.1f, 0.8f}});
+  objects.push_back({"ceiling", rectangle(a + z, y, x), {Material::Plain, {238, 238, 232}, {}, 0.1f, 0.8f}, "wall"});
   const Material paper{Material::Noise, {222, 214, 196}, {190, 186, 170}, 0.12f, 0.75f};
   const Material striped{Material::Stripes, {206, 214, 218}, {168, 186, 196}, 0.16f, 0.75f};
   objects.push_back({"wall", rectangle(a, z, x), paper});

@@ -12,10 +12,13 @@ using Eigen::Vector3d;
 using Eigen::Vector3f;
 
 enum Cloth { kShirt, kTrousers, kShoe, kSkin, kHair, kClothCount };
+// In the order of personParts().
+enum Limb { kHead, kTorso, kArm, kHand, kLeg, kFoot, kLimbCount };
 
 /** \brief A capsule of the body: flattened along x by a factor about its first end. */
 struct Part {
   Bone bone;
+  Limb limb;
   Cloth cloth;
   Vector3d from, to;
   double radius_from, radius_to;
@@ -41,39 +44,41 @@ void addSide(std::vector<Part>& parts, double side) {
   const auto bone = [left](Bone right) { return static_cast<Bone>(right + left); };
   const Vector3d down = (wrist(side) - elbow(side)).normalized();
   const Vector3d calf = knee(side) + 0.3 * (ankle(side) - knee(side)) + Vector3d(-0.012, 0, 0);
-  parts.push_back({bone(ThighRight), kTrousers, hip(side), knee(side), 0.088, 0.058});
-  parts.push_back({bone(ShankRight), kTrousers, knee(side), calf, 0.057, 0.057});
-  parts.push_back({bone(ShankRight), kTrousers, calf, ankle(side) + Vector3d(0, 0, 0.03), 0.057, 0.046});
+  parts.push_back({bone(ThighRight), kLeg, kTrousers, hip(side), knee(side), 0.088, 0.058});
+  parts.push_back({bone(ShankRight), kLeg, kTrousers, knee(side), calf, 0.057, 0.057});
+  parts.push_back({bone(ShankRight), kLeg, kTrousers, calf, ankle(side) + Vector3d(0, 0, 0.03), 0.057, 0.046});
   const Vector3d sole(ankle(side).x(), ankle(side).y(), 0);
-  parts.push_back({bone(FootRight), kShoe, sole + Vector3d(-0.03, 0, 0.045), sole + Vector3d(0.1, 0.015 * side, 0.043),
-                   0.044, 0.042});
-  parts.push_back({bone(FootRight), kShoe, sole + Vector3d(0.08, 0.012 * side, 0.042),
+  parts.push_back({bone(FootRight), kFoot, kShoe, sole + Vector3d(-0.03, 0, 0.045),
+                   sole + Vector3d(0.1, 0.015 * side, 0.043), 0.044, 0.042});
+  parts.push_back({bone(FootRight), kFoot, kShoe, sole + Vector3d(0.08, 0.012 * side, 0.042),
                    sole + Vector3d(0.17, 0.02 * side, 0.034), 0.041, 0.033});
-  parts.push_back({bone(FootRight), kShoe, sole + Vector3d(-0.01, 0, 0.06), ankle(side), 0.045, 0.043});
-  parts.push_back({bone(UpperArmRight), kShirt, shoulder(side), elbow(side), 0.056, 0.046});
-  parts.push_back({bone(ForearmRight), kSkin, elbow(side), wrist(side), 0.040, 0.028});
+  parts.push_back({bone(FootRight), kFoot, kShoe, sole + Vector3d(-0.01, 0, 0.06), ankle(side), 0.045, 0.043});
+  parts.push_back({bone(UpperArmRight), kArm, kShirt, shoulder(side), elbow(side), 0.056, 0.046});
+  parts.push_back({bone(ForearmRight), kArm, kSkin, elbow(side), wrist(side), 0.040, 0.028});
   const Vector3d palm = wrist(side) + 0.085 * down, tips = wrist(side) + 0.165 * down;
-  parts.push_back({bone(ForearmRight), kSkin, wrist(side) + 0.03 * down, palm, 0.028, 0.031});
+  parts.push_back({bone(ForearmRight), kHand, kSkin, wrist(side) + 0.03 * down, palm, 0.028, 0.031});
   for (const double x : {-0.021, 0.0, 0.021})
-    parts.push_back(
-        {bone(ForearmRight), kSkin, palm + Vector3d(x, 0, 0), tips + Vector3d(1.2 * x, 0, 0.008), 0.0125, 0.0095});
+    parts.push_back({bone(ForearmRight), kHand, kSkin, palm + Vector3d(x, 0, 0), tips + Vector3d(1.2 * x, 0, 0.008),
+                     0.0125, 0.0095});
   const Vector3d thumb = wrist(side) + 0.035 * down + Vector3d(0.025, 0, 0);
-  parts.push_back({bone(ForearmRight), kSkin, thumb, thumb + 0.055 * down + Vector3d(0.03, 0, 0), 0.0145, 0.0105});
+  parts.push_back(
+      {bone(ForearmRight), kHand, kSkin, thumb, thumb + 0.055 * down + Vector3d(0.03, 0, 0), 0.0145, 0.0105});
 }
 
 std::vector<Part> makeParts() {
   std::vector<Part> parts;
-  parts.push_back({Pelvis, kTrousers, {0, -0.065, 0.93}, {0, 0.065, 0.93}, 0.112, 0.112, 0.92});
-  parts.push_back({Pelvis, kShirt, {0, 0, 0.99}, {0, 0, 1.1}, 0.15, 0.145, 0.72});
-  parts.push_back({Chest, kShirt, {0, 0, 1.12}, {0, 0, 1.3}, 0.145, 0.168, 0.68});
-  parts.push_back({Chest, kShirt, {-0.005, -0.125, 1.385}, {-0.005, 0.125, 1.385}, 0.068, 0.068, 1.1});
-  parts.push_back({Chest, kSkin, {-0.01, 0, 1.42}, {0.0, 0, 1.52}, 0.058, 0.054});
-  parts.push_back({Head, kSkin, {0.012, 0, 1.575}, {0.0, 0, 1.655}, 0.070, 0.088, 1.12});
-  parts.push_back({Head, kSkin, {0.10, 0, 1.605}, {0.086, 0, 1.635}, 0.015, 0.009});  // nose
-  parts.push_back({Head, kHair, {-0.022, 0, 1.63}, {-0.014, 0, 1.668}, 0.087, 0.092, 1.12});
+  parts.push_back({Pelvis, kTorso, kTrousers, {0, -0.065, 0.93}, {0, 0.065, 0.93}, 0.112, 0.112, 0.92});
+  parts.push_back({Pelvis, kTorso, kShirt, {0, 0, 0.99}, {0, 0, 1.1}, 0.15, 0.145, 0.72});
+  parts.push_back({Chest, kTorso, kShirt, {0, 0, 1.12}, {0, 0, 1.3}, 0.145, 0.168, 0.68});
+  parts.push_back({Chest, kTorso, kShirt, {-0.005, -0.125, 1.385}, {-0.005, 0.125, 1.385}, 0.068, 0.068, 1.1});
+  parts.push_back({Chest, kHead, kSkin, {-0.01, 0, 1.42}, {0.0, 0, 1.52}, 0.058, 0.054});
+  parts.push_back({Head, kHead, kSkin, {0.012, 0, 1.575}, {0.0, 0, 1.655}, 0.070, 0.088, 1.12});
+  parts.push_back({Head, kHead, kSkin, {0.10, 0, 1.605}, {0.086, 0, 1.635}, 0.015, 0.009});  // nose
+  parts.push_back({Head, kHead, kHair, {-0.022, 0, 1.63}, {-0.014, 0, 1.668}, 0.087, 0.092, 1.12});
   for (const double side : {-1.0, 1.0}) {
     addSide(parts, side);
-    parts.push_back({Head, kSkin, {-0.005, 0.084 * side, 1.595}, {-0.012, 0.09 * side, 1.63}, 0.010, 0.014});  // ears
+    parts.push_back(
+        {Head, kHead, kSkin, {-0.005, 0.084 * side, 1.595}, {-0.012, 0.09 * side, 1.63}, 0.010, 0.014});  // ears
   }
   return parts;
 }
@@ -146,18 +151,18 @@ Material materialOf(Cloth cloth) {
   }
 }
 
-/** \brief The clothing of the part that a point of the surface belongs to. */
-Cloth clothAt(const Vector3d& p) {
-  double nearest = 1e9;
-  Cloth cloth = kSkin;
+/** \brief What a point of the surface belongs to. */
+const Part& partAt(const Vector3d& p) {
+  double least = 1e9;
+  const Part* nearest = nullptr;
   for (const Part& part : parts()) {
     const double d = part.distance(p);
-    if (d < nearest) {
-      nearest = d;
-      cloth = part.cloth;
+    if (d < least) {
+      least = d;
+      nearest = &part;
     }
   }
-  return cloth;
+  return *nearest;
 }
 
 /** \brief Weights of the bones; they sum to 1 and pass from bone to bone over a few centimetres around a joint. */
@@ -210,19 +215,22 @@ double PersonBody::distance(const Vector3d& p) {
   return f;
 }
 
-PersonBody::PersonBody() : patches_(kClothCount) {
+PersonBody::PersonBody() {
   constexpr const char* names[] = {"shirt", "trousers", "shoes", "skin", "hair"};
   body_ = polygonise(distance, bodyBounds(), 0.009);
   for (const Vector3f& v : body_.vertices) weights_.push_back(weightsAt(v.cast<double>()));
   constexpr std::uint32_t none = ~0u;
-  std::vector<std::vector<std::uint32_t>> own(kClothCount, std::vector<std::uint32_t>(body_.vertices.size(), none));
+  constexpr std::size_t count = std::size_t{kClothCount} * kLimbCount;
+  std::vector<Patch> patches(count);
+  std::vector<std::vector<std::uint32_t>> own(count, std::vector<std::uint32_t>(body_.vertices.size(), none));
   for (const auto& t : body_.triangles) {
     const Vector3f middle = (body_.vertices[t[0]] + body_.vertices[t[1]] + body_.vertices[t[2]]) / 3;
-    const auto cloth = static_cast<std::size_t>(clothAt(middle.cast<double>()));
-    Patch& patch = patches_[cloth];
+    const Part& part = partAt(middle.cast<double>());
+    const std::size_t at = static_cast<std::size_t>(part.cloth) * kLimbCount + static_cast<std::size_t>(part.limb);
+    Patch& patch = patches[at];
     std::array<std::uint32_t, 3> corners;
     for (std::size_t k = 0; k < 3; ++k) {
-      std::uint32_t& number = own[cloth][t[k]];
+      std::uint32_t& number = own[at][t[k]];
       if (number == none) {
         number = static_cast<std::uint32_t>(patch.vertex.size());
         patch.vertex.push_back(t[k]);
@@ -232,9 +240,14 @@ PersonBody::PersonBody() : patches_(kClothCount) {
     }
     patch.object.mesh.triangles.push_back(corners);
   }
-  for (std::size_t cloth = 0; cloth < kClothCount; ++cloth) {
-    patches_[cloth].object.name = names[cloth];
-    patches_[cloth].object.material = materialOf(static_cast<Cloth>(cloth));
+  for (std::size_t at = 0; at < count; ++at) {
+    if (patches[at].vertex.empty()) continue;
+    Object& object = patches[at].object;
+    object.name = names[at / kLimbCount];
+    object.material = materialOf(static_cast<Cloth>(at / kLimbCount));
+    object.part = personParts()[at % kLimbCount];
+    object.surface = static_cast<std::uint32_t>(at / kLimbCount + 1);
+    patches_.push_back(std::move(patches[at]));
   }
 }
 

@@ -49,14 +49,14 @@ class PersonBody {
  public:
   PersonBody();
 
-  /** \brief One object for each material; together they are one closed surface. */
+  /** \brief One object for each material of each part; together they are one closed surface. */
   std::vector<Object> posed(const Pose& pose) const;
 
   /** \brief What the surface of the rest pose is the zero of. */
   static double distance(const Eigen::Vector3d& p);
 
  private:
-  /** \brief The part of the surface that one material covers, with vertices of its own. */
+  /** \brief What one material covers of a part, with vertices of its own. */
   struct Patch {
     Object object;                      // in the rest pose
     std::vector<std::uint32_t> vertex;  // number in body_

@@ -62,6 +62,8 @@ Objects furnishedRoom(const Place& table, std::uint32_t seed) {
   addPictures(objects, livingRoom());
   Random random(seed, 0, 0, 21);
   addSmallThings(objects, table, random);
+  for (Object& object : objects)
+    if (object.name != "floor" && object.name != "ceiling" && object.name != "wall") object.part = "furniture";
   return objects;
 }
 

@@ -20,6 +20,8 @@ struct TriangleMesh {
   std::vector<Eigen::Vector3f> rest;
   /** \brief Unit, outward; empty: flat triangles. */
   std::vector<Eigen::Vector3f> normals;
+  /** \brief Of each vertex, m/s; empty: not known, or it stands still. */
+  std::vector<Eigen::Vector3f> velocities;
   std::vector<std::array<std::uint32_t, 3>> triangles;
 };
 
@@ -43,6 +45,16 @@ struct Object {
   std::string name;
   TriangleMesh mesh;
   Material material;
+  /** \brief What figures of quality are told apart by: "hand", "furniture". Empty: its name. */
+  std::string part{};
+  /** \brief Objects of the same number above 0 are one surface that goes on from part to part. */
+  std::uint32_t surface{0};
 };
+
+/** \brief The parts of a person, from above. */
+inline const std::vector<std::string>& personParts() {
+  static const std::vector<std::string> parts{"head", "torso", "arm", "hand", "leg", "foot"};
+  return parts;
+}
 
 }  // namespace fuse_flow::simulation

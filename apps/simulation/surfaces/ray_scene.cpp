@@ -227,6 +227,7 @@ struct RayScene::Impl {
     point.rest = mesh.rest.empty() ? point.position : blend(mesh.rest);
     point.normal = mesh.normals.empty() ? areaVector(number).cast<float>() : blend(mesh.normals);
     point.normal.normalize();
+    if (!mesh.velocities.empty()) point.velocity = blend(mesh.velocities);
     return point;
   }
 

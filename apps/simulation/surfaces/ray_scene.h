@@ -16,6 +16,8 @@ struct SurfacePoint {
   /** \brief Unit; of the triangle, or interpolated where the mesh has normals. */
   Eigen::Vector3f normal{Eigen::Vector3f::Zero()};
   Eigen::Vector3f rest{Eigen::Vector3f::Zero()};
+  /** \brief m/s; zero where the mesh has none. */
+  Eigen::Vector3f velocity{Eigen::Vector3f::Zero()};
   /** \brief Number among the fixed objects, then the moving ones. */
   std::uint32_t object{0};
 };

@@ -66,6 +66,7 @@ TEST_F(DamagedTruth, IsSaidByObjectAndKeyAndInNoLibrarysWords) {
            {"\"objects\"", "\"things\"", "objects is missing, must be a list"},
            {"\"moving\": false", "\"moving\": 0", "object number 0: moving is 0, must be true or false"},
            {"\"name\": ", "\"name\": 3, \"was\": ", "object number 0: name is 3, must be a word"},
+           {"\"part\": ", "\"part\": 7, \"was\": ", "object number 0: part is 7, must be a word"},
            {"\"first\": [", "\"first\": [300, ", "object number 0: first is [300,"},
            {"\"infrared\": ", "\"infrared\": null, \"was\": ", "infrared is null, must be a number"},
            {"{", "", "is not JSON: error at byte"},

@@ -151,6 +151,27 @@ TEST_F(Person, RestsExactlyOnTheImplicitSurface) {
       ASSERT_NEAR(PersonBody::distance(v.cast<double>()), 0, 1e-5) << v.transpose();
 }
 
+TEST_F(Person, HasPartsWhereABodyHasThem) {
+  std::map<std::string, Eigen::AlignedBox3f> at;
+  for (const Object& object : scene.movingObjects(0))
+    for (const Vector3f& v : object.mesh.rest) at[object.part].extend(v);
+  ASSERT_EQ(at.size(), personParts().size());
+  for (const std::string& part : personParts()) EXPECT_EQ(at.count(part), 1u) << part;
+  EXPECT_GT(at["head"].min().z(), 1.38f);
+  EXPECT_LT(at["foot"].max().z(), 0.15f);
+  EXPECT_LT(at["leg"].max().z(), 1.0f);
+  EXPECT_GT(at["leg"].min().z(), 0.05f);
+  for (const double side : {-1.0, 1.0}) {
+    const Vector3f wrist = rest_pose::wrist(side).cast<float>();
+    for (const Object& object : scene.movingObjects(0))
+      for (const Vector3f& v : object.mesh.rest) {
+        if (v.y() * static_cast<float>(side) < 0) continue;
+        ASSERT_TRUE(object.part != "hand" || (v - wrist).norm() < 0.2f) << v.transpose();
+        ASSERT_TRUE(object.part != "arm" || v.z() > wrist.z() - 0.04f) << v.transpose();
+      }
+  }
+}
+
 /** \brief Nowhere does a part of the body begin or end to count from one point to the next: not where a coordinate is a whole number
  *  of centimetres either, where cells end in which some are left out. */
 TEST_F(Person, HasADistanceWithoutSteps) {

@@ -302,8 +302,51 @@ TEST_F(TruthFiles, GiveBackTheSameSurfacesMaterialsAndPoses) {
       EXPECT_EQ(read.object(a.object).name, made.object(a.object).name);
       EXPECT_LT((a.rest - b.rest).norm(), 1e-4f);
       EXPECT_EQ(read.moving(a.object), made.moving(a.object));
+      const Object& object = made.object(b.object);
+      EXPECT_EQ(read.object(a.object).part, object.part.empty() ? object.name : object.part);
     }
   }
+}
+
+/** \brief From one frame to the next, a hundredth of a second later, a surface has gone as far as its velocity says. */
+TEST_F(TruthFiles, SayHowFastASurfaceMoves) {
+  SimulationOptions options = smallRig("person");
+  options.frames_per_second = 100;
+  const Simulator simulator(options);
+  writeTruth(folder_.string(), simulator);
+  writeTruth(folder_.string(), simulator, 30);
+  Truth truth(folder_.string());
+  EXPECT_TRUE(truth.namesParts());
+  const RayScene& read = truth.frame(30);
+  const std::vector<Object> before = simulator.movingObjects(29), after = simulator.movingObjects(31);
+  float fastest = 0;
+  for (std::uint32_t k = 0; k < read.objectCount(); ++k) {
+    if (!read.moving(k)) {
+      EXPECT_TRUE(read.object(k).mesh.velocities.empty()) << read.object(k).name;
+      continue;
+    }
+    const std::size_t number = k - simulator.fixedObjects().size();
+    const std::vector<Vector3f>& velocities = read.object(k).mesh.velocities;
+    ASSERT_EQ(velocities.size(), before[number].mesh.vertices.size());
+    for (std::size_t i = 0; i < velocities.size(); i += 7) {
+      const Vector3f mean = (after[number].mesh.vertices[i] - before[number].mesh.vertices[i]) / 0.02f;
+      ASSERT_LT((velocities[i] - mean).norm(), 0.03f) << read.object(k).name;
+      fastest = std::max(fastest, velocities[i].norm());
+    }
+  }
+  EXPECT_GT(fastest, 1.5f) << "the swinging foot";
+}
+
+TEST_F(TruthFiles, OfVersion01NameNoPartsAndAreRead) {
+  writeTruth(folder_.string(), Simulator(smallRig("table")));
+  const std::string json = (folder_ / "truth" / "simulation.json").string();
+  std::string described = fuse_flow::io::readFile(json);
+  for (std::size_t at = 0; (at = described.find("\"part\": ", at)) != std::string::npos;)
+    described.erase(at, described.find('\n', at) - at);
+  fuse_flow::io::writeFile(json, described);
+  Truth truth(folder_.string());
+  EXPECT_FALSE(truth.namesParts());
+  EXPECT_GT(truth.frame(0).objectCount(), 10u);
 }
 
 TEST_F(TruthFiles, ThatAreMissingOrDamagedAreRefused) {

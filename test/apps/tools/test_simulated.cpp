@@ -68,6 +68,31 @@ TEST_F(Simulated, CloudsAreMeasuredTogetherAsTheyAreAlone) {
   EXPECT_TRUE(together[out("gap")]["frames"][2]["flicker_mm"].is_number());
 }
 
+TEST_F(Simulated, FiguresByPartAreOfTheFramesTogether) {
+  ASSERT_TRUE(succeeded(simulate({"--sensor", "ideal", "--frames", "2", "-o", recording()})));
+  ASSERT_TRUE(succeeded(fuse({recording(), "-o", out(), "--method", "concatenate"})));
+  const nlohmann::json truth = truthOf(out()), parts = truth["by_part"];
+  for (const char* name : {"floor", "wall", "furniture", "duck", "seen by 2 or more"}) {
+    ASSERT_TRUE(parts.contains(name)) << name;
+    EXPECT_LT(parts[name]["accuracy_mean_mm"], 1.0) << name;
+    EXPECT_EQ(parts[name]["ghosting"], 0.0) << name;
+  }
+  EXPECT_FALSE(parts.contains("person")) << "nobody is there";
+  std::size_t samples = 0;
+  for (const char* name : {"seen by 1 camera", "seen by 2 or more"})
+    samples += parts[name]["surface_samples"].get<std::size_t>();
+  EXPECT_EQ(samples, 2 * truth["surface_samples"].get<std::size_t>());
+  const ToolResult printed = evaluate({recording(), out()});
+  EXPECT_NE(printed.out.find("By part of the true surface"), std::string::npos) << printed.out;
+  EXPECT_NE(printed.out.find("duck"), std::string::npos) << printed.out;
+  fs::path json = fs::path(recording()) / "truth" / "simulation.json";
+  std::string described = readText(json);
+  for (std::size_t at = 0; (at = described.find("\"part\"", at)) != std::string::npos;)
+    described.replace(at, 6, "\"was\"");
+  std::ofstream(json) << described;
+  EXPECT_NE(evaluate({recording(), out()}).out.find("No figures by part"), std::string::npos);
+}
+
 TEST_F(Simulated, ARigWrongBySomeMillimetresIsOffByAsMuch) {
   ASSERT_TRUE(succeeded(simulate({"--sensor", "ideal", "--position-error", "20", "-o", recording()})));
   ASSERT_TRUE(succeeded(fuse({recording(), "-o", out("cloud.ply"), "--method", "concatenate"})));
