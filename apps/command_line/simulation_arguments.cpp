@@ -47,6 +47,9 @@ SimulationArguments::SimulationArguments(CLI::App& app) {
   given_.push_back(
       app.add_option("--out-of-sync", out_of_sync_ms_, "each camera's time is off by a constant in +- this, ms")
           ->check(nonNegativeNumber()));
+  given_.push_back(
+      app.add_option("--out-of-step", out_of_step_ms_, "the cameras expose one after the other within this, ms")
+          ->check(nonNegativeNumber()));
 }
 
 void SimulationArguments::add(CLI::Option* option) { given_.push_back(option->capture_default_str()); }
@@ -65,6 +68,7 @@ simulation::SimulationOptions SimulationArguments::options() const {
   result.faults.bump = 0.001 * bump_mm_;
   result.faults.bump_rotation = bump_deg_ * 3.14159265358979323846 / 180;
   result.faults.out_of_sync = 0.001 * out_of_sync_ms_;
+  result.faults.out_of_step = 0.001 * out_of_step_ms_;
   return result;
 }
 

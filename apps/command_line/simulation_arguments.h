@@ -35,6 +35,7 @@ class SimulationArguments {
   double bump_mm_{0};
   double bump_deg_{0};
   double out_of_sync_ms_{0};
+  double out_of_step_ms_{0};
   bool no_color_{false};
   std::vector<CLI::Option*> given_;
 };

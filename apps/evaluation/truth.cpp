@@ -290,8 +290,11 @@ void writeTruth(const std::string& recording, const Simulator& simulator) {
                {"depth_bias", o.faults.depth_bias},
                {"drop_rate", o.faults.drop_rate},
                {"out_of_sync", o.faults.out_of_sync},
+               {"out_of_step", o.faults.out_of_step},
                {"min_range", simulator.sensor().minRange()},
                {"max_range", simulator.sensor().maxRange()}};
+  for (std::size_t k = 0; k < simulator.cameras().size(); ++k)
+    json["exposure_delays"].push_back(simulator.exposureDelay(k));
   for (const Object& object : simulator.fixedObjects()) json["objects"].push_back(objectJson(object, false));
   for (const Object& object : simulator.movingObjects(0)) json["objects"].push_back(objectJson(object, true));
   io::RigDescription rig{{}, o.frames_per_second};

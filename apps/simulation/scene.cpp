@@ -8,13 +8,28 @@ namespace fuse_flow::simulation {
 
 Objects Scene::movingObjects(double) const { return {}; }
 
-std::vector<std::string> sceneNames() { return {"room", "person", "thin", "table"}; }
+namespace {
+
+struct Named {
+  const char* name;
+  std::unique_ptr<Scene> (*make)(std::uint32_t seed);
+};
+
+constexpr Named kScenes[] = {{"room", makeRoomScene},   {"person", makePersonScene}, {"thin", makeThinScene},
+                             {"table", makeTableScene}, {"punch", makePunchScene},   {"hop", makeHopScene},
+                             {"sit", makeSitScene},     {"hand", makeHandScene}};
+
+}  // namespace
+
+std::vector<std::string> sceneNames() {
+  std::vector<std::string> names;
+  for (const Named& scene : kScenes) names.emplace_back(scene.name);
+  return names;
+}
 
 std::unique_ptr<Scene> makeScene(const std::string& name, std::uint32_t seed) {
-  if (name == "room") return makeRoomScene(seed);
-  if (name == "person") return makePersonScene(seed);
-  if (name == "thin") return makeThinScene(seed);
-  if (name == "table") return makeTableScene(seed);
+  for (const Named& scene : kScenes)
+    if (scene.name == name) return scene.make(seed);
   std::string known;
   for (const std::string& scene : sceneNames()) known += (known.empty() ? "" : ", ") + scene;
   throw io::InputError("scene '" + name + "' is not known; must be one of " + known);

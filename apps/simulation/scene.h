@@ -28,8 +28,8 @@ class Scene {
   virtual Eigen::AlignedBox3f room() const = 0;
 };
 
-/** \brief "room", "person", "thin" or "table"; the seed places the small things. Throws io::InputError on another
- *  name. */
+/** \brief "room", "person", "thin", "table", "punch", "hop", "sit" or "hand"; the seed places the small things. Throws
+ *  io::InputError on another name. */
 std::unique_ptr<Scene> makeScene(const std::string& name, std::uint32_t seed);
 
 /** \brief The names that makeScene() knows. */

@@ -42,6 +42,8 @@ void check(const SimulationOptions& o) {
   require(o.marker >= 0 && o.marker <= 2, "side of the marker in metres", o.marker, "in [0, 2]");
   require(o.faults.out_of_sync >= 0 && o.faults.out_of_sync <= 1, "time out of sync in seconds", o.faults.out_of_sync,
           "in [0, 1]");
+  require(o.faults.out_of_step >= 0 && o.faults.out_of_step <= 1, "time out of step in seconds", o.faults.out_of_step,
+          "in [0, 1]");
 }
 
 Eigen::Vector3d randomDirection(Random& random) {
@@ -104,7 +106,8 @@ Simulator::Simulator(const SimulationOptions& options) : options_(options), rays
     camera.T_world_camera = disturbed(poses[k], options_.faults.position_error, options_.faults.rotation_error, random);
     cameras_.push_back(camera);
     bias_.push_back(options_.faults.depth_bias * (2 * random.uniform() - 1));
-    delay_.push_back(options_.faults.out_of_sync * (2 * random.uniform() - 1));
+    const double step = poses.size() > 1 ? static_cast<double>(k) / static_cast<double>(poses.size() - 1) - 0.5 : 0;
+    delay_.push_back(options_.faults.out_of_sync * (2 * random.uniform() - 1) + options_.faults.out_of_step * step);
   }
   Random random(options_.seed, kOnce, poses.size(), 0);
   bumped_pose_ = disturbed(poses.back(), options_.faults.bump, options_.faults.bump_rotation, random);

@@ -34,6 +34,9 @@ struct Faults {
   std::size_t bump_frame{0};
   /** \brief Each camera exposes earlier or later by a constant, uniform in ± this, seconds. */
   double out_of_sync{0};
+  /** \brief The exposures of a frame are spread evenly over this, seconds: the first camera's is half of it before the frame's
+   *  nominal time, the last one's half of it after. As of cameras that nothing synchronises. */
+  double out_of_step{0};
 };
 
 struct SimulationOptions {
@@ -69,6 +72,8 @@ class Simulator {
   const std::vector<Camera>& trueCameras() const { return true_cameras_; }
   /** \brief Where a camera stands in a frame: as trueCameras() says until it is bumped. */
   const Eigen::Isometry3d& truePose(std::size_t frame, std::size_t camera) const;
+  /** \brief How much later than at a frame's nominal time a camera exposes, seconds. */
+  double exposureDelay(std::size_t camera) const { return delay_[camera]; }
   const std::vector<Object>& fixedObjects() const { return fixed_; }
   /** \brief At the frame's nominal time, with velocities. */
   std::vector<Object> movingObjects(std::size_t frame) const;

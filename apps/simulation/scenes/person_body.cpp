@@ -1,6 +1,7 @@
 #include "simulation/scenes/person_body.h"
 
 #include "simulation/portable_math.h"
+#include "simulation/surfaces/vertex_normals.h"
 
 #include <algorithm>
 #include <cmath>
@@ -38,7 +39,7 @@ struct Part {
   }
 };
 
-void addSide(std::vector<Part>& parts, double side) {
+void addSide(std::vector<Part>& parts, double side, Hands hands) {
   using namespace rest_pose;
   const int left = side > 0 ? ThighLeft - ThighRight : 0;
   const auto bone = [left](Bone right) { return static_cast<Bone>(right + left); };
@@ -55,6 +56,7 @@ void addSide(std::vector<Part>& parts, double side) {
   parts.push_back({bone(FootRight), kFoot, kShoe, sole + Vector3d(-0.01, 0, 0.06), ankle(side), 0.045, 0.043});
   parts.push_back({bone(UpperArmRight), kArm, kShirt, shoulder(side), elbow(side), 0.056, 0.046});
   parts.push_back({bone(ForearmRight), kArm, kSkin, elbow(side), wrist(side), 0.040, 0.028});
+  if (hands == Hands::None) return;
   const Vector3d palm = wrist(side) + 0.085 * down, tips = wrist(side) + 0.165 * down;
   parts.push_back({bone(ForearmRight), kHand, kSkin, wrist(side) + 0.03 * down, palm, 0.028, 0.031});
   for (const double x : {-0.021, 0.0, 0.021})
@@ -65,7 +67,7 @@ void addSide(std::vector<Part>& parts, double side) {
       {bone(ForearmRight), kHand, kSkin, thumb, thumb + 0.055 * down + Vector3d(0.03, 0, 0), 0.0145, 0.0105});
 }
 
-std::vector<Part> makeParts() {
+std::vector<Part> makeParts(Hands hands) {
   std::vector<Part> parts;
   parts.push_back({Pelvis, kTorso, kTrousers, {0, -0.065, 0.93}, {0, 0.065, 0.93}, 0.112, 0.112, 0.92});
   parts.push_back({Pelvis, kTorso, kShirt, {0, 0, 0.99}, {0, 0, 1.1}, 0.15, 0.145, 0.72});
@@ -76,16 +78,16 @@ std::vector<Part> makeParts() {
   parts.push_back({Head, kHead, kSkin, {0.10, 0, 1.605}, {0.086, 0, 1.635}, 0.015, 0.009});  // nose
   parts.push_back({Head, kHead, kHair, {-0.022, 0, 1.63}, {-0.014, 0, 1.668}, 0.087, 0.092, 1.12});
   for (const double side : {-1.0, 1.0}) {
-    addSide(parts, side);
+    addSide(parts, side, hands);
     parts.push_back(
         {Head, kHead, kSkin, {-0.005, 0.084 * side, 1.595}, {-0.012, 0.09 * side, 1.63}, 0.010, 0.014});  // ears
   }
   return parts;
 }
 
-const std::vector<Part>& parts() {
-  static const std::vector<Part> all = makeParts();
-  return all;
+const std::vector<Part>& partsWith(Hands hands) {
+  static const std::vector<Part> all = makeParts(Hands::Simple), without = makeParts(Hands::None);
+  return hands == Hands::None ? without : all;
 }
 
 /** \brief Where the body is, with what is around it. */
@@ -94,7 +96,7 @@ Eigen::AlignedBox3d bodyBounds() { return {Vector3d(-0.3, -0.75, -0.03), Vector3
 /** \brief For each cell of a grid the parts that distance() depends on in it. A point has a few of them, the body forty. */
 class PartsByCell {
  public:
-  PartsByCell() {
+  explicit PartsByCell(Hands hands) : parts_(partsWith(hands)) {
     for (int k = 0; k < size_.z(); ++k)
       for (int j = 0; j < size_.y(); ++j)
         for (int i = 0; i < size_.x(); ++i)
@@ -102,7 +104,7 @@ class PartsByCell {
   }
 
   const std::vector<Part>& at(const Vector3d& p) const {
-    if (!bounds_.contains(p)) return parts();
+    if (!bounds_.contains(p)) return parts_;
     const Eigen::Array3i cell = ((p - bounds_.min()) / kCell).array().cast<int>().min(size_ - 1);
     return cells_[static_cast<std::size_t>((cell.z() * size_.y() + cell.y()) * size_.x() + cell.x())];
   }
@@ -112,11 +114,11 @@ class PartsByCell {
 
   /** \brief Goes through the parts as distance() does, with bounds of its value in the cell. Left out are those that smoothUnion()
    *  gives back the other of, and those before one that it gives back: the value is the same to the bit. */
-  static std::vector<Part> partsNear(const Vector3d& centre) {
+  std::vector<Part> partsNear(const Vector3d& centre) const {
     constexpr double half_diagonal = 0.8661 * kCell;
     std::vector<Part> near;
     double least = 1, most = 1;
-    for (const Part& part : parts()) {
+    for (const Part& part : parts_) {
       const double d = part.distance(centre), off = half_diagonal * part.steepest() + 1e-6, blend = part.blend();
       if (d - off > most + blend) continue;
       if (d + off < least - blend) {
@@ -131,6 +133,7 @@ class PartsByCell {
     return near;
   }
 
+  const std::vector<Part>& parts_;
   const Eigen::AlignedBox3d bounds_ = bodyBounds();
   const Eigen::Array3i size_ = (bounds_.sizes() / kCell).array().ceil().cast<int>();
   std::vector<std::vector<Part>> cells_;
@@ -145,17 +148,17 @@ Material materialOf(Cloth cloth) {
     case kShoe:
       return {Material::Plain, {90, 62, 44}, {}, 0.1f, 0.3f};
     case kSkin:
-      return {Material::Noise, {226, 176, 146}, {212, 156, 126}, 0.05f, 0.6f};
+      return skin();
     default:
       return {Material::Noise, {62, 42, 30}, {32, 22, 18}, 0.015f, 0.1f};
   }
 }
 
 /** \brief What a point of the surface belongs to. */
-const Part& partAt(const Vector3d& p) {
+const Part& partAt(const Vector3d& p, Hands hands) {
   double least = 1e9;
   const Part* nearest = nullptr;
-  for (const Part& part : parts()) {
+  for (const Part& part : partsWith(hands)) {
     const double d = part.distance(p);
     if (d < least) {
       least = d;
@@ -166,11 +169,11 @@ const Part& partAt(const Vector3d& p) {
 }
 
 /** \brief Weights of the bones; they sum to 1 and pass from bone to bone over a few centimetres around a joint. */
-std::array<float, kBoneCount> weightsAt(const Vector3d& p) {
+std::array<float, kBoneCount> weightsAt(const Vector3d& p, Hands hands) {
   constexpr double passage = 0.02;
   std::array<double, kBoneCount> nearest;
   nearest.fill(1e9);
-  for (const Part& part : parts()) nearest[part.bone] = std::min(nearest[part.bone], part.distance(p));
+  for (const Part& part : partsWith(hands)) nearest[part.bone] = std::min(nearest[part.bone], part.distance(p));
   const double best = *std::min_element(nearest.begin(), nearest.end());
   std::array<float, kBoneCount> weights;
   double sum = 0;
@@ -179,23 +182,9 @@ std::array<float, kBoneCount> weightsAt(const Vector3d& p) {
   return weights;
 }
 
-/** \brief Means of the normals of the triangles around each vertex, weighted with the angles there. */
-std::vector<Vector3f> vertexNormals(const std::vector<Vector3f>& vertices,
-                                    const std::vector<std::array<std::uint32_t, 3>>& triangles) {
-  std::vector<Vector3f> normals(vertices.size(), Vector3f::Zero());
-  for (const auto& t : triangles) {
-    const Vector3f normal = (vertices[t[1]] - vertices[t[0]]).cross(vertices[t[2]] - vertices[t[0]]).normalized();
-    for (std::size_t k = 0; k < 3; ++k) {
-      const Vector3f a = (vertices[t[(k + 1) % 3]] - vertices[t[k]]).normalized();
-      const Vector3f b = (vertices[t[(k + 2) % 3]] - vertices[t[k]]).normalized();
-      normals[t[k]] += portable::acos(std::clamp(a.dot(b), -1.0f, 1.0f)) * normal;
-    }
-  }
-  for (Vector3f& n : normals) n.normalize();
-  return normals;
-}
-
 }  // namespace
+
+Material skin() { return {Material::Noise, {226, 176, 146}, {212, 156, 126}, 0.05f, 0.6f}; }
 
 namespace rest_pose {
 Vector3d hip(double side) { return {0, 0.092 * side, 0.90}; }
@@ -208,24 +197,25 @@ Vector3d waist() { return {0, 0, 1.08}; }
 Vector3d neck() { return {-0.005, 0, 1.5}; }
 }  // namespace rest_pose
 
-double PersonBody::distance(const Vector3d& p) {
-  static const PartsByCell near;
+double PersonBody::distance(const Vector3d& p, Hands hands) {
+  static const PartsByCell with(Hands::Simple), without(Hands::None);
   double f = 1;
-  for (const Part& part : near.at(p)) f = smoothUnion(f, part.distance(p), part.blend());
+  for (const Part& part : (hands == Hands::None ? without : with).at(p))
+    f = smoothUnion(f, part.distance(p), part.blend());
   return f;
 }
 
-PersonBody::PersonBody() {
+PersonBody::PersonBody(Hands hands) {
   constexpr const char* names[] = {"shirt", "trousers", "shoes", "skin", "hair"};
-  body_ = polygonise(distance, bodyBounds(), 0.009);
-  for (const Vector3f& v : body_.vertices) weights_.push_back(weightsAt(v.cast<double>()));
+  body_ = polygonise([hands](const Vector3d& p) { return distance(p, hands); }, bodyBounds(), 0.009);
+  for (const Vector3f& v : body_.vertices) weights_.push_back(weightsAt(v.cast<double>(), hands));
   constexpr std::uint32_t none = ~0u;
   constexpr std::size_t count = std::size_t{kClothCount} * kLimbCount;
   std::vector<Patch> patches(count);
   std::vector<std::vector<std::uint32_t>> own(count, std::vector<std::uint32_t>(body_.vertices.size(), none));
   for (const auto& t : body_.triangles) {
     const Vector3f middle = (body_.vertices[t[0]] + body_.vertices[t[1]] + body_.vertices[t[2]]) / 3;
-    const Part& part = partAt(middle.cast<double>());
+    const Part& part = partAt(middle.cast<double>(), hands);
     const std::size_t at = static_cast<std::size_t>(part.cloth) * kLimbCount + static_cast<std::size_t>(part.limb);
     Patch& patch = patches[at];
     std::array<std::uint32_t, 3> corners;

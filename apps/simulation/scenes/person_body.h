@@ -44,16 +44,21 @@ Eigen::Vector3d waist();
 Eigen::Vector3d neck();
 }  // namespace rest_pose
 
+Material skin();
+
+/** \brief Simple: stiff, the fingers together. None: arms end at the wrist, where a PersonHand goes on. */
+enum class Hands { Simple, None };
+
 /** \brief A person 1.75 m tall in clothes, who bends by linear-blend skinning: the same triangles in every pose. */
 class PersonBody {
  public:
-  PersonBody();
+  explicit PersonBody(Hands hands = Hands::Simple);
 
   /** \brief One object for each material of each part; together they are one closed surface. */
   std::vector<Object> posed(const Pose& pose) const;
 
   /** \brief What the surface of the rest pose is the zero of. */
-  static double distance(const Eigen::Vector3d& p);
+  static double distance(const Eigen::Vector3d& p, Hands hands = Hands::Simple);
 
  private:
   /** \brief What one material covers of a part, with vertices of its own. */

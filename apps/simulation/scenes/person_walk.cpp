@@ -2,6 +2,7 @@
 
 #include "simulation/pi.h"
 #include "simulation/portable_math.h"
+#include "simulation/scenes/person_skeleton.h"
 
 #include <algorithm>
 #include <cmath>
@@ -10,7 +11,6 @@ namespace fuse_flow::simulation {
 namespace {
 
 using Eigen::Isometry3d;
-using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using portable::turn;
 
@@ -19,41 +19,6 @@ constexpr double kStride = 1.0;  // metres that one foot goes from step to step
 constexpr double kStance = 0.6;  // share of the time that a foot stands
 constexpr double kHipHeight = 0.865;
 constexpr int kSteps = 4096;
-
-Isometry3d about(const Vector3d& joint, const Eigen::Quaterniond& rotation) {
-  Isometry3d T = Isometry3d::Identity();
-  T.translate(joint);
-  T.rotate(rotation);
-  T.translate(-joint);
-  return T;
-}
-
-/** \brief Columns: forward, left, up along a bone that points down. */
-Matrix3d boneFrame(const Vector3d& down, const Vector3d& forward) {
-  Matrix3d R;
-  R.col(2) = -down.normalized();
-  R.col(1) = R.col(2).cross(forward).normalized();
-  R.col(0) = R.col(1).cross(R.col(2));
-  return R;
-}
-
-/** \brief How a bone moved that was between two joints in the rest pose, facing x, and now lies along another line. */
-Isometry3d boneMotion(const Vector3d& from_rest, const Vector3d& to_rest, const Vector3d& from, const Vector3d& to,
-                      const Vector3d& forward) {
-  Isometry3d T = Isometry3d::Identity();
-  T.linear() = boneFrame(to - from, forward) * boneFrame(to_rest - from_rest, Vector3d::UnitX()).transpose();
-  T.translation() = from - T.linear() * from_rest;
-  return T;
-}
-
-/** \brief The knee between hip and ankle, bent forward (law of cosines). */
-Vector3d kneeBetween(const Vector3d& hip, const Vector3d& ankle, double thigh, double shank, const Vector3d& forward) {
-  const double reach = std::min((ankle - hip).norm(), 0.999 * (thigh + shank));
-  const Vector3d down = (ankle - hip).normalized();
-  const double along = (thigh * thigh - shank * shank + reach * reach) / (2 * reach);
-  const Vector3d ahead = (forward - forward.dot(down) * down).normalized();
-  return hip + along * down + std::sqrt(std::max(thigh * thigh - along * along, 0.0)) * ahead;
-}
 
 double smooth(double t) { return t * t * t * (t * (6 * t - 15) + 10); }  // no jerk at either end
 
@@ -110,16 +75,8 @@ Pose PersonWalk::pose(double time) const {
       about(rest_pose::neck(), turn(0.1 * portable::cos(swing) + 0.35 * portable::sin(0.7 * time), Vector3d::UnitZ()));
   for (const double side : {-1.0, 1.0}) {
     const std::size_t left = side > 0 ? ThighLeft - ThighRight : 0;
-    const Vector3d hip_rest = rest_pose::hip(side), knee_rest = rest_pose::knee(side),
-                   ankle_rest = rest_pose::ankle(side);
     const Isometry3d foot_motion = foot(walked, side);
-    const Vector3d hip = pose[Pelvis] * hip_rest, ankle = foot_motion * ankle_rest;
-    const Vector3d forward = ground.linear().col(0) + foot_motion.linear().col(0);
-    const Vector3d knee =
-        kneeBetween(hip, ankle, (knee_rest - hip_rest).norm(), (ankle_rest - knee_rest).norm(), forward);
-    pose[ThighRight + left] = boneMotion(hip_rest, knee_rest, hip, knee, forward);
-    pose[ShankRight + left] = boneMotion(knee_rest, ankle_rest, knee, ankle, forward);
-    pose[FootRight + left] = foot_motion;
+    placeLeg(pose, side, foot_motion, ground.linear().col(0) + foot_motion.linear().col(0));
     // The arm swings against the leg of its side; forward is a turn by a negative angle about y.
     const double ahead = side * 0.42 * portable::cos(swing);
     const Vector3d shoulder = rest_pose::shoulder(side), elbow = rest_pose::elbow(side);

@@ -31,6 +31,10 @@ Objects furnishedRoom(const Place& table, std::uint32_t seed);
 
 std::unique_ptr<Scene> makeRoomScene(std::uint32_t seed);
 std::unique_ptr<Scene> makePersonScene(std::uint32_t seed);
+std::unique_ptr<Scene> makePunchScene(std::uint32_t seed);
+std::unique_ptr<Scene> makeHopScene(std::uint32_t seed);
+std::unique_ptr<Scene> makeSitScene(std::uint32_t seed);
+std::unique_ptr<Scene> makeHandScene(std::uint32_t seed);
 std::unique_ptr<Scene> makeThinScene(std::uint32_t seed);
 std::unique_ptr<Scene> makeTableScene(std::uint32_t seed);
 

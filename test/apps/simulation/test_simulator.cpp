@@ -238,6 +238,25 @@ TEST(Simulator, CamerasOutOfSyncSeeWhatMovesElsewhereAndTheRestWhereItIs) {
   EXPECT_TRUE(same(before, measured(still, 10)));
 }
 
+TEST(Simulator, CamerasOutOfStepExposeOneAfterTheOther) {
+  SimulationOptions options = smallRig("person");
+  options.color = false;
+  options.rig = "ring-5";
+  options.faults.out_of_step = 0.2;
+  Simulator simulator(options);
+  for (std::size_t k = 0; k < 5; ++k)
+    EXPECT_NEAR(simulator.exposureDelay(k), -0.1 + 0.05 * static_cast<double>(k), 1e-12);
+  LoadedFrame frame;
+  simulator.measure(3, frame);  // at 0.1 s: the last camera at 0.2 s
+  options.faults.out_of_step = 0;
+  const LoadedFrame in_step = measured(options, 3), next = measured(options, 6);
+  const auto depth = [](const LoadedFrame& of, std::size_t k) { return of.images[k].depth16.data; };
+  EXPECT_TRUE(depth(frame, 2) == depth(in_step, 2)) << "the middle one's is the nominal time";
+  EXPECT_TRUE(depth(frame, 4) == depth(next, 4));
+  EXPECT_FALSE(depth(frame, 4) == depth(in_step, 4));
+  EXPECT_EQ(frame.rig.stamp, 100000u);
+}
+
 TEST(Simulator, RefusesNumbersOutOfRange) {
   const auto refusal = [](const auto& spoil) -> std::string {
     SimulationOptions options = smallRig();
@@ -262,6 +281,8 @@ TEST(Simulator, RefusesNumbersOutOfRange) {
       names(refusal([](SimulationOptions& o) { o.faults.position_error = -1; }), "position error in metres is -1"));
   EXPECT_TRUE(names(refusal([](SimulationOptions& o) { o.faults.rotation_error = std::nan(""); }), "rotation error"));
   EXPECT_TRUE(names(refusal([](SimulationOptions& o) { o.scale = 0; }), "scale"));
+  EXPECT_TRUE(
+      names(refusal([](SimulationOptions& o) { o.faults.out_of_step = 2; }), "time out of step in seconds is 2"));
 }
 
 /** \brief A folder that is gone when the test is over. */
