@@ -28,11 +28,11 @@ class Scene {
   virtual Eigen::AlignedBox3f room() const = 0;
 };
 
-/** \brief "room", "person", "thin", "table", "punch", "hop", "sit" or "hand"; the seed places the small things. Throws
- *  io::InputError on another name. */
+/** \brief By a name of sceneNames(); the seed places the small things. Throws io::InputError on another name. */
 std::unique_ptr<Scene> makeScene(const std::string& name, std::uint32_t seed);
 
-/** \brief The names that makeScene() knows. */
+/** \brief "room", "person", "thin", "table"; people who do something: "punch", "hop", "sit", "hand", "ball", "skirt",
+ *  "handshake", "pass". */
 std::vector<std::string> sceneNames();
 
 }  // namespace fuse_flow::simulation

@@ -136,4 +136,102 @@ Posture showingAHand(double time) {
   return posture;
 }
 
+namespace {
+
+constexpr double kGravity = 9.81;
+constexpr double kTossed = 0.54, kUp = 4.4, kCaught = kTossed + 2 * kUp / kGravity;  // seconds, m/s, seconds
+constexpr double kTossPeriod = 2.2;
+
+/** \brief Of the wrist of the hand that tosses. */
+double tossingHeight(double time) {
+  // The ball leaves the hand, and comes back to it, where both move alike.
+  static const Track height{{0, 1.0},
+                            {kTossed - 0.127, 0.9},
+                            {kTossed, 1.18, kUp, -kGravity},
+                            {kTossed + 0.1, 1.4},
+                            {kCaught - 0.1, 1.4},
+                            {kCaught, 1.18, -kUp, -kGravity},
+                            {kCaught + 0.127, 0.9},
+                            {1.9, 1.0},
+                            {kTossPeriod, 1.0}};
+  return height.at(time);
+}
+
+}  // namespace
+
+Posture tossing(double time) {
+  static const Track gaze{{0, 0.1}, {kTossed, 0}, {kTossed + 0.4, -0.45}, {kCaught, -0.1}, {kTossPeriod, 0.1}};
+  Posture posture;
+  posture.pelvis = pelvisAt(0, -kStandingSink, 0);
+  posture.head_lean = gaze.at(time);
+  posture.head_turn = -0.3;
+  swingArm(posture, 1, 0.1);
+  SidePosture& right = posture.side(-1);
+  right.wrist = Vector3d(0.22, -0.22, tossingHeight(time));
+  right.elbow = Vector3d(-0.6, -0.3, -1);
+  right.fingers = Vector3d::UnitX();
+  right.thumb = -Vector3d::UnitY();  // the palm is up
+  right.closed = 0.08;
+  return posture;
+}
+
+Isometry3d tossedBall(double time) {
+  static const Track turned{{0, 0}, {kTossed, 0}, {kCaught, 2 * kPi}, {kTossPeriod, 2 * kPi}};
+  const double t = time - kTossPeriod * std::floor(time / kTossPeriod), s = t - kTossed;
+  const bool aloft = t > kTossed && t < kCaught;
+  const double wrist = aloft ? 1.18 + kUp * s - 0.5 * kGravity * s * s : tossingHeight(t);
+  constexpr double half_palm = 0.0235;
+  Isometry3d T = Isometry3d::Identity();
+  T.translate(Vector3d(0.22 + 0.075, -0.22, wrist + half_palm + kBallRadius));
+  T.rotate(turn(turned.at(t), Vector3d::UnitY()));
+  return T;
+}
+
+double twist(double time) {
+  static const Track angle{{0, -0.75}, {0.8, 0.75}, {1.6, -0.75}};
+  return angle.at(time);
+}
+
+Posture twisting(double time) {
+  Posture posture;
+  const double turned = twist(time);
+  posture.pelvis = pelvisAt(0, -0.05, 0) * about(hipCentre(), turn(turned, Vector3d::UnitZ()));
+  posture.chest_turn = 0.35 * twist(time + 0.1);
+  posture.chest_lean = 0.02;
+  posture.head_turn = -0.5 * turned;
+  for (const double side : {-1.0, 1.0}) {
+    SidePosture& mine = posture.side(side);
+    mine.foot = footAt(side, 0, 0.03 * side, 0.25 * side);
+    const Isometry3d chest = chestOf(posture);
+    mine.wrist = chest * Vector3d(rest_pose::shoulder(side) + Vector3d(0.1, 0.46 * side, 0.1));
+    mine.elbow = chest.linear() * Vector3d(-0.4, 0, -1);
+    mine.thumb = chest.linear() * Vector3d(1, 0, 0.4);
+    mine.closed = 0.1;
+  }
+  return posture;
+}
+
+Posture shakingHands(double time) {
+  static const Track raised{{0, 0}, {0.2, 0}, {0.9, 1}, {2.7, 1}, {3.4, 0}, {4, 0}};
+  static const Track shaken{{0, 0},       {1.0, 0},    {1.2, 0.04},  {1.4, -0.04}, {1.6, 0.04},
+                            {1.8, -0.04}, {2.0, 0.04}, {2.2, -0.02}, {2.5, 0},     {4, 0}};
+  const double up = raised.at(time);
+  Posture posture;
+  posture.pelvis = pelvisAt(0, -kStandingSink, 0.05 * up);
+  posture.chest_turn = 0.2 * up;
+  posture.chest_lean = 0.04 + 0.08 * up;
+  posture.head_turn = -0.15 * up;
+  swingArm(posture, 1, 0.05);
+  swingArm(posture, -1, 0.05);
+  SidePosture& right = posture.side(-1);
+  // Palm on palm: half a hand beside the middle between both people. Wrists are two thirds of a hand from it.
+  const Vector3d met(0.45 - 0.075, -0.018, 1.0 + shaken.at(time));
+  right.wrist += up * (met - right.wrist);
+  right.elbow += up * (Vector3d(-0.5, -0.5, -1) - right.elbow);
+  right.thumb += up * (Vector3d::UnitZ() - right.thumb);
+  right.fingers = up * Vector3d::UnitX() + (1 - up) * Vector3d(0.1, -0.1, -1);
+  right.closed = 0.25 * (1 - up);
+  return posture;
+}
+
 }  // namespace fuse_flow::simulation

@@ -21,4 +21,21 @@ Posture sitting(double time);
  *  same. */
 Posture showingAHand(double time);
 
+/** \brief Tosses a ball 1 m up and catches it. Every 2.2 s the same. */
+Posture tossing(double time);
+
+constexpr double kBallRadius = 0.06;  // metres
+
+/** \brief The ball of tossing(): in the right hand, or falling freely; it turns once in the air. */
+Eigen::Isometry3d tossedBall(double time);
+
+/** \brief Turns to the left and to the right on feet that stand, arms stretched out. Every 1.6 s the same. */
+Posture twisting(double time);
+
+/** \brief How far the pelvis is turned then, radians. */
+double twist(double time);
+
+/** \brief Shakes the right hand of somebody who stands 0.9 m in front and does the same. Every 4 s the same. */
+Posture shakingHands(double time);
+
 }  // namespace fuse_flow::simulation

@@ -35,6 +35,10 @@ std::unique_ptr<Scene> makePunchScene(std::uint32_t seed);
 std::unique_ptr<Scene> makeHopScene(std::uint32_t seed);
 std::unique_ptr<Scene> makeSitScene(std::uint32_t seed);
 std::unique_ptr<Scene> makeHandScene(std::uint32_t seed);
+std::unique_ptr<Scene> makeBallScene(std::uint32_t seed);
+std::unique_ptr<Scene> makeSkirtScene(std::uint32_t seed);
+std::unique_ptr<Scene> makeHandshakeScene(std::uint32_t seed);
+std::unique_ptr<Scene> makePassScene(std::uint32_t seed);
 std::unique_ptr<Scene> makeThinScene(std::uint32_t seed);
 std::unique_ptr<Scene> makeTableScene(std::uint32_t seed);
 

@@ -10,8 +10,10 @@
 #include <cmath>
 #include <map>
 #include <memory>
+#include <ostream>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace {
@@ -147,7 +149,9 @@ TEST_P(PersonMotions, StayOverTheFloorInTheRoomAndOutOfTheFurniture) {
 
 INSTANTIATE_TEST_SUITE_P(Scenes, PersonMotions,
                          testing::Values(Motion{"punch", punching, 4, 6.5, 8}, Motion{"hop", hopping, 1.9, 3, 8},
-                                         Motion{"sit", sitting, 6, 0.4, 2.5}, Motion{"hand", showingAHand, 3, 0.02, 1}),
+                                         Motion{"sit", sitting, 6, 0.4, 2.5}, Motion{"hand", showingAHand, 3, 0.02, 1},
+                                         Motion{"ball", tossing, 2.2, 4, 6}, Motion{"skirt", twisting, 1.6, 1, 4},
+                                         Motion{"handshake", shakingHands, 4, 0.7, 3}),
                          [](const auto& motion) { return std::string(motion.param.scene); });
 
 TEST(Punching, ReachesOutWithAFistAndWithAnOpenHandWhileTheFeetStand) {
@@ -205,6 +209,97 @@ TEST(ShowingAHand, TurnsSpreadFingersFromSideToSide) {
   EXPECT_NEAR(extent(right).max().x(), -extent(open).min().x(), 1e-6);
   const Vector3d one = showingAHand(0).side(-1).thumb, other = showingAHand(1.5).side(-1).thumb;
   EXPECT_NEAR(std::acos(one.normalized().dot(other.normalized())), 2.8, 0.01);
+}
+
+/** \brief The nearest that vertices of some objects come to a surface, metres; negative inside. */
+float leastDistance(const std::vector<Object>& objects, const RayScene& surface) {
+  float least = 1;
+  for (const Object& object : objects)
+    for (std::size_t k = 0; k < object.mesh.vertices.size(); k += 3)
+      least = std::min(least, surface.nearest(object.mesh.vertices[k], 0.3f).signed_distance);
+  return least;
+}
+
+/** \brief Those that are of a part, or those that are not. */
+std::vector<Object> ofPart(const std::string& part, bool wanted, const std::vector<Object>& objects) {
+  std::vector<Object> some;
+  for (const Object& object : objects)
+    if (((object.part.empty() ? object.name : object.part) == part) == wanted) some.push_back(object);
+  return some;
+}
+
+TEST(Tossing, TheBallFallsFreelyAndLiesOnThePalmBefore) {
+  constexpr double step = 1e-3;
+  const auto height = [](double at) { return tossedBall(at).translation().z(); };
+  for (const double time : {0.6, 1.0, 1.4})
+    EXPECT_NEAR((height(time + step) - 2 * height(time) + height(time - step)) / (step * step), -9.81, 0.01) << time;
+  EXPECT_NEAR(height(0.54 + 4.4 / 9.81) - height(0.54), 4.4 * 4.4 / (2 * 9.81), 1e-6);
+  for (double time = 0; time < 2.2; time += 0.01)
+    EXPECT_LT((tossedBall(time + 0.01).translation() - tossedBall(time).translation()).norm(), 0.05) << time;
+  const std::unique_ptr<Scene> scene = makeScene("ball", 1);
+  for (const double time : {0.0, 0.42, 0.53, 1.45, 1.9}) {
+    const std::vector<Object> objects = scene->movingObjects(time);
+    RayScene ball;
+    ball.setFixed(ofPart("ball", true, objects));
+    const float gap = leastDistance(ofPart("ball", false, objects), ball);
+    EXPECT_GT(gap, -0.003f) << time;
+    EXPECT_LT(gap, 0.006f) << time;
+  }
+}
+
+TEST(Skirt, FliesAroundTheLegsWithoutTouchingThem) {
+  const std::unique_ptr<Scene> scene = makeScene("skirt", 1);
+  float fastest = 0;
+  for (double time = 0; time < 1.6; time += 0.1 * timesOver(1, 4)) {
+    const std::vector<Object> objects = scene->movingObjects(time), later = scene->movingObjects(time + 0.001);
+    const std::vector<Object> sheet = ofPart("skirt", true, objects);
+    ASSERT_EQ(sheet.size(), 1u);
+    const double area = mesh_checks::area(sheet[0].mesh) / 2;
+    EXPECT_NEAR(mesh_checks::volume(sheet[0].mesh) / area, 0.002, 1e-4) << "its thickness";
+    RayScene cloth;
+    cloth.setFixed(sheet);
+    EXPECT_GT(leastDistance(ofPart("skirt", false, objects), cloth), 0.002f) << time;
+    for (std::size_t k = 0; k < sheet[0].mesh.vertices.size(); ++k)
+      fastest = std::max(fastest, (later.back().mesh.vertices[k] - sheet[0].mesh.vertices[k]).norm() / 0.001f);
+  }
+  EXPECT_GT(fastest, 1.2f);
+  EXPECT_LT(fastest, 4);
+}
+
+TEST(ShakingHands, TwoPeopleTouchWithTheirHandsOnly) {
+  const std::unique_ptr<Scene> scene = makeScene("handshake", 1);
+  for (const double time : {0.0, 1.1, 1.45, 2.3}) {
+    const std::vector<Object> objects = scene->movingObjects(time);
+    const auto half = static_cast<std::ptrdiff_t>(objects.size() / 2);
+    const std::vector<Object> one(objects.begin(), objects.begin() + half),
+        other(objects.begin() + half, objects.end());
+    RayScene others_hands, other_body;
+    others_hands.setFixed(ofPart("hand", true, other));
+    other_body.setFixed(ofPart("hand", false, other));
+    const float hands = leastDistance(ofPart("hand", true, one), others_hands);
+    if (time > 1) {
+      EXPECT_GT(hands, -0.006f) << time;
+      EXPECT_LT(hands, 0.006f) << time;
+    } else {
+      EXPECT_GT(hands, 0.2f);
+    }
+    EXPECT_GT(leastDistance(ofPart("hand", false, one), other_body), 0.05f) << time;
+  }
+}
+
+TEST(Pass, TwoPeopleComeNearAndDoNotTouch) {
+  const std::unique_ptr<Scene> scene = makeScene("pass", 1);
+  double nearest = 10;
+  for (double time = 0; time < 6; time += 0.25 * timesOver(1, 3)) {
+    const std::vector<Object> objects = scene->movingObjects(time);
+    const auto half = static_cast<std::ptrdiff_t>(objects.size() / 2);
+    RayScene other;
+    other.setFixed({objects.begin() + half, objects.end()});
+    const float gap = leastDistance({objects.begin(), objects.begin() + half}, other);
+    EXPECT_GT(gap, 0.02f) << time;
+    nearest = std::min(nearest, static_cast<double>(gap));
+  }
+  EXPECT_LT(nearest, 0.3);
 }
 
 }  // namespace
