@@ -121,7 +121,6 @@ Posture sitting(double time) {
 
 Posture showingAHand(double time) {
   static const Track turned{{0, -1.4}, {1.5, 1.4}, {3, -1.4}};
-  static const Track closed{{0, 0}, {3, 0}};
   Posture posture;
   posture.pelvis = pelvisAt(0, -kStandingSink, 0);
   posture.head_lean = 0.12;
@@ -132,7 +131,6 @@ Posture showingAHand(double time) {
   right.elbow = Vector3d(-0.2, -0.35, -1);
   right.fingers = Vector3d(0.12, 0, 1);
   right.thumb = turn(turned.at(time), Vector3d(right.fingers.normalized())) * Vector3d::UnitY();
-  right.closed = closed.at(time);
   return posture;
 }
 
