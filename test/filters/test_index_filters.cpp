@@ -505,6 +505,9 @@ TEST(BadParameters, MultiViewConsistencyNamesThem) {
   expectRejected<Filter>(&P::margin, 0.0f, owner, "margin", "0");
   expectRejected<Filter>(&P::free_space_penalty, 0.0f, owner, "free_space_penalty", "0");
   expectRejected<Filter>(&P::free_space_penalty, 1.5f, owner, "free_space_penalty", "1.5");
+  expectRejected<Filter>(&P::min_facing, 1.5f, owner, "min_facing", "1.5");
+  expectRejected<Filter>(&P::min_facing, kNaN, owner, "min_facing", "nan");
+  expectRejected<Filter>(&P::silhouette_radius, -1, owner, "silhouette_radius", "-1");
   expectRejected<Filter>(&P::max_views, 1, owner, "max_views", "1");
   expectRejected<Filter>(&P::max_candidates, 3, owner, "max_candidates", "3");
   Filter filter;

@@ -356,6 +356,88 @@ TEST(FuseFlow, EachViewThatSeesThroughMultipliesTheWeightByThePenalty) {
   }
 }
 
+/** \brief A board 30 mm thick, between a camera that sees its front at 1 m and one that sees its back at 1 m: the front's measurement is
+ *  1.5 σ nearer to each than the other's. */
+Scene thinBoard(const fuse_flow::Distortion& distortion = {}) {
+  std::vector<fuse_flow::Camera> cameras{scenes::lookAt({0, 0, 0}, {0, 0, 1}, 41, 31, 40),
+                                         scenes::lookAt({0, 0, 2.03}, {0, 0, 1}, 41, 31, 40)};
+  for (fuse_flow::Camera& camera : cameras) camera.intrinsics.distortion = distortion;
+  return scenes::makeFlatScene(cameras, {1.0f, 1.0f});
+}
+
+FuseFlowParameters equalWeights() {
+  FuseFlowParameters parameters;
+  parameters.use_measurement_confidence = false;
+  parameters.aggregation.min_weight = parameters.aggregation.weak_weight = 0;
+  parameters.aggregation.points_per_cell = 0.01f;  // a child for each pixel
+  return parameters;
+}
+
+TEST(FuseFlow, BothSidesOfAThinBoardKeepTheirWeightAndTheirPlace) {
+  fuse_flow::Distortion curved;
+  curved.k1 = 0.05f;
+  for (const fuse_flow::Distortion& distortion : {fuse_flow::Distortion{}, curved}) {
+    const Scene board = thinBoard(distortion);
+    for (const ConsistencyAt at : {ConsistencyAt::CellMean, ConsistencyAt::Representatives}) {
+      FuseFlowParameters parameters = equalWeights();
+      parameters.aggregation.consistency_at = at;
+      std::size_t front = 0, back = 0;
+      for (const auto& point : scenes::fuse(board.rig, parameters)) {
+        (point.z < 1.015f ? front : back) += 1;
+        ASSERT_NEAR(point.z, point.z < 1.015f ? 1.0f : 1.03f, 1e-5f);
+        ASSERT_NEAR(point.confidence, 1.0f, 1e-6f);
+        ASSERT_EQ(point.view_count, 1u);
+      }
+      EXPECT_GT(front, 1000u);
+      EXPECT_GT(back, 1000u);
+    }
+  }
+  // It is where the surface faces that makes the difference. At the edge of its image, the board is outside of the other's.
+  FuseFlowParameters parameters = equalWeights();
+  parameters.consistency.min_facing = -1;
+  std::size_t contradicted = 0;
+  const Cloud cloud = scenes::fuse(thinBoard().rig, parameters);
+  for (const auto& point : cloud) contradicted += std::fabs(point.confidence - std::exp(-2.25f)) < 1e-3f ? 1 : 0;
+  EXPECT_GT(contradicted, 9 * cloud.size() / 10);
+}
+
+TEST(FuseFlow, BothSidesOfAThinBoardStayWithoutTheSpatialHash) {
+  FuseFlowParameters parameters = equalWeights();
+  parameters.use_spatial_hash = false;
+  const Cloud cloud = scenes::fuse(thinBoard().rig, parameters);
+  EXPECT_EQ(cloud.size(), 2u * 41 * 31);
+  for (const auto& point : cloud) ASSERT_NEAR(point.confidence, 1.0f, 1e-6f);
+}
+
+/** \brief A box 1 m before a wall of 1.5 m, seen by two cameras, whose calibration the second's image contradicts by so many columns: its
+ *  box is narrower. */
+Scene boxOfAnotherWidth(int columns) {
+  Scene scene = scenes::makeFlatScene(scenes::sameCameras(2, 41, 31, 40), {1.5f, 1.5f});
+  for (int v = 5; v < 26; ++v)
+    for (int u = 10; u < 31; ++u) {
+      scene.depth[0].at(u, v) = 1.0f;
+      if (u >= 10 + columns && u <= 30 - columns) scene.depth[1].at(u, v) = 1.0f;
+    }
+  return scene;
+}
+
+TEST(FuseFlow, TheEdgeOfABoxStaysWherePosesAreAPixelOrTwoOff) {
+  const auto seenThrough = [](int columns, int radius) {
+    FuseFlowParameters parameters = equalWeights();
+    parameters.consistency.silhouette_radius = radius;
+    std::size_t n = 0;
+    for (const auto& point : scenes::fuse(boxOfAnotherWidth(columns).rig, parameters))
+      n += point.z < 1.2f && point.confidence < 0.5f ? 1 : 0;
+    return n;
+  };
+  EXPECT_EQ(seenThrough(0, 0), 0u);
+  EXPECT_EQ(seenThrough(1, 0), 2u * 21);
+  EXPECT_EQ(seenThrough(2, 0), 4u * 21);
+  EXPECT_EQ(seenThrough(2, 1), 2u * 21);  // the outer column
+  EXPECT_EQ(seenThrough(2, 2), 0u);
+  EXPECT_EQ(seenThrough(3, 2), 2u * 21);
+}
+
 // ---- The published equations, by hand
 
 TEST(FuseFlow, PublishedParametersMeasureConfidenceByEquation3) {

@@ -255,6 +255,8 @@ TEST(FuseFlowBadInput, AParameterOutOfItsRangeIsRefusedByClassNameAndValueAndCha
       {[](auto& p) { p.consistency.margin = 0; }, {"MultiViewConsistency", "margin", "0"}},
       {[](auto& p) { p.consistency.free_space_penalty = 1.25f; },
        {"MultiViewConsistency", "free_space_penalty", "1.25"}},
+      {[](auto& p) { p.consistency.min_facing = -1.25f; }, {"MultiViewConsistency", "min_facing", "-1.25"}},
+      {[](auto& p) { p.consistency.silhouette_radius = 9; }, {"MultiViewConsistency", "silhouette_radius", "9"}},
       {[](auto& p) { p.consistency.max_views = 1; }, {"MultiViewConsistency", "max_views", "1"}},
       {[](auto& p) { p.consistency.max_candidates = 6; }, {"MultiViewConsistency", "max_candidates", "6"}},
       {[](auto& p) { p.aggregation.cell_size = 0; }, {"AdaptiveHashFusion", "cell_size", "0"}},

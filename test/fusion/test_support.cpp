@@ -163,9 +163,9 @@ TEST(Support, TakesAwayMostOfWhatFliesAroundThinThings) {
     parameters.min_support = min_support;
     fuse_flow::simulation::PlainCloud cloud;
     for (const auto& point : scenes::fuse(frame.rig, parameters)) cloud.positions.push_back(point.getVector3fMap());
-    std::vector<float> distances;
-    fuse_flow::simulation::compareWithTruth(cloud, simulator.truth(0), {}, 2, &distances);
-    return std::count_if(distances.begin(), distances.end(), [](float distance) { return distance > 0.03f; });
+    fuse_flow::simulation::TruthMatches matches;
+    compareWithTruth(cloud, simulator.truth(0), {}, 2, &matches);
+    return std::count_if(matches.surface.begin(), matches.surface.end(), [](const auto& hit) { return hit.t > 0.03f; });
   };
   const std::ptrdiff_t all = ghosts(0);
   EXPECT_GT(all, 20);

@@ -3,7 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 namespace {
@@ -61,6 +63,54 @@ TEST(ViewOpinion, AsPublishedEveryViewCountsHoweverFarOff) {
   const ViewOpinion before = viewOpinion(p, {0, 0, 0.8f}, {}, 1.0f);
   EXPECT_EQ(before.verdict, ViewOpinion::Distance);
   EXPECT_NEAR(before.squared_distance, 100.0f, 1e-2f);
+}
+
+TEST(IsAsked, OnlyAViewThatTheSurfaceFaces) {
+  ConsistencyParameters p;
+  p.min_facing = 0.1f;  // 84.26°
+  const auto asked = [&p](double degrees, float length) {
+    const double angle = degrees * M_PI / 180;
+    return isAsked(p, {0, 0, -length},
+                   {3 * static_cast<float>(std::sin(angle)), 0, -3 * static_cast<float>(std::cos(angle))});
+  };
+  for (const float length : {1.0f, 1e-5f, 40.0f}) {
+    EXPECT_TRUE(asked(0, length));
+    EXPECT_TRUE(asked(84, length));
+    EXPECT_FALSE(asked(84.5, length));
+    EXPECT_FALSE(asked(90, length));
+    EXPECT_FALSE(asked(180, length));
+  }
+  p.min_facing = -0.5f;  // 120°
+  EXPECT_TRUE(asked(119, 1.0f));
+  EXPECT_FALSE(asked(121, 1.0f));
+}
+
+TEST(IsAsked, EveryViewWhereTheNormalIsNotKnown) {
+  ConsistencyParameters p;
+  p.min_facing = 1;
+  EXPECT_TRUE(isAsked(p, {}, {0, 0, 1}));
+}
+
+TEST(IsAsked, NormalsDoNotMatterToThePublishedFormNorWhereAllViewsAreWanted) {
+  ConsistencyParameters p;
+  EXPECT_TRUE(asksForNormals(p));
+  p.occlusion = OcclusionForm::Published;
+  EXPECT_FALSE(asksForNormals(p));
+  p = {};
+  p.min_facing = -1;
+  EXPECT_FALSE(asksForNormals(p));
+}
+
+TEST(FacingNormal, IsTurnedToTheCameraThatMeasuredThePoint) {
+  const auto expectNormal = [](const Vec3& n, float x, float y, float z) {
+    EXPECT_EQ(n.x, x);
+    EXPECT_EQ(n.y, y);
+    EXPECT_EQ(n.z, z);
+  };
+  expectNormal(facingNormal({0, 1, 2}, {0, 0, 1}), 0, 1, 2);
+  expectNormal(facingNormal({0, 1, 2}, {0, 0, -1}), 0, -1, -2);
+  expectNormal(facingNormal({0, 1, 2}, {}), 0, 1, 2);  // of no camera
+  expectNormal(facingNormal({0, std::numeric_limits<float>::quiet_NaN(), 1}, {0, 0, 1}), 0, 0, 0);
 }
 
 TEST(ConsistencySigma, IsAtLeastTheNoiseOfTheMeasurement) {
@@ -146,6 +196,20 @@ class TwoCamerasFacingAWall : public ::testing::Test {
     return filter.getConsistency().at(0);
   }
 
+  /** \brief V of (0.1, 0.05, 1.5) on a surface with a normal. */
+  float VWithNormal(const std::array<float, 3>& normal, int source) {
+    const auto cloud = std::make_shared<pcl::PointCloud<pcl::PointNormal>>();
+    cloud->push_back({0.1f, 0.05f, 1.5f, normal[0], normal[1], normal[2]});
+    MultiViewConsistency<pcl::PointNormal> filter;
+    filter.setFrame(frame, source);
+    filter.setParameters(parameters);
+    filter.setInputCloud(cloud);
+    pcl::Indices kept;
+    filter.filter(kept);
+    views = filter.getViewCounts().at(0);
+    return filter.getConsistency().at(0);
+  }
+
   const std::vector<float> wall = std::vector<float>(41 * 31, 2.0f);
   RigFrame frame;
   ConsistencyParameters parameters;
@@ -189,6 +253,67 @@ TEST_F(TwoCamerasFacingAWall, WithoutASourceCameraAllViewsAreAsked) {
   EXPECT_NEAR(V(0.1f, 0.05f, 2.02f, -1), std::exp(-1.0f), 1e-4f);
   EXPECT_EQ(views, 2);
   EXPECT_FLOAT_EQ(V(0.1f, 0.05f, 1.5f, -1), parameters.free_space_penalty * parameters.free_space_penalty);
+}
+
+TEST_F(TwoCamerasFacingAWall, AViewThatTheSurfaceFacesAwayFromIsNotAsked) {
+  // 1.5 m, before the wall: both cameras have seen through it, unless it is a surface's back, which they cannot see.
+  const float once = parameters.free_space_penalty;
+  const std::array<float, 3> towards{0, 0, -1}, away{0, 0, 1}, none{0, 0, 0};
+  EXPECT_FLOAT_EQ(VWithNormal(towards, -1), once * once);
+  EXPECT_EQ(views, 2);
+  EXPECT_EQ(VWithNormal(away, -1), 1.0f);
+  EXPECT_EQ(views, 0);
+  EXPECT_FLOAT_EQ(VWithNormal(none, -1), once * once);
+  EXPECT_FLOAT_EQ(VWithNormal({0, std::numeric_limits<float>::quiet_NaN(), 1}, -1), once * once);
+  // Camera 0 has measured it, so its surface faces camera 0, whatever the sign of the normal.
+  EXPECT_FLOAT_EQ(VWithNormal(towards, 0), once);
+  EXPECT_FLOAT_EQ(VWithNormal(away, 0), once);
+  // Across: camera 1 stands at x = 0.4, which a surface does not see that faces −x.
+  EXPECT_EQ(VWithNormal({-1, 0, 0}, 0), 1.0f);
+  EXPECT_EQ(views, 0);
+  parameters.min_facing = -1;
+  EXPECT_FLOAT_EQ(VWithNormal(away, -1), once * once);
+}
+
+TEST_F(TwoCamerasFacingAWall, AViewThatHasMeasuredThePointsSurfaceBesideItSaysNothing) {
+  // (0.4, 0, 1.5) falls onto the middle of the right image, (20, 15), where that has seen the wall at 2 m.
+  const float once = parameters.free_space_penalty;
+  EXPECT_FLOAT_EQ(V(0.4f, 0, 1.5f), once);
+  std::vector<float> edge = wall;
+  frame.views[1].depth32 = {edge.data(), 41, 31};
+  for (const int du : {-2, 2})
+    for (const int dv : {-2, 0, 1, 2}) {
+      float& there = edge[static_cast<std::size_t>((15 + dv) * 41 + 20 + du)];
+      for (const float depth : {1.451f, 1.5f, 1.549f}) {  // margin · sigma is 50 mm
+        there = depth;
+        parameters.silhouette_radius = 2;
+        EXPECT_EQ(V(0.4f, 0, 1.5f), 1.0f) << du << ' ' << dv << ' ' << depth;
+        EXPECT_EQ(views, 0);
+        parameters.silhouette_radius = 1;  // two pixels away
+        EXPECT_FLOAT_EQ(V(0.4f, 0, 1.5f), once);
+        parameters.silhouette_radius = 0;
+        EXPECT_FLOAT_EQ(V(0.4f, 0, 1.5f), once);
+      }
+      parameters.silhouette_radius = 2;
+      for (const float depth : {1.449f, 1.551f, 0.0f}) {  // of another surface, or none
+        there = depth;
+        EXPECT_FLOAT_EQ(V(0.4f, 0, 1.5f), once) << du << ' ' << dv << ' ' << depth;
+      }
+      there = 2;
+    }
+}
+
+TEST_F(TwoCamerasFacingAWall, BesideTheBorderOfAnImageThereIsNothing) {
+  // (0.4 + 1.5 · 20/40, 1.5 · 15/40, 1.5) falls onto the last pixel of the right image.
+  parameters.silhouette_radius = kMaxSilhouetteRadius;
+  EXPECT_FLOAT_EQ(V(1.15f, 0.5625f, 1.5f), parameters.free_space_penalty);
+  EXPECT_EQ(views, 1);
+}
+
+TEST_F(TwoCamerasFacingAWall, AsPublishedAViewBehindCountsToo) {
+  parameters.occlusion = OcclusionForm::Published;
+  EXPECT_LT(VWithNormal({0, 0, 1}, -1), 1e-6f);
+  EXPECT_EQ(views, 2);
 }
 
 TEST_F(TwoCamerasFacingAWall, AMissingViewSaysNothing) {

@@ -3,6 +3,7 @@
 #include "simulation/true_view.h"
 
 #include <fuse_flow/quality/reprojection_quality.h>
+#include <fuse_flow/quality/surface_quality.h>
 #include <fuse_flow/recordings/recording.h>
 
 #include <pcl/filters/voxel_grid.h>
@@ -14,6 +15,7 @@ namespace {
 using fuse_flow::reprojectionQuality;
 using fuse_flow::ReprojectionQuality;
 using fuse_flow::ReprojectionQualityParameters;
+using fuse_flow::surfaceQuality;
 using Points = pcl::PointCloud<pcl::PointXYZ>;
 
 /** \brief All measurements of a frame in one cloud: pixel by pixel, nothing fused. */
@@ -99,7 +101,8 @@ TEST_P(DemoQuality, ComesOutNearerToTheTruthCleanerAndCovered) {
       EXPECT_LT(fused_distance[0], 0.4f * distance[0]);
       EXPECT_LT(fused_distance[1], 0.4f * distance[1]);
     }
-    EXPECT_LT(reprojectionQuality(fused, rig).violationShare(), 0.375 * reprojectionQuality(raw, rig).violationShare());
+    // Away from silhouettes: at the exact pixel, poses a few millimetres off make points at edges count.
+    EXPECT_LT(surfaceQuality(fused, rig).violationShare(), 0.375 * surfaceQuality(raw, rig).violationShare());
     // Against what the cameras would have measured without noise: agreement with the noise itself is no merit.
     const TrueFrame truth(simulator, frame);
     const ReprojectionQuality quality = reprojectionQuality(fused, truth.rig),
@@ -138,11 +141,12 @@ TEST_P(RealRecording, AgreesBetterThanAVoxelGridWithAsManyPointsAndCoversAsMuch)
   EXPECT_LE(quality.multi_view_error, 0.80 * reference.multi_view_error);
   EXPECT_NEAR(static_cast<double>(fused.size()), static_cast<double>(voxels.size()),
               0.15 * static_cast<double>(voxels.size()));
-  EXPECT_LE(quality.violationShare(), 0.01);
-  EXPECT_GE(quality.coverage(), 0.97);
+  const double violations = surfaceQuality(fused, frame.rig).violationShare();
+  EXPECT_LE(violations, 0.01);
+  EXPECT_GE(quality.coverage(), 0.975);
   RecordProperty("multi_view_error_ratio", std::to_string(quality.multi_view_error / reference.multi_view_error));
   RecordProperty("coverage", std::to_string(quality.coverage()));
-  RecordProperty("violations", std::to_string(quality.violationShare()));
+  RecordProperty("violations_off_silhouettes", std::to_string(violations));
   RecordProperty("points_ratio",
                  std::to_string(static_cast<double>(fused.size()) / static_cast<double>(voxels.size())));
 }

@@ -119,6 +119,8 @@ inline void checkParameters(const ConsistencyParameters& p) {
   detail::checkPositive(owner, "margin", p.margin);
   detail::checkPositive(owner, "free_space_penalty", p.free_space_penalty);
   detail::checkRange(owner, "free_space_penalty", p.free_space_penalty, 0.0f, 1.0f);
+  detail::checkRange(owner, "min_facing", p.min_facing, -1.0f, 1.0f);
+  detail::checkRange(owner, "silhouette_radius", p.silhouette_radius, 0, kMaxSilhouetteRadius);
   detail::checkRange(owner, "max_views", p.max_views, 2, 1 << 16);
   detail::checkRange(owner, "max_candidates", p.max_candidates, p.max_views - 1, 1 << 16);
 }

@@ -15,6 +15,10 @@ namespace fuse_flow {
 /** \brief Eq. 4–7: how well each point of a cloud in the world frame agrees with the depth images of a frame; keeps the
  *  points with V ≥ the threshold.
  *
+ *  If PointT has a normal that is not zero or NaN, views that its surface faces away from are not asked
+ *  (ConsistencyParameters::min_facing): the normal, in the world frame, then has to face the side from which the point was measured,
+ *  as those of FuseFlow do. Those of a source camera's cloud may have either sign.
+ *
  *  If PointT has a confidence field, the filtered cloud carries confidence · V, ω of eq. 10, in it. Points that are not
  *  finite are removed whether setNegative() or not.
  *
@@ -77,8 +81,15 @@ class MultiViewConsistency<PointT, device::Host> : public pcl::FilterIndices<Poi
   inline void applyFilter(PointCloud& output) override;
 
   /** \brief V and the number of views that had a say, for each of some finite points in the world frame: the step that
-   *  another device replaces. */
-  inline virtual void computeConsistency(const std::vector<Vec3>& points, float* V, int* views);
+   *  another device replaces. \param normals of each, of any length, zero: not known; or none at all */
+  inline virtual void computeConsistency(const std::vector<Vec3>& points, const std::vector<Vec3>& normals, float* V,
+                                         int* views);
+
+  /** \brief From a point to the source camera; zero: it is of none. */
+  Vec3 toSource(const Vec3& p_W) const {
+    if (source_camera_ < 0) return {};
+    return toRigidTransform(frame_.cameras[static_cast<std::size_t>(source_camera_)].T_world_camera).t - p_W;
+  }
 
   RigFrame frame_;                         ///< see setFrame()
   int source_camera_{-1};                  ///< see setFrame()

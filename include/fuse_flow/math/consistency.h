@@ -11,9 +11,10 @@ namespace fuse_flow {
 enum class OcclusionForm {
   /** \brief As published: every view that the point projects into counts with its d². */
   Published,
-  /** \brief A view that measured something nearer than the point by more than the margin is skipped: the point is
-   *  hidden from it. One that measured well behind the point has seen through it: that multiplies V by
-   *  free_space_penalty, and is not averaged away by views that agree. */
+  /** \brief A view is skipped that cannot see the point: it measured something nearer by more than the margin, or the
+   *  point's surface faces away from it (min_facing). One that measured well behind the point, and behind it all around
+   *  (silhouette_radius), has seen through it: that multiplies V by free_space_penalty, and is not averaged away by views
+   *  that agree. */
   OcclusionAware
 };
 
@@ -24,6 +25,9 @@ enum class DistanceForm {
   /** \brief |z − D| along the other camera's ray. */
   AlongRay
 };
+
+/** \brief Most that ConsistencyParameters::silhouette_radius may be, pixels. */
+constexpr int kMaxSilhouetteRadius = 8;
 
 /** \brief Parameters of eq. 4–7. */
 struct ConsistencyParameters {
@@ -41,6 +45,15 @@ struct ConsistencyParameters {
   float margin{2.5f};
   /** \brief What each view that has seen through a point multiplies its V by; (0, 1]. */
   float free_space_penalty{0.03f};
+  /** \brief Least cosine of the angle between a surface's normal and the direction to a view that is asked about it; [−1, 1],
+   *  −1: views are asked wherever the surface faces. From behind, a limb that is thinner than the margin looks as if its front
+   *  contradicted its back. Points whose normal is not known are asked about everywhere. Only with OcclusionAware. */
+  float min_facing{0.05f};
+  /** \brief A view sees through a point only if no pixel up to so many columns and rows from where the point falls has
+   *  measured a surface within margin · sigma of the point's depth; pixels, [0, kMaxSilhouetteRadius], 0: the pixel where it
+   *  falls decides alone. Poses are a few millimetres off, so points near the edge of an object fall beside it. Only with
+   *  OcclusionAware. */
+  int silhouette_radius{2};
   /** \brief K: a point is compared with at most K − 1 other views; ≥ 2. */
   int max_views{8};
   /** \brief A point looks into at most this many other views to find those K − 1; ≥ max_views − 1. */
@@ -71,6 +84,43 @@ FUSE_FLOW_HD bool agrees(const ViewOpinion& opinion) {
  *  farther it has seen through it. Infinite where occlusion does not matter. */
 FUSE_FLOW_HD float occlusionMargin(const ConsistencyParameters& p) {
   return p.occlusion == OcclusionForm::OcclusionAware ? p.margin : INFINITY;
+}
+
+/** \brief Whether it matters where the surface of a point faces. */
+FUSE_FLOW_HD bool asksForNormals(const ConsistencyParameters& p) {
+  return p.occlusion == OcclusionForm::OcclusionAware && p.min_facing > -1.0f;
+}
+
+/** \brief A normal as isAsked() takes it. \param normal of any length; zero or not finite: not known
+ *  \param to_camera from the point to the camera that measured it, any unit: of a normal that points away from it, the other side
+ *  is meant; zero: not known \returns zero: not known */
+FUSE_FLOW_HD Vec3 facingNormal(const Vec3& normal, const Vec3& to_camera) {
+  if (!isFinite(normal)) return {};
+  return dot(normal, to_camera) < 0 ? -1.0f * normal : normal;
+}
+
+/** \brief Whether a view is asked about a point, where asksForNormals(). \param normal of the point's surface, of any length; zero: not known
+ *  \param to_view from the point to the view's centre, same axes, any unit */
+FUSE_FLOW_HD bool isAsked(const ConsistencyParameters& p, const Vec3& normal, const Vec3& to_view) {
+  // Without branches, so that loops over it become vector code.
+  const float square = squaredNorm(normal);
+  return !(square > 0) | (dot(normal, to_view) >= p.min_facing * std::sqrt(square * squaredNorm(to_view)));
+}
+
+/** \brief Whether a view that measured well behind a point has measured the point's surface beside it: then it says nothing. The
+ *  reach does not grow with the noise: of some noise, one of many pixels always comes near. \param z the point's depth in the
+ *  view, metres  \param depth depth(a, b): of the pixel a columns to the right and b rows down from where the point falls,
+ *  metres; 0: none */
+template <typename Depth>
+FUSE_FLOW_HD bool isBesideSilhouette(const ConsistencyParameters& p, float z, const Depth& depth) {
+  const int r = p.silhouette_radius;
+  const float reach = p.margin * p.sigma;
+  for (int b = -r; b <= r; ++b)
+    for (int a = -r; a <= r; ++a) {
+      const float D = depth(a, b);
+      if ((D > 0) & (D >= z - reach) & (D <= z + reach)) return true;
+    }
+  return false;
 }
 
 /** \brief Eq. 5–6 in camera j's own frame, where no transformation of Q is needed: rigid motions keep distances.

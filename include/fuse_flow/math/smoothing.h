@@ -33,6 +33,12 @@ FUSE_FLOW_HD int smoothingStep(const SmoothingParameters& p, int pass, float noi
   return noise_level > p.wide_above ? 2 << pass : 1 << pass;
 }
 
+/** \brief Distance to the pixels from which the normal of a surface is taken: where neighbours share their errors, near ones say
+ *  little. \param noise_level ViewNoise::level() */
+FUSE_FLOW_HD int normalSpacing(const SmoothingParameters& p, float noise_level) {
+  return noise_level > p.wide_above ? 4 : 1;
+}
+
 /** \brief Of a pass: the largest second difference that counts, in units of the noise. Independent noise σ gives second
  *  differences √6 σ. \param noise_scale noiseScale() of the view */
 FUSE_FLOW_HD float smoothingTolerance(const SmoothingParameters& p, int pass, float noise_scale) {

@@ -168,6 +168,10 @@ FUSE_FLOW_HD ViewColor viewColor(const ViewModel& view, const ImageView<Rgb8>& i
   return pixelColor(image, u, v);
 }
 
+/** \brief Whether a neighbouring depth belongs to the surface whose normal is taken at a pixel. \param z the neighbour's, metres
+ *  \param centre the pixel's, metres */
+FUSE_FLOW_HD bool continues(float z, float centre) { return (z > 0) & (std::fabs(z - centre) < 0.05f * z); }
+
 /** \brief Unit normal of the depth surface at a pixel, world frame, facing its camera; zero where neighbours are
  *  missing. \param surface has depth(u, v), 0 beyond the image's border, and ray(u, v) */
 template <typename Surface>
@@ -175,14 +179,71 @@ FUSE_FLOW_HD Vec3 surfaceNormal(const ViewModel& view, const Surface& surface, i
   const float centre = surface.depth(u, v);
   const auto at = [&](int a, int b) {
     const float z = surface.depth(a, b);
-    const bool there = z > 0 && std::fabs(z - centre) < 0.05f * z;
-    return there ? pointOnRay(surface.ray(a, b), z) : pointOnRay(surface.ray(u, v), centre);
+    return continues(z, centre) ? pointOnRay(surface.ray(a, b), z) : pointOnRay(surface.ray(u, v), centre);
   };
   const Vec3 along_u = at(u + 1, v) - at(u - 1, v);
   const Vec3 along_v = at(u, v + 1) - at(u, v - 1);
   const Vec3 n = cross(along_v, along_u);  // v × u points back at the camera: x right, y down, z forward
   const float norm = std::sqrt(squaredNorm(n));
   return norm > 0 ? rotate(view.T_world_camera, (1.0f / norm) * n) : Vec3{};
+}
+
+/** \brief Depths of a pixel and of those around it at a spacing, metres. */
+struct DepthCross {
+  float here, left, right, up, down;
+};
+
+/** \brief surfaceNormal() before an ideal lens, in the frame of the camera, but of any length: with differences (a/fx, b/fy, c) along the
+ *  row and the column, fx fy times their cross product needs no division. Without branches, so that loops over it become vector
+ *  code. \param column of the pixel, from the principal point  \param row the same  \param fx of the lens, pixels  \param fy the same
+ *  \param spacing to the neighbours, pixels */
+FUSE_FLOW_HD Vec3 idealNormal(const DepthCross& z, float column, float row, float fx, float fy, float spacing) {
+  const bool has_left = continues(z.left, z.here), has_right = continues(z.right, z.here);
+  const bool has_up = continues(z.up, z.here), has_down = continues(z.down, z.here);
+  const float z_left = has_left ? z.left : z.here, x_left = has_left ? column - spacing : column;
+  const float z_right = has_right ? z.right : z.here, x_right = has_right ? column + spacing : column;
+  const float z_up = has_up ? z.up : z.here, y_up = has_up ? row - spacing : row;
+  const float z_down = has_down ? z.down : z.here, y_down = has_down ? row + spacing : row;
+  const float across = z_right - z_left, along = z_down - z_up;
+  const Vec3 along_u{x_right * z_right - x_left * z_left, row * across, across};
+  const Vec3 along_v{column * along, y_down * z_down - y_up * z_up, along};
+  const Vec3 normal = cross(along_v, along_u);
+  return {fx * normal.x, fy * normal.y, normal.z};
+}
+
+/** \brief The rays of these pixels; of those whose depth does not continue the surface, any. */
+struct RayCross {
+  Ray here, left, right, up, down;
+};
+
+/** \brief The same before any lens. */
+FUSE_FLOW_HD Vec3 normalOfAnyLens(const DepthCross& z, const RayCross& rays) {
+  const Vec3 here = pointOnRay(rays.here, z.here);
+  const Vec3 left = continues(z.left, z.here) ? pointOnRay(rays.left, z.left) : here;
+  const Vec3 right = continues(z.right, z.here) ? pointOnRay(rays.right, z.right) : here;
+  const Vec3 up = continues(z.up, z.here) ? pointOnRay(rays.up, z.up) : here;
+  const Vec3 down = continues(z.down, z.here) ? pointOnRay(rays.down, z.down) : here;
+  return cross(down - up, right - left);
+}
+
+/** \brief Where the surface at a pixel faces: surfaceNormal(), but of any length, which takes less time. \param surface as there
+ *  \param spacing to the neighbours, pixels */
+FUSE_FLOW_CALLS_ANY
+template <typename Surface>
+FUSE_FLOW_HD Vec3 surfaceDirection(const ViewModel& view, const Surface& surface, int u, int v, int spacing) {
+  const DepthCross z{surface.depth(u, v), surface.depth(u - spacing, v), surface.depth(u + spacing, v),
+                     surface.depth(u, v - spacing), surface.depth(u, v + spacing)};
+  const Intrinsics& K = view.intrinsics;
+  if (view.ideal)
+    return rotate(view.T_world_camera, idealNormal(z, static_cast<float>(u) - K.cx, static_cast<float>(v) - K.cy, K.fx,
+                                                   K.fy, static_cast<float>(spacing)));
+  RayCross rays{};
+  rays.here = surface.ray(u, v);
+  if (continues(z.left, z.here)) rays.left = surface.ray(u - spacing, v);
+  if (continues(z.right, z.here)) rays.right = surface.ray(u + spacing, v);
+  if (continues(z.up, z.here)) rays.up = surface.ray(u, v - spacing);
+  if (continues(z.down, z.here)) rays.down = surface.ray(u, v + spacing);
+  return rotate(view.T_world_camera, normalOfAnyLens(z, rays));
 }
 
 }  // namespace fuse_flow

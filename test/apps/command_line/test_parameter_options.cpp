@@ -72,6 +72,8 @@ const std::vector<Option>& options() {
       {"--sigma-per-noise", "0.42", [](const P& p) { return p.consistency.sigma_per_noise; }, 0.42, "-1"},
       {"--margin", "4.3", [](const P& p) { return p.consistency.margin; }, 4.3, "0"},
       {"--free-space-penalty", "0.44", [](const P& p) { return p.consistency.free_space_penalty; }, 0.44, "1.1"},
+      {"--min-facing", "0.45", [](const P& p) { return p.consistency.min_facing; }, 0.45, "1.1"},
+      {"--silhouette-radius", "3", [](const P& p) { return p.consistency.silhouette_radius; }, 3, "9"},
       {"--max-views", "5", [](const P& p) { return p.consistency.max_views; }, 5, "1"},
       {"--max-candidates", "23", [](const P& p) { return p.consistency.max_candidates; }, 23, "0"},
       {"--representatives", "different_cameras",

@@ -13,14 +13,15 @@ struct JudgePoints {
   ConsistencyEvaluator evaluator;
   int source_camera;
   const Vec3* points;
+  const Vec3* normals;  ///< null: none is known
   float* V;
   int* views;
 
-  FUSE_FLOW_HD void operator()(std::uint32_t k) const { judge(points[k], k); }
+  FUSE_FLOW_HD void operator()(std::uint32_t k) const { judge(points[k], normals == nullptr ? Vec3{} : normals[k], k); }
 
-  FUSE_FLOW_HD void judge(const Vec3& p, std::uint32_t k) const {
-    const Consistency c =
-        source_camera < 0 ? evaluator.askAll(p) : evaluator(p, static_cast<std::uint32_t>(source_camera));
+  FUSE_FLOW_HD void judge(const Vec3& p, const Vec3& normal, std::uint32_t k) const {
+    const Consistency c = source_camera < 0 ? evaluator.askAll(p, normal)
+                                            : evaluator(p, normal, static_cast<std::uint32_t>(source_camera));
     V[k] = consistency(evaluator.parameters, c);
     views[k] = c.views();
   }
@@ -36,11 +37,18 @@ struct JudgeListedPoints {
   bool negative;
   std::uint8_t* keep;
 
+  FUSE_FLOW_HD Vec3 normalOf(const typename Layout::Words& point, const Vec3& p) const {
+    if (!Layout::has_normal || !asksForNormals(judge.evaluator.parameters)) return {};
+    const Vec3 to_source =
+        judge.source_camera < 0 ? Vec3{} : judge.evaluator.views[judge.source_camera].model.T_world_camera.t - p;
+    return facingNormal(Layout::normal(point), to_source);
+  }
+
   FUSE_FLOW_HD void operator()(std::uint32_t k) const {
     const std::uint32_t index = list[k];
     const Vec3 p = Layout::position(points[index]);
     if (!isFinite(p)) return;
-    judge.judge(p, index);
+    judge.judge(p, normalOf(points[index], p), index);
     keep[index] = (judge.V[index] >= threshold) != negative;
   }
 };
@@ -106,11 +114,17 @@ class MultiViewConsistency<PointT, device::Thrust> : public MultiViewConsistency
   const int* deviceViewCounts() const { return views_.data(); }
 
  protected:
-  void computeConsistency(const std::vector<Vec3>& points, float* V, int* views) override {
+  void computeConsistency(const std::vector<Vec3>& points, const std::vector<Vec3>& normals, float* V,
+                          int* views) override {
     const gpu::HomeDevice::Visit visit = device_.visit();
     const std::size_t n = points.size();
     device_.upload(points.data(), n, points_);
-    device_.run.forEach(n, prepare(n));
+    gpu::JudgePoints judge = prepare(n);
+    if (!normals.empty()) {
+      device_.upload(normals.data(), n, normals_);
+      judge.normals = normals_.data();
+    }
+    device_.run.forEach(n, judge);
     device_.download(V_, n, V);
     device_.download(views_, n, views);
   }
@@ -124,13 +138,13 @@ class MultiViewConsistency<PointT, device::Thrust> : public MultiViewConsistency
     V_.resize(n);
     views_.resize(n);
     const gpu::ConsistencyEvaluator evaluator{frame_views_.grid().views, maps_.measured(), this->parameters_};
-    return {evaluator, this->source_camera_, points_.data(), V_.data(), views_.data()};
+    return {evaluator, this->source_camera_, points_.data(), nullptr, V_.data(), views_.data()};
   }
 
   gpu::DeviceFilter device_;
   gpu::FrameViews frame_views_;
   gpu::DepthMaps maps_;
-  gpu::DeviceBuffer<Vec3> points_;
+  gpu::DeviceBuffer<Vec3> points_, normals_;
   gpu::DeviceBuffer<float> V_;
   gpu::DeviceBuffer<int> views_;
   typename DeviceCloud::ConstPtr device_input_;

@@ -232,6 +232,8 @@ class FramePipeline {
 
   ConsistencyEvaluator evaluator() const {
     ConsistencyEvaluator evaluator{views_.grid().views, maps_.measured(), parameters.consistency};
+    evaluator.surface = maps_.refined();
+    evaluator.smoothing = parameters.smoothing;
     if (!detail::usesConfirmation(parameters.smoothing, parameters.aggregation)) return evaluator;
     evaluator.refined = maps_.refined();
     evaluator.weighing = confirmationWeighing(parameters.aggregation, detail::halfWeightNoise(parameters));

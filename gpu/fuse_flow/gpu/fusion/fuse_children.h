@@ -144,6 +144,20 @@ FUSE_FLOW_HD PointState stateOf(const AggregationParameters& p, float weight) {
   return weight < p.weak_weight ? Weak : Kept;
 }
 
+/** \brief The point of the highest-ranking representative; see outranks(). Before V has changed the shares. */
+FUSE_FLOW_HD std::uint32_t mainSource(const FusedPoint& fused) {
+  std::uint32_t source = fused.source[0];
+  float most = fused.share[0];
+  for (std::uint32_t k = 1; k < kRepresentatives; ++k) {
+    if (k >= fused.count) continue;  // not break: compilers then unroll
+    const bool higher = fused.share[k] != most ? fused.share[k] > most : fused.source[k] < source;
+    if (!higher) continue;
+    source = fused.source[k];
+    most = fused.share[k];
+  }
+  return source;
+}
+
 /** \brief ConsistencyAt::CellMean: V once a child, at its fused point, which one V does not move; what other views confirm there
  *  does, afterwards. \tparam Cameras PointCameras, or PointCameraCount where nobody asks for masks */
 template <typename Cameras>
@@ -176,9 +190,9 @@ struct JudgeChildren {
     const std::uint32_t list = cameras[cells[ranks[child]].first];
     float weight = fused[child].weight;
     if (use_consistency) {
-      const Vec3 p = fused[child].p;
+      const Vec3 p = fused[child].p, normal = evaluator.normalAt(cameras[child], mainSource(fused[child]));
       Confirmation confirmation;
-      const float V = evaluator.alongListOf(list, p, cameras[child], evaluator.refined, confirmation, from);
+      const float V = evaluator.alongListOf(list, p, normal, cameras[child], evaluator.refined, confirmation, from);
       if (evaluator.refined != nullptr) fused[child].p = confirmation.moved(p, weight);
       weight *= V;
     }
@@ -211,8 +225,9 @@ struct JudgeRepresentatives {
       if (k >= chosen.count()) continue;  // not break: V then stays in registers
       const Candidate c = chosen[k];
       const Vec3 p = corner + (1.0f / c.sum_C) * c.sum;
-      V[k] = k == main ? judge.evaluator.alongListOf(list, p, c.camera, from)
-                       : judge.evaluator.alongListOf(list, p, c.camera);
+      const Vec3 normal = judge.evaluator.normalAt(c.camera, c.best);
+      V[k] = k == main ? judge.evaluator.alongListOf(list, p, normal, c.camera, from)
+                       : judge.evaluator.alongListOf(list, p, normal, c.camera);
     }
     const FusedPoint point = fuseRepresentatives(chosen, corner, V);
     fused[child] = point;

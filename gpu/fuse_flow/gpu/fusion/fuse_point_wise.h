@@ -34,15 +34,17 @@ struct FusePointWise {
     const std::uint32_t i = grid.viewOf(index);
     std::uint64_t mask = cameraBit(i);
     if (use_consistency) {
-      fusion.add(index, own.p, own.C * consistency(evaluator.parameters, evaluator(own.p, i)));
+      const Vec3 normal = evaluator.normalAt(i, index);
+      fusion.add(index, own.p, own.C * consistency(evaluator.parameters, evaluator(own.p, normal, i)));
       const FusePointWise& self = *this;
-      evaluator.forEachOpinion(own.p, i, [&fusion, &self, &mask](const PixelAddress& a, const ViewOpinion& said) {
-        const std::uint32_t other = self.grid.views[a.view].indexOf(a.u, a.v);
-        const WeightedPoint theirs = self.points[other];
-        if (!(theirs.C > 0) || said.verdict != ViewOpinion::Distance) return;
-        mask |= cameraBit(a.view);
-        fusion.add(other, theirs.p, theirs.C * expOfNegative(-said.squared_distance));
-      });
+      evaluator.forEachOpinion(own.p, normal, i,
+                               [&fusion, &self, &mask](const PixelAddress& a, const ViewOpinion& said) {
+                                 const std::uint32_t other = self.grid.views[a.view].indexOf(a.u, a.v);
+                                 const WeightedPoint theirs = self.points[other];
+                                 if (!(theirs.C > 0) || said.verdict != ViewOpinion::Distance) return;
+                                 mask |= cameraBit(a.view);
+                                 fusion.add(other, theirs.p, theirs.C * expOfNegative(-said.squared_distance));
+                               });
     } else {
       fusion.add(index, own.p, own.C);
     }

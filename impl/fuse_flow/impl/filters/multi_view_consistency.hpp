@@ -37,7 +37,8 @@ void MultiViewConsistency<PointT, device::Host>::setThreshold(float threshold) {
 }
 
 template <typename PointT>
-void MultiViewConsistency<PointT, device::Host>::computeConsistency(const std::vector<Vec3>& points, float* V,
+void MultiViewConsistency<PointT, device::Host>::computeConsistency(const std::vector<Vec3>& points,
+                                                                    const std::vector<Vec3>& normals, float* V,
                                                                     int* views) {
   const int threads = host::resolveThreads(threads_);
   host::FrameViews frame_views;
@@ -48,8 +49,9 @@ void MultiViewConsistency<PointT, device::Host>::computeConsistency(const std::v
   constexpr std::size_t block = 4096;
   host::parallelFor(threads, (points.size() + block - 1) / block, [&](std::size_t b, int) {
     for (std::size_t k = b * block; k < std::min(points.size(), (b + 1) * block); ++k) {
-      const Consistency c = source_camera_ < 0 ? evaluator.askAll(points[k])
-                                               : evaluator(points[k], static_cast<std::size_t>(source_camera_));
+      const Vec3 normal = normals.empty() ? Vec3{} : normals[k];
+      const Consistency c = source_camera_ < 0 ? evaluator.askAll(points[k], normal)
+                                               : evaluator(points[k], normal, static_cast<std::size_t>(source_camera_));
       V[k] = consistency(parameters_, c);
       views[k] = c.views();
     }
@@ -67,16 +69,18 @@ void MultiViewConsistency<PointT, device::Host>::applyFilter(pcl::Indices& indic
     return isFinite({p.x, p.y, p.z});
   };
   std::vector<std::size_t> asked;
-  std::vector<Vec3> points;
+  std::vector<Vec3> points, normals;
+  const bool with_normals = point::has_normal<PointT> && asksForNormals(parameters_);
   for (const pcl::index_t index : *indices_) {
     if (!finite(index)) continue;
     const PointT& p = (*input_)[static_cast<std::size_t>(index)];
     asked.push_back(static_cast<std::size_t>(index));
     points.push_back({p.x, p.y, p.z});
+    if (with_normals) normals.push_back(facingNormal(point::getNormal(p), toSource(points.back())));
   }
   std::vector<float> V(points.size());
   std::vector<int> views(points.size());
-  computeConsistency(points, V.data(), views.data());
+  computeConsistency(points, normals, V.data(), views.data());
   for (std::size_t k = 0; k < asked.size(); ++k) {
     consistency_[asked[k]] = V[k];
     view_counts_[asked[k]] = views[k];

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <fuse_flow/impl/fusion/cell_normals.hpp>
 #include <fuse_flow/impl/host/wide_vectors.hpp>
 #include <fuse_flow/impl/sensors/depth_map.hpp>
 #include <fuse_flow/math/confidence.h>
@@ -26,11 +27,13 @@ class CellOpinions {
     float x, y, z;  ///< of ViewModel::locate()
   };
 
-  /** \brief Begins with points of which nothing has been said. */
-  void assign(const Vec3* p, std::size_t n) {
+  /** \brief Begins with points of which nothing has been said. \param normals of their surfaces, which stay as they are until the
+   *  views have been asked; null: every view is asked, wherever a surface faces */
+  void assign(const Vec3* p, const CellNormals* normals, std::size_t n) {
     reserve(n, places_.size());
     n_ = n;
     located_ = 0;
+    normals_ = normals;
     for (std::size_t k = 0; k < n; ++k) {
       X_[k] = p[k].x;
       Y_[k] = p[k].y;
@@ -49,7 +52,7 @@ class CellOpinions {
     if (n <= capacity() && views <= places_.size()) return;
     n = std::max(n, capacity());
     for (std::vector<float>* a : {&X_, &Y_, &Z_, &depth_, &sum_}) a->resize(n);
-    for (std::vector<std::int32_t>* a : {&agreeing_, &seeing_through_}) a->resize(n);
+    for (std::vector<std::int32_t>* a : {&agreeing_, &seeing_through_, &seems_through_}) a->resize(n);
     places_.resize(std::max(views, places_.size()));
     for (Places& at : places_) {
       for (std::vector<float>* a : {&at.x, &at.y, &at.z}) a->resize(n);
@@ -62,8 +65,8 @@ class CellOpinions {
   /** \brief Projects the points into view j, and sends for what it measured there: that is on its way from memory while
    *  the view before it is asked. \param camera the camera of each point, which is not asked
    *  \param depth of the view, with a border of zeros  \param place number of the view among those that are asked, from 0 on without a gap */
-  void locate(const ViewModel& view, std::uint32_t j, const std::uint32_t* camera, const DepthMap& depth,
-              std::size_t place) {
+  void locate(const ConsistencyParameters& p, const ViewModel& view, std::uint32_t j, const std::uint32_t* camera,
+              const DepthMap& depth, std::size_t place) {
     if (place >= places_.size()) reserve(n_, place + 1);
     Places& to = places_[place];
     to.view = j;
@@ -81,6 +84,11 @@ class CellOpinions {
         to.pixel[k] = inside ? 0 : kNowhere;
       }
     }
+    if (normals_ != nullptr)
+      inWideVectors([&] {
+        leaveOutAverted(n_, p, view.T_world_camera.t, X_.data(), Y_.data(), Z_.data(), normals_->x(), normals_->y(),
+                        normals_->z(), to.pixel.data());
+      });
     const int stride = depth.stride();
     for (std::size_t k = 0; k < n_; ++k) {
       const std::int32_t there = static_cast<std::int32_t>(to.y[k]) * stride + static_cast<std::int32_t>(to.x[k]);
@@ -114,12 +122,13 @@ class CellOpinions {
           static_cast<std::uint32_t>(place);
   }
 
-  /** \brief Eq. 5–6, with d along the ray. \param noise of the view; of scale 0 where it is not known */
-  void addAlongRay(const ConsistencyParameters& p, const ViewNoise& noise, std::size_t place) {
+  /** \brief Eq. 5–6, with d along the ray. \param noise of the view; of scale 0 where it is not known  \param depth of the view */
+  void addAlongRay(const ConsistencyParameters& p, const ViewNoise& noise, const DepthMap& depth, std::size_t place) {
     inWideVectors([&] {
       addAlongRay(n_, p, noise, places_[place].z.data(), depth_.data(), nearBit(place), sum_.data(), agreeing_.data(),
-                  seeing_through_.data(), nearWords(place));
+                  seems_through_.data(), nearWords(place));
     });
+    addSeeingThrough(p, depth, places_[place]);
   }
 
   /** \brief The same with any opinion(number of the point, pixel u, pixel v, its depth in the view, measured depth). */
@@ -195,7 +204,7 @@ class CellOpinions {
 
   static void addAlongRay(std::size_t n, ConsistencyParameters p, ViewNoise noise, const float* __restrict z,
                           const float* __restrict depth, std::uint32_t near_bit, float* __restrict sum,
-                          std::int32_t* __restrict agreeing, std::int32_t* __restrict seeing_through,
+                          std::int32_t* __restrict agreeing, std::int32_t* __restrict seems_through,
                           std::uint32_t* __restrict near) {
     const float margin = occlusionMargin(p);
     for (std::size_t k = 0; k < n; ++k) {
@@ -206,19 +215,41 @@ class CellOpinions {
       sum[k] += agrees ? square : 0.0f;
       agreeing[k] += agrees;
       near[k] |= (agrees & (square <= 1.0f)) ? near_bit : 0u;
-      seeing_through[k] += (D > 0) & (behind < -margin);
+      seems_through[k] = (D > 0) & (behind < -margin);
+    }
+  }
+
+  /** \brief Does not ask a view about surface that faces away from it; see isAsked(). */
+  static void leaveOutAverted(std::size_t n, ConsistencyParameters p, Vec3 centre, const float* __restrict X,
+                              const float* __restrict Y, const float* __restrict Z, const float* __restrict normal_x,
+                              const float* __restrict normal_y, const float* __restrict normal_z,
+                              std::int32_t* __restrict pixel) {
+    for (std::size_t k = 0; k < n; ++k) {
+      const bool asked = isAsked(p, {normal_x[k], normal_y[k], normal_z[k]}, centre - Vec3{X[k], Y[k], Z[k]});
+      pixel[k] = asked ? pixel[k] : kNowhere;
+    }
+  }
+
+  /** \brief Few points are seen through: each is looked at by itself. */
+  void addSeeingThrough(const ConsistencyParameters& p, const DepthMap& depth, const Places& at) {
+    for (std::size_t k = 0; k < n_; ++k) {
+      if (seems_through_[k] == 0) continue;
+      const bool beside = isBesideSilhouette(p, at.z[k], DepthsAround(depth, std::ptrdiff_t{at.pixel[k]}));
+      seeing_through_[k] += beside ? 0 : 1;
     }
   }
 
   std::size_t n_{0};
-  std::size_t located_{0};        ///< places, from 0 on
+  std::size_t located_{0};  ///< places, from 0 on
+  const CellNormals* normals_{nullptr};
   std::vector<float> X_, Y_, Z_;  // world, metres
   std::vector<Places> places_;    ///< view by view, as they are asked
   std::vector<float> depth_;
   std::vector<float> sum_;
   std::vector<std::int32_t> agreeing_, seeing_through_;
-  std::vector<std::uint32_t> confirming_;  ///< of each point the places of the first views that agreed
-  std::vector<std::uint32_t> near_;        ///< of each point a bit for each place whose view agrees()
+  std::vector<std::int32_t> seems_through_;  ///< whether the pixel where the point falls measured well behind it
+  std::vector<std::uint32_t> confirming_;    ///< of each point the places of the first views that agreed
+  std::vector<std::uint32_t> near_;          ///< of each point a bit for each place whose view agrees()
 };
 
 }  // namespace host

@@ -1,8 +1,10 @@
 #pragma once
 
+#include <fuse_flow/impl/fusion/cell_normals.hpp>
 #include <fuse_flow/impl/fusion/coarse_grid.hpp>
 #include <fuse_flow/impl/host/wide_vectors.hpp>
 #include <fuse_flow/impl/sensors/depth_map.hpp>
+#include <fuse_flow/impl/sensors/depth_surface.hpp>
 #include <fuse_flow/impl/sensors/rig_geometry.hpp>
 #include <fuse_flow/math/cell.h>
 #include <fuse_flow/math/representatives.h>
@@ -65,6 +67,10 @@ class PointArray {
 #endif
   }
 
+  /** \brief Where the surface faces is not known. */
+  static constexpr bool kHasNormals = false;
+  void addNormal(std::uint32_t, std::uint32_t, CellNormals&) const {}
+
   /** \brief Adds points of one run. \returns how many: no more than count */
   std::uint32_t read(const CellSplit& cell, std::uint32_t first, std::uint32_t count, std::uint32_t&,
                      CellPoints& out) const {
@@ -90,13 +96,17 @@ class PointArray {
  *  less time to compute anew from the depth than to write and to read. */
 class FramePoints {
  public:
-  /** \brief Begins a frame. \param offsets number of each view's first point, and of all  \param depths D^r of each view */
+  /** \brief Begins a frame. \param offsets number of each view's first point, and of all  \param depths D^r of each view
+   *  \param noise of each view, which may be measured later  \param smoothing that makes D^r */
   void assign(const RigFrame& frame, const RigGeometry& rig, const std::vector<DepthMap>& depths,
-              const std::vector<std::uint32_t>& offsets) {
+              const std::vector<std::uint32_t>& offsets, const std::vector<ViewNoise>& noise,
+              const SmoothingParameters& smoothing) {
     frame_ = &frame;
     rig_ = &rig;
     depths_ = &depths;
     offsets_ = &offsets;
+    noise_ = &noise;
+    smoothing_ = &smoothing;
     weights_.resize(offsets.back() + CellPoints::kLanes);
     view_of_block_.resize(blockOf(offsets.back()) + 1);
     std::uint32_t view = 0;
@@ -115,6 +125,19 @@ class FramePoints {
     const Pixel pixel = locate(index);
     const ViewGeometry& view = (*rig_)[pixel.view];
     return view.T_world_camera * pointOnRay(view.ray(pixel.u, pixel.v), (*depths_)[pixel.view].row(pixel.v)[pixel.u]);
+  }
+
+  static constexpr bool kHasNormals = true;
+  /** \brief Of the surface at a point that a view measured. */
+  void addNormal(std::uint32_t index, std::uint32_t view, CellNormals& normals) const {
+    const Pixel pixel = locate(index, view);
+    normals.add((*rig_)[view], (*depths_)[view], pixel.u, pixel.v, normalSpacingOf(view));
+  }
+  /** \brief The same of a single one; see surfaceDirection(). */
+  Vec3 normal(std::uint32_t index, std::uint32_t view) const {
+    const Pixel pixel = locate(index, view);
+    return surfaceDirection((*rig_)[view], DepthSurface{(*depths_)[view], (*rig_)[view]}, pixel.u, pixel.v,
+                            normalSpacingOf(view));
   }
 
   /** \brief Where a point was measured. */
@@ -187,6 +210,8 @@ class FramePoints {
       }
   }
 
+  int normalSpacingOf(std::uint32_t view) const { return normalSpacing(*smoothing_, (*noise_)[view].level()); }
+
   /** \brief Of a point whose view is known. */
   Pixel locate(std::uint32_t index, std::uint32_t view) const {
     const std::uint32_t local = index - (*offsets_)[view];
@@ -207,6 +232,8 @@ class FramePoints {
   const RigGeometry* rig_{nullptr};
   const std::vector<DepthMap>* depths_{nullptr};
   const std::vector<std::uint32_t>* offsets_{nullptr};
+  const std::vector<ViewNoise>* noise_{nullptr};
+  const SmoothingParameters* smoothing_{nullptr};
   std::vector<float> weights_;
   std::vector<std::uint32_t> view_of_block_;  ///< of the first point of each block
 };

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <fuse_flow/impl/fusion/cell_confirmations.hpp>
+#include <fuse_flow/impl/fusion/cell_normals.hpp>
 #include <fuse_flow/impl/fusion/cell_opinions.hpp>
 #include <fuse_flow/impl/fusion/cell_points.hpp>
 #include <fuse_flow/impl/fusion/child_bits.hpp>
@@ -34,6 +35,7 @@ struct CellScratch {
   std::vector<Child> children;
   std::vector<Vec3> judged;  // where V is measured, child after child
   std::vector<std::uint32_t> judged_camera;
+  CellNormals normals;  // of each of these
   CellOpinions opinions;
   CellConfirmations confirmations;
   std::vector<float> V;

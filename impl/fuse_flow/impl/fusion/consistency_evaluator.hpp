@@ -42,44 +42,49 @@ class ConsistencyEvaluator {
 
   bool knowsRefinedDepth() const { return refined_ != nullptr; }
 
+  /** \brief Whether it matters where the surface of a point faces. */
+  bool asksForNormals() const { return fuse_flow::asksForNormals(parameters_); }
+
   /** \brief Calls visit(j, pixel u, pixel v, opinion) for up to K − 1 views other than camera i that say something
-   *  about a point in the world frame. */
+   *  about a point in the world frame. \param normal of its surface; zero: not known */
   template <typename Visit>
-  void forEachOpinion(const Vec3& p_W, std::size_t i, const Visit& visit) const {
+  void forEachOpinion(const Vec3& p_W, const Vec3& normal, std::size_t i, const Visit& visit) const {
     int views = 0;
     int candidates = 0;
     for (const std::uint32_t j : (*rig_)[i].neighbours) {
       if ((*depths_)[j].empty()) continue;
       if (views >= parameters_.max_views - 1 || ++candidates > parameters_.max_candidates) break;
-      views += ask(p_W, j, visit) ? 1 : 0;
+      views += ask(p_W, normal, j, visit) ? 1 : 0;
     }
   }
 
-  Consistency operator()(const Vec3& p_W, std::size_t i) const {
+  Consistency operator()(const Vec3& p_W, const Vec3& normal, std::size_t i) const {
     Consistency result;
-    forEachOpinion(p_W, i, [&](std::uint32_t, int, int, const ViewOpinion& opinion) { result.add(opinion); });
+    forEachOpinion(p_W, normal, i, [&](std::uint32_t, int, int, const ViewOpinion& opinion) { result.add(opinion); });
     return result;
   }
 
   /** \brief The same for a point that came from none of the cameras: camera 0 is asked first, then its neighbours. */
-  Consistency askAll(const Vec3& p_W) const {
+  Consistency askAll(const Vec3& p_W, const Vec3& normal) const {
     Consistency result;
     const auto add = [&](std::uint32_t, int, int, const ViewOpinion& opinion) { result.add(opinion); };
-    if (!(*depths_)[0].empty()) ask(p_W, 0, add);
-    forEachOpinion(p_W, 0, add);
+    if (!(*depths_)[0].empty()) ask(p_W, normal, 0, add);
+    forEachOpinion(p_W, normal, 0, add);
     return result;
   }
 
   /** \brief Eq. 7 for the points of one coarse cell: V[k] of p[k], which camera[k] measured. All of them walk one list, that
    *  of the first point's camera, view by view: neighbouring points fall on neighbouring pixels, so that each view's
-   *  matrix and its few pixels stay at hand. \param opinions is overwritten */
-  void evaluate(const Bounds& cell, const Vec3* p, const std::uint32_t* camera, std::size_t n, CellOpinions& opinions,
-                float* V) const {
-    opinions.assign(p, n);
+   *  matrix and its few pixels stay at hand. \param normals see CellOpinions::assign()  \param opinions is overwritten */
+  void evaluate(const Bounds& cell, const Vec3* p, const CellNormals* normals, const std::uint32_t* camera,
+                std::size_t n, CellOpinions& opinions, float* V) const {
+    opinions.assign(p, normals, n);
     const std::uint32_t first = camera[0];
     std::size_t located = 0, asked = 0;
     bool open = true;
-    const auto locate = [&](std::uint32_t j) { opinions.locate((*rig_)[j], j, camera, (*depths_)[j], located++); };
+    const auto locate = [&](std::uint32_t j) {
+      opinions.locate(parameters_, (*rig_)[j], j, camera, (*depths_)[j], located++);
+    };
     const auto ask = [&] { open = askAbout(p, asked++, opinions); };
     if (!(*depths_)[first].empty()) locate(first);
     int candidates = 0;
@@ -140,7 +145,7 @@ class ConsistencyEvaluator {
     points.read((*depths_)[j], place, enough, before);
     if (refined_ != nullptr) points.remember(place);
     if (parameters_.distance == DistanceForm::AlongRay) {
-      points.addAlongRay(parameters_, noiseOf(j), place);
+      points.addAlongRay(parameters_, noiseOf(j), (*depths_)[j], place);
     } else {
       points.add([&](std::size_t k, int u, int v, float z, float D) { return opinion(j, p[k], u, v, z, D); }, place);
     }
@@ -153,14 +158,18 @@ class ConsistencyEvaluator {
   ViewOpinion opinion(std::uint32_t j, const Vec3& p_W, int u, int v, float z, float D) const {
     const ViewGeometry& view = (*rig_)[j];
     const float noise = noiseOf(j).at(D);
-    return parameters_.distance == DistanceForm::Euclidean
-               ? viewOpinion(parameters_, view.T_camera_world * p_W, view.ray(u, v), D, noise)
-               : viewOpinion(parameters_, {0, 0, z}, {}, D, noise);
+    const ViewOpinion said = parameters_.distance == DistanceForm::Euclidean
+                                 ? viewOpinion(parameters_, view.T_camera_world * p_W, view.ray(u, v), D, noise)
+                                 : viewOpinion(parameters_, {0, 0, z}, {}, D, noise);
+    if (said.verdict != ViewOpinion::SeenThrough) return said;
+    const bool beside = isBesideSilhouette(parameters_, z, DepthsAround((*depths_)[j], u, v));
+    return beside ? ViewOpinion{ViewOpinion::Hidden, 0.0f} : said;
   }
 
   template <typename Visit>
-  bool ask(const Vec3& p_W, std::uint32_t j, const Visit& visit) const {
+  bool ask(const Vec3& p_W, const Vec3& normal, std::uint32_t j, const Visit& visit) const {
     const ViewGeometry& view = (*rig_)[j];
+    if (!isAsked(parameters_, normal, view.T_world_camera.t - p_W)) return false;
     int u = 0, v = 0;
     float z = 0;
     if (!view.locate(p_W, u, v, z)) return false;

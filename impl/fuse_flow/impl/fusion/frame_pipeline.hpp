@@ -134,7 +134,7 @@ class FramePipeline {
     std::vector<RunBuilder>& cells = aggregation_.grid.start(stretches.size());
     for (std::size_t s = 0; s < stretches.size(); ++s)
       if (depths_.views()[stretches[s].view].missing) cells[s].start(parameters.aggregation.cell_size);
-    points_.assign(*frame_, rig_, depths_.refined(), depths_.offsets());
+    points_.assign(*frame_, rig_, depths_.refined(), depths_.offsets(), depths_.noise(), parameters.smoothing);
     measurements_.start(*frame_, rig_, parameters, depths_, points_, threads_);
     busy_.assign(static_cast<std::size_t>(threads_), {});
   }
@@ -220,8 +220,9 @@ class FramePipeline {
     const WeightedPoint own{points_.position(index), points_.C(index)};
     PointWiseFusion fusion(own.p);
     if (parameters.use_distance_consistency) {
-      fusion.add(index, own.p, own.C * consistency(parameters.consistency, evaluator(own.p, i)));
-      evaluator.forEachOpinion(own.p, i, [&](std::uint32_t j, int u, int v, const ViewOpinion& opinion) {
+      const Vec3 normal = evaluator.asksForNormals() ? points_.normal(index, i) : Vec3{};
+      fusion.add(index, own.p, own.C * consistency(parameters.consistency, evaluator(own.p, normal, i)));
+      evaluator.forEachOpinion(own.p, normal, i, [&](std::uint32_t j, int u, int v, const ViewOpinion& opinion) {
         const std::uint32_t other =
             depths_.offsets()[j] + static_cast<std::uint32_t>(v * depths_.measured(j).width() + u);
         if (!(points_.C(other) > 0) || opinion.verdict != ViewOpinion::Distance) return;

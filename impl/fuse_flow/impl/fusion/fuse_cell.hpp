@@ -66,22 +66,29 @@ void chooseRepresentatives(Representatives mode, const CoarseGrid& grid, const C
 }
 
 /** \brief Section 5 (2) b: V of every representative, or of every cell's mean, child after child; and what other views
- *  confirm there. */
-inline void measureConsistency(ConsistencyAt at, const Vec3& corner, float cell_size,
-                               const ConsistencyEvaluator* evaluator, CellScratch& scratch) {
+ *  confirm there. A mean's surface faces as that of its highest-ranking representative. */
+template <typename Points>
+void measureConsistency(ConsistencyAt at, const Vec3& corner, float cell_size, const Points& points,
+                        const ConsistencyEvaluator* evaluator, CellScratch& scratch) {
   const std::size_t per_child = at == ConsistencyAt::CellMean ? 1 : kRepresentatives;
   scratch.judged.resize(per_child * scratch.children.size());
   scratch.judged_camera.resize(scratch.judged.size());
+  const bool with_normals = Points::kHasNormals && evaluator != nullptr && evaluator->asksForNormals();
+  scratch.normals.clear();
+  if (with_normals) scratch.normals.reserve(scratch.judged.size());
   std::size_t n = 0;
   for (Child& child : scratch.children) {
     child.chosen.finish();
     if (at == ConsistencyAt::CellMean) {
+      const Candidate main = child.chosen[child.chosen.main()];
       scratch.judged[n] = corner + child.chosen.mean();
-      scratch.judged_camera[n++] = child.chosen.mainCamera();
+      if (with_normals) points.addNormal(main.best, main.camera, scratch.normals);
+      scratch.judged_camera[n++] = main.camera;
     } else {
       for (int k = 0; k < child.chosen.count(); ++k) {
         const Candidate c = child.chosen[k];
         scratch.judged[n] = corner + (1.0f / c.sum_C) * c.sum;
+        if (with_normals) points.addNormal(c.best, c.camera, scratch.normals);
         scratch.judged_camera[n++] = c.camera;
       }
     }
@@ -92,8 +99,9 @@ inline void measureConsistency(ConsistencyAt at, const Vec3& corner, float cell_
   if (evaluator == nullptr) return;
   const float half = 0.5f * cell_size;
   const Bounds cell{corner + Vec3{half, half, half}, {half, half, half}};
-  evaluator->evaluate(cell, scratch.judged.data(), scratch.judged_camera.data(), scratch.judged.size(),
-                      scratch.opinions, scratch.V.data());
+  if (with_normals) scratch.normals.compute();
+  evaluator->evaluate(cell, scratch.judged.data(), with_normals ? &scratch.normals : nullptr,
+                      scratch.judged_camera.data(), scratch.judged.size(), scratch.opinions, scratch.V.data());
 }
 
 /** \brief The cameras of a child's point. \param judged its number in scratch.judged, or of its first representative's
@@ -170,7 +178,7 @@ void fuseCell(const AggregationParameters& p, int max_level, const CoarseGrid& g
   const Vec3 corner = cellCorner(cell.key, p.cell_size);
   chooseRepresentatives(p.representatives, grid, cell, {corner, level, childrenPerMetre(level, p.cell_size)}, points,
                         scratch);
-  measureConsistency(p.consistency_at, corner, p.cell_size, evaluator, scratch);
+  measureConsistency(p.consistency_at, corner, p.cell_size, points, evaluator, scratch);
   fuseChildren(p.consistency_at, corner, scratch);
   selectPoints(p, level, scratch);
   writePoints(p.consistency_at, evaluator, crop_box, scratch);

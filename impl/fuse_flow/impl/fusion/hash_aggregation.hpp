@@ -77,12 +77,13 @@ class HashAggregation {
   /** \brief Which thread fuses which block changes from frame to frame: every thread gets the memory that any may need,
    *  so that a warm frame allocates nothing. */
   void reserveForAnyThread(FusedPointSink& sink) {
-    std::size_t children = 0, slots = 0, judged = 0, views = 0, confirmations = 0, rows = 0;
+    std::size_t children = 0, slots = 0, judged = 0, views = 0, normals = 0, confirmations = 0, rows = 0;
     for (const CellScratch& s : scratch_) {
       judged = std::max(judged, s.judged.capacity());
       children = std::max(children, s.children.capacity());
       slots = std::max(slots, s.slot.size());
       views = std::max(views, s.opinions.views());
+      normals = std::max(normals, s.normals.capacity());
       confirmations = std::max(confirmations, s.confirmations.capacity());
       rows = std::max(rows, s.occupied.capacity());
     }
@@ -93,6 +94,7 @@ class HashAggregation {
       s.judged.reserve(judged);
       s.judged_camera.reserve(judged);
       s.opinions.reserve(judged, views);
+      s.normals.reserve(normals);
       s.confirmations.reserve(confirmations);
       s.V.reserve(judged);
       s.fused.reserve(children);

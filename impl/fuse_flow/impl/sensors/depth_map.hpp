@@ -55,6 +55,18 @@ class DepthMap {
   std::vector<float> z_;
 };
 
+/** \brief Depths of the pixels around one. */
+struct DepthsAround {
+  const float* here;
+  std::ptrdiff_t stride;
+
+  DepthsAround(const DepthMap& map, int u, int v) : here(map.row(v) + u), stride(map.stride()) {}
+  /** \param pixel counted from the map's first, as DepthMap::stride() has it */
+  DepthsAround(const DepthMap& map, std::ptrdiff_t pixel) : here(map.row(0) + pixel), stride(map.stride()) {}
+
+  FUSE_FLOW_HD float operator()(int a, int b) const { return here[b * stride + a]; }
+};
+
 /** \brief One row of a view in metres; what is outside [min_range, max_range] becomes 0. \param depth_scale of its camera
  *  \param terms of the row's pixels; null: none */
 inline void convertDepthRow(const DepthView& view, float depth_scale, float min_range, float max_range, int v,
