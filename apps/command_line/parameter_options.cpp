@@ -105,7 +105,7 @@ ParameterOptions::ParameterOptions(CLI::App& app) {
   add(app, "--free-space-penalty", v.free_space_penalty, "factor on V for each view that sees through the point");
   add(app, "--min-facing", v.min_facing, "ask only views that the surface faces, least cosine; -1: all");
   add(app, "--silhouette-radius", v.silhouette_radius,
-      "a view sees through a point only if it does so this far around, pixels");
+      "a view sees through a point only if it has not measured it this near, pixels");
   add(app, "--max-views", v.max_views, "K of eq. 7");
   add(app, "--max-candidates", v.max_candidates, "views looked into at most");
   AggregationParameters& a = given_.aggregation;

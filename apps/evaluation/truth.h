@@ -24,7 +24,7 @@ class Truth {
   /** \brief The surfaces of one frame; valid until the next call. */
   const RayScene& frame(std::size_t frame);
   const std::vector<Camera>& cameras() const { return cameras_; }
-  /** \brief Whether objects have parts, and what moves velocities; recordings of FUSE-Flow 0.1 have none. */
+  /** \brief Whether objects have parts; those of recordings of FUSE-Flow 0.1 have none, and no velocities. */
   bool namesParts() const { return names_parts_; }
   /** \brief What the sensors can measure, metres. */
   float minRange() const { return min_range_; }

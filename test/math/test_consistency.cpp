@@ -109,7 +109,6 @@ TEST(FacingNormal, IsTurnedToTheCameraThatMeasuredThePoint) {
   };
   expectNormal(facingNormal({0, 1, 2}, {0, 0, 1}), 0, 1, 2);
   expectNormal(facingNormal({0, 1, 2}, {0, 0, -1}), 0, -1, -2);
-  expectNormal(facingNormal({0, 1, 2}, {}), 0, 1, 2);  // of no camera
   expectNormal(facingNormal({0, std::numeric_limits<float>::quiet_NaN(), 1}, {0, 0, 1}), 0, 0, 0);
 }
 
@@ -199,7 +198,9 @@ class TwoCamerasFacingAWall : public ::testing::Test {
   /** \brief V of (0.1, 0.05, 1.5) on a surface with a normal. */
   float VWithNormal(const std::array<float, 3>& normal, int source) {
     const auto cloud = std::make_shared<pcl::PointCloud<pcl::PointNormal>>();
-    cloud->push_back({0.1f, 0.05f, 1.5f, normal[0], normal[1], normal[2]});
+    const Eigen::Vector3f p = (world * Eigen::Vector3d(0.1, 0.05, 1.5)).cast<float>();
+    const Eigen::Vector3f n = world.linear().cast<float>() * Eigen::Vector3f(normal[0], normal[1], normal[2]);
+    cloud->push_back({p.x(), p.y(), p.z(), n.x(), n.y(), n.z()});
     MultiViewConsistency<pcl::PointNormal> filter;
     filter.setFrame(frame, source);
     filter.setParameters(parameters);
@@ -213,6 +214,7 @@ class TwoCamerasFacingAWall : public ::testing::Test {
   const std::vector<float> wall = std::vector<float>(41 * 31, 2.0f);
   RigFrame frame;
   ConsistencyParameters parameters;
+  Eigen::Isometry3d world = Eigen::Isometry3d::Identity();
   int views{-1};
 };
 
@@ -259,12 +261,13 @@ TEST_F(TwoCamerasFacingAWall, AViewThatTheSurfaceFacesAwayFromIsNotAsked) {
   // 1.5 m, before the wall: both cameras have seen through it, unless it is a surface's back, which they cannot see.
   const float once = parameters.free_space_penalty;
   const std::array<float, 3> towards{0, 0, -1}, away{0, 0, 1}, none{0, 0, 0};
-  EXPECT_FLOAT_EQ(VWithNormal(towards, -1), once * once);
-  EXPECT_EQ(views, 2);
-  EXPECT_EQ(VWithNormal(away, -1), 1.0f);
-  EXPECT_EQ(views, 0);
-  EXPECT_FLOAT_EQ(VWithNormal(none, -1), once * once);
-  EXPECT_FLOAT_EQ(VWithNormal({0, std::numeric_limits<float>::quiet_NaN(), 1}, -1), once * once);
+  EXPECT_FLOAT_EQ(VWithNormal(none, 0), once);
+  EXPECT_FLOAT_EQ(VWithNormal({0, std::numeric_limits<float>::quiet_NaN(), 1}, 0), once);
+  // Of no camera: the normal may be that of the other side.
+  for (const auto& normal : {towards, away}) {
+    EXPECT_FLOAT_EQ(VWithNormal(normal, -1), once * once);
+    EXPECT_EQ(views, 2);
+  }
   // Camera 0 has measured it, so its surface faces camera 0, whatever the sign of the normal.
   EXPECT_FLOAT_EQ(VWithNormal(towards, 0), once);
   EXPECT_FLOAT_EQ(VWithNormal(away, 0), once);
@@ -272,7 +275,33 @@ TEST_F(TwoCamerasFacingAWall, AViewThatTheSurfaceFacesAwayFromIsNotAsked) {
   EXPECT_EQ(VWithNormal({-1, 0, 0}, 0), 1.0f);
   EXPECT_EQ(views, 0);
   parameters.min_facing = -1;
-  EXPECT_FLOAT_EQ(VWithNormal(away, -1), once * once);
+  EXPECT_FLOAT_EQ(VWithNormal({-1, 0, 0}, 0), once);
+}
+
+TEST_F(TwoCamerasFacingAWall, WhereASurfaceFacesMovesWithTheWorld) {
+  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+  T.rotate(Eigen::AngleAxisd(2.1, Eigen::Vector3d(1, -2, 0.5).normalized()));
+  T.translation() << 3, -1, 2;
+  const std::array<std::array<float, 3>, 3> normals{{{-1, 0, 0}, {0, 0, -1}, {1, 0, 1}}};
+  std::vector<float> before, after;
+  for (const auto& normal : normals) before.push_back(VWithNormal(normal, 0));
+  for (Camera& camera : frame.cameras) camera.T_world_camera = T * camera.T_world_camera;
+  world = T;
+  for (const auto& normal : normals) after.push_back(VWithNormal(normal, 0));
+  EXPECT_EQ(before[0], 1.0f);
+  for (std::size_t k = 0; k < normals.size(); ++k) EXPECT_FLOAT_EQ(after[k], before[k]);
+}
+
+TEST_F(TwoCamerasFacingAWall, ThePixelsOfASlantedSurfaceAreNoEdge) {
+  // 55 mm before what is measured in the middle of the right image. Two columns away the wall is nearer to the point, too.
+  const float once = parameters.free_space_penalty;
+  std::vector<float> slanted = wall;
+  frame.views[1].depth32 = {slanted.data(), 41, 31};
+  float& beside = slanted[15 * 41 + 18];
+  beside = 1.97f;
+  EXPECT_FLOAT_EQ(V(0.4f, 0, 1.945f), once);
+  beside = 1.94f;  // 60 mm are an edge
+  EXPECT_EQ(V(0.4f, 0, 1.945f), 1.0f);
 }
 
 TEST_F(TwoCamerasFacingAWall, AViewThatHasMeasuredThePointsSurfaceBesideItSaysNothing) {
@@ -312,8 +341,8 @@ TEST_F(TwoCamerasFacingAWall, BesideTheBorderOfAnImageThereIsNothing) {
 
 TEST_F(TwoCamerasFacingAWall, AsPublishedAViewBehindCountsToo) {
   parameters.occlusion = OcclusionForm::Published;
-  EXPECT_LT(VWithNormal({0, 0, 1}, -1), 1e-6f);
-  EXPECT_EQ(views, 2);
+  EXPECT_LT(VWithNormal({-1, 0, 0}, 0), 1e-6f);
+  EXPECT_EQ(views, 1);
 }
 
 TEST_F(TwoCamerasFacingAWall, AMissingViewSaysNothing) {

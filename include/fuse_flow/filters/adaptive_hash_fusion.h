@@ -59,6 +59,7 @@ class AdaptiveHashFusion<PointT, device::Host> : public pcl::Filter<PointT> {
 
   /** \brief Weights points with V, computed over this frame. setCameraIndices() refers to its cameras. The frame is copied, but its images
    *  are not: they must outlive filter(). If this is never called, or called with a frame without cameras, V = 1.
+   *  All views are asked: the filter does not look at normals, so min_facing has no effect.
    *  \throws pcl::BadArgumentException for a parameter out of range, or a frame that contradicts itself */
   inline void setFrame(const RigFrame& frame, const ConsistencyParameters& parameters = {});
 

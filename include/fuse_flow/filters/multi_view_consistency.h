@@ -15,9 +15,9 @@ namespace fuse_flow {
 /** \brief Eq. 4–7: how well each point of a cloud in the world frame agrees with the depth images of a frame; keeps the
  *  points with V ≥ the threshold.
  *
- *  If PointT has a normal that is not zero or NaN, views that its surface faces away from are not asked
- *  (ConsistencyParameters::min_facing): the normal, in the world frame, then has to face the side from which the point was measured,
- *  as those of FuseFlow do. Those of a source camera's cloud may have either sign.
+ *  If the cloud is of one camera (setFrame()) and PointT has a normal, in the world frame, that is not zero or NaN, views that
+ *  the surface faces away from are not asked (ConsistencyParameters::min_facing). Either sign will do: the surface faces its camera. In
+ *  clouds of several cameras nobody knows which sign is right: all views are asked.
  *
  *  If PointT has a confidence field, the filtered cloud carries confidence · V, ω of eq. 10, in it. Points that are not
  *  finite are removed whether setNegative() or not.
@@ -67,7 +67,8 @@ class MultiViewConsistency<PointT, device::Host> : public pcl::FilterIndices<Poi
 
   /** \brief V of every point of the input of the last filter() call; 0 for points that were not asked about. */
   const std::vector<float>& getConsistency() const { return consistency_; }
-  /** \brief How many other views had a say about each point. 0: V = 1 because nobody else could see it. */
+  /** \brief How many other views had a say about each point. 0: V = 1, because in no other view it can be judged: it lies outside, is
+   *  hidden or beside an edge, or its surface faces away. */
   const std::vector<int>& getViewCounts() const { return view_counts_; }
 
  protected:
@@ -85,9 +86,8 @@ class MultiViewConsistency<PointT, device::Host> : public pcl::FilterIndices<Poi
   inline virtual void computeConsistency(const std::vector<Vec3>& points, const std::vector<Vec3>& normals, float* V,
                                          int* views);
 
-  /** \brief From a point to the source camera; zero: it is of none. */
+  /** \brief From a point to the source camera, which there must be. */
   Vec3 toSource(const Vec3& p_W) const {
-    if (source_camera_ < 0) return {};
     return toRigidTransform(frame_.cameras[static_cast<std::size_t>(source_camera_)].T_world_camera).t - p_W;
   }
 

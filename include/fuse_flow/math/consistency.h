@@ -12,9 +12,9 @@ enum class OcclusionForm {
   /** \brief As published: every view that the point projects into counts with its d². */
   Published,
   /** \brief A view is skipped that cannot see the point: it measured something nearer by more than the margin, or the
-   *  point's surface faces away from it (min_facing). One that measured well behind the point, and behind it all around
-   *  (silhouette_radius), has seen through it: that multiplies V by free_space_penalty, and is not averaged away by views
-   *  that agree. */
+   *  point's surface faces away from it (min_facing). One that measured well behind the point, and has not measured it
+   *  beside (silhouette_radius), has seen through it: that multiplies V by free_space_penalty, and is not averaged away by
+   *  views that agree. */
   OcclusionAware
 };
 
@@ -50,7 +50,7 @@ struct ConsistencyParameters {
    *  contradicted its back. Points whose normal is not known are asked about everywhere. Only with OcclusionAware. */
   float min_facing{0.05f};
   /** \brief A view sees through a point only if no pixel up to so many columns and rows from where the point falls has
-   *  measured a surface within margin · sigma of the point's depth; pixels, [0, kMaxSilhouetteRadius], 0: the pixel where it
+   *  measured a surface within margin · sigma of the point's depth, and that much before what is measured there; pixels, [0, kMaxSilhouetteRadius], 0: the pixel where it
    *  falls decides alone. Poses are a few millimetres off, so points near the edge of an object fall beside it. Only with
    *  OcclusionAware. */
   int silhouette_radius{2};
@@ -93,32 +93,35 @@ FUSE_FLOW_HD bool asksForNormals(const ConsistencyParameters& p) {
 
 /** \brief A normal as isAsked() takes it. \param normal of any length; zero or not finite: not known
  *  \param to_camera from the point to the camera that measured it, any unit: of a normal that points away from it, the other side
- *  is meant; zero: not known \returns zero: not known */
+ *  is meant \returns zero: not known */
 FUSE_FLOW_HD Vec3 facingNormal(const Vec3& normal, const Vec3& to_camera) {
   if (!isFinite(normal)) return {};
   return dot(normal, to_camera) < 0 ? -1.0f * normal : normal;
 }
 
-/** \brief Whether a view is asked about a point, where asksForNormals(). \param normal of the point's surface, of any length; zero: not known
+/** \brief Whether a view is asked about a point, where asksForNormals(). \param normal of the point's surface, of any length under 10¹⁸; zero: not known
  *  \param to_view from the point to the view's centre, same axes, any unit */
 FUSE_FLOW_HD bool isAsked(const ConsistencyParameters& p, const Vec3& normal, const Vec3& to_view) {
   // Without branches, so that loops over it become vector code.
   const float square = squaredNorm(normal);
-  return !(square > 0) | (dot(normal, to_view) >= p.min_facing * std::sqrt(square * squaredNorm(to_view)));
+  return !((square > 0) & (square < INFINITY)) |
+         (dot(normal, to_view) >= p.min_facing * std::sqrt(square * squaredNorm(to_view)));
 }
 
-/** \brief Whether a view that measured well behind a point has measured the point's surface beside it: then it says nothing. The
- *  reach does not grow with the noise: of some noise, one of many pixels always comes near. \param z the point's depth in the
+/** \brief Whether a view that measured well behind a point has measured the point's surface beside it: then it says nothing. Between
+ *  the two lies an edge: on a floor that is seen at a small angle, pixels beside it are nearer, too, and are of what it has seen. The reach
+ *  does not grow with the noise: of some noise, one of many pixels always comes near. \param z the point's depth in the
  *  view, metres  \param depth depth(a, b): of the pixel a columns to the right and b rows down from where the point falls,
  *  metres; 0: none */
 template <typename Depth>
 FUSE_FLOW_HD bool isBesideSilhouette(const ConsistencyParameters& p, float z, const Depth& depth) {
   const int r = p.silhouette_radius;
   const float reach = p.margin * p.sigma;
+  const float behind = depth(0, 0);
   for (int b = -r; b <= r; ++b)
     for (int a = -r; a <= r; ++a) {
       const float D = depth(a, b);
-      if ((D > 0) & (D >= z - reach) & (D <= z + reach)) return true;
+      if ((D > 0) & (D >= z - reach) & (D <= z + reach) & (behind - D > reach)) return true;
     }
   return false;
 }

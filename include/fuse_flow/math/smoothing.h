@@ -19,7 +19,8 @@ struct SmoothingParameters {
   float shrink{0.7f};
   /** \brief Views with more than this times the noise of ConfidenceParameters::noise are smoothed at twice the spacing; ≥ 0. So much noise
    *  is typical of sensors that match blocks. Their neighbouring pixels share errors, so averaging these pixels gains nothing. Coarse
-   *  images, in which surfaces curve within kNoiseSpacing pixels, look equally noisy: raise this value for them. */
+   *  images, in which surfaces curve within kNoiseSpacing pixels, look equally noisy: raise this value for them. Consistency takes
+   *  the normals of such views from pixels 4 away instead of 1 (ConsistencyParameters::min_facing). */
   float wide_above{1.8f};
 };
 
@@ -33,10 +34,13 @@ FUSE_FLOW_HD int smoothingStep(const SmoothingParameters& p, int pass, float noi
   return noise_level > p.wide_above ? 2 << pass : 1 << pass;
 }
 
+/** \brief Most that normalSpacing() gives, pixels. */
+constexpr int kWideNormalSpacing = 4;
+
 /** \brief Distance to the pixels from which the normal of a surface is taken: where neighbours share their errors, near ones say
  *  little. \param noise_level ViewNoise::level() */
 FUSE_FLOW_HD int normalSpacing(const SmoothingParameters& p, float noise_level) {
-  return noise_level > p.wide_above ? 4 : 1;
+  return noise_level > p.wide_above ? kWideNormalSpacing : 1;
 }
 
 /** \brief Of a pass: the largest second difference that counts, in units of the noise. Independent noise σ gives second

@@ -38,10 +38,8 @@ struct JudgeListedPoints {
   std::uint8_t* keep;
 
   FUSE_FLOW_HD Vec3 normalOf(const typename Layout::Words& point, const Vec3& p) const {
-    if (!Layout::has_normal || !asksForNormals(judge.evaluator.parameters)) return {};
-    const Vec3 to_source =
-        judge.source_camera < 0 ? Vec3{} : judge.evaluator.views[judge.source_camera].model.T_world_camera.t - p;
-    return facingNormal(Layout::normal(point), to_source);
+    if (!Layout::has_normal || judge.source_camera < 0 || !asksForNormals(judge.evaluator.parameters)) return {};
+    return facingNormal(Layout::normal(point), judge.evaluator.views[judge.source_camera].model.T_world_camera.t - p);
   }
 
   FUSE_FLOW_HD void operator()(std::uint32_t k) const {

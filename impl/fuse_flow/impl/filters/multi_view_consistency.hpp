@@ -70,7 +70,7 @@ void MultiViewConsistency<PointT, device::Host>::applyFilter(pcl::Indices& indic
   };
   std::vector<std::size_t> asked;
   std::vector<Vec3> points, normals;
-  const bool with_normals = point::has_normal<PointT> && asksForNormals(parameters_);
+  const bool with_normals = point::has_normal<PointT> && source_camera_ >= 0 && asksForNormals(parameters_);
   for (const pcl::index_t index : *indices_) {
     if (!finite(index)) continue;
     const PointT& p = (*input_)[static_cast<std::size_t>(index)];

@@ -3,6 +3,7 @@
 #include <fuse_flow/depth_view.h>
 #include <fuse_flow/impl/host/wide_vectors.hpp>
 #include <fuse_flow/math/confidence.h>
+#include <fuse_flow/math/consistency.h>
 #include <fuse_flow/math/depth.h>
 #include <fuse_flow/math/depth_correction.h>
 #include <fuse_flow/math/noise_scale.h>
@@ -24,6 +25,7 @@ class DepthMap {
  public:
   static constexpr int kBorder = kMaxSmoothingStep;
   static_assert(kBorder >= kNoiseSpacing, "second differences look that far");
+  static_assert(kBorder >= kMaxSilhouetteRadius && kBorder >= kWideNormalSpacing, "so do silhouettes and normals");
 
   void resize(int width, int height) {
     if (width == width_ && height == height_) return;
