@@ -133,12 +133,13 @@ demo() {
     -o "$out/fused_beside_concatenated.png" --from 2.2 -1.3 1.9 --at -0.2 0.1 0.8 --zoom 0.62 --point-size 5
   echo
   step "$out/errors.png" "$bin/fuse_flow_evaluate" "${logs[@]}" -- \
-    with_display "$bin/fuse_flow_evaluate" "$recording" "${clouds[@]}" --error-picture "$out/errors.png"
+    with_display "$bin/fuse_flow_evaluate" "$recording" "${clouds[@]}" --no-parts --error-picture "$out/errors.png"
   echo
   echo "Fused clouds:   $PWD/$out/fuse_flow/000000.ply and the frames after it"
   echo "Pictures:       $PWD/$out/fused_beside_concatenated.png (left: concatenated, right: fused)"
   echo "                $PWD/$out/errors.png (concatenated, VoxelGrid, fused: blue on the true surface, red 20 mm off)"
   echo "Report:         $PWD/$out/fuse_flow.json"
+  echo "Hands and feet: $bin/fuse_flow_evaluate $recording ${clouds[*]}"
   echo
   echo "See it move:    cmake --build build --target fuse_flow_viewer && build/bin/fuse_flow_viewer $recording"
   echo "The rest:       cmake --build build --target tools samples"

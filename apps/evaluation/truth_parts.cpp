@@ -1,7 +1,8 @@
 #include "evaluation/truth_parts.h"
 
-#include "evaluation/for_each_point.h"
 #include "simulation/pi.h"
+
+#include <fuse_flow/impl/host/parallel.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -115,7 +116,7 @@ PartComparison::PartComparison(const RayScene& scene, const TrueCameras& cameras
   first_group_ = names_.size();
   names_.insert(names_.end(), std::begin(kGroupNames), std::end(kGroupNames));
   groups_of_visible_.resize(visible.size());
-  forEachPoint(visible.size(), threads, [&](std::size_t k) { groups_of_visible_[k] = groupsOf(visible[k]); });
+  host::parallelForEach(threads, visible.size(), [&](std::size_t k) { groups_of_visible_[k] = groupsOf(visible[k]); });
 }
 
 std::vector<std::size_t> PartComparison::groupsOf(const SurfacePoint& point) const {
@@ -140,7 +141,7 @@ std::vector<std::size_t> PartComparison::groupsOf(const SurfacePoint& point) con
 
 std::vector<PartQuality> PartComparison::compare(const TruthMatches& matches) const {
   std::vector<std::vector<std::size_t>> groups(matches.surface.size());
-  forEachPoint(groups.size(), threads_, [&](std::size_t k) {
+  host::parallelForEach(threads_, groups.size(), [&](std::size_t k) {
     if (matches.surface[k]) groups[k] = groupsOf(matches.surface[k]);
   });
   std::vector<PartQuality> parts(names_.begin(), names_.end());

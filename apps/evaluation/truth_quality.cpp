@@ -1,10 +1,10 @@
 #include "evaluation/truth_quality.h"
 
-#include "evaluation/for_each_point.h"
 #include "simulation/portable_math.h"
 #include "simulation/random.h"
 #include "simulation/sensor.h"
 
+#include <fuse_flow/impl/host/parallel.hpp>
 #include <fuse_flow/impl/quality/point_index.hpp>
 
 #include <algorithm>
@@ -141,7 +141,8 @@ std::vector<SurfacePoint> visibleSurface(const RayScene& scene, const std::vecto
     sampleMesh(scene.object(k).mesh, k, visibility.spacing, samples);
   const TrueCameras views(cameras, present, visibility);
   std::vector<std::uint8_t> visible(samples.size());
-  forEachPoint(samples.size(), threads, [&](std::size_t k) { visible[k] = views.anySees(scene, samples[k]) ? 1 : 0; });
+  host::parallelForEach(threads, samples.size(),
+                        [&](std::size_t k) { visible[k] = views.anySees(scene, samples[k]) ? 1 : 0; });
   std::size_t kept = 0;
   for (std::size_t k = 0; k < samples.size(); ++k)
     if (visible[k]) samples[kept++] = samples[k];
@@ -159,7 +160,7 @@ TruthQuality compareWithTruth(const PlainCloud& cloud, const RayScene& scene, co
   TruthMatches found;
   found.surface.resize(n);
   found.gaps.resize(visible.size());
-  forEachPoint(n, threads, [&](std::size_t k) {
+  host::parallelForEach(threads, n, [&](std::size_t k) {
     const NearestHit& hit = found.surface[k] = scene.nearest(cloud.positions[k]);
     distances[k] = hit.t;
     if (!hit) return;
@@ -176,7 +177,8 @@ TruthQuality compareWithTruth(const PlainCloud& cloud, const RayScene& scene, co
   quality.normal_error = meanOf(angles, distances);
   quality.color_error = meanOf(colors, distances);
   const NearestPoint nearest(cloud.positions);
-  forEachPoint(visible.size(), threads, [&](std::size_t k) { found.gaps[k] = nearest(visible[k].position, 0.010f); });
+  host::parallelForEach(threads, visible.size(),
+                        [&](std::size_t k) { found.gaps[k] = nearest(visible[k].position, 0.010f); });
   quality.completeness_5 = shareUnder(found.gaps, 0.005f);
   quality.completeness_10 = shareUnder(found.gaps, 0.010f);
   quality.f_score_5 = harmonicMean(quality.precision_5, quality.completeness_5);
@@ -195,7 +197,8 @@ struct Heights {
 
 Heights heightsOver(const RayScene& scene, const PlainCloud& cloud, int threads) {
   std::vector<RayHit> hits(cloud.positions.size());
-  forEachPoint(hits.size(), threads, [&](std::size_t k) { hits[k] = scene.nearest(cloud.positions[k], kGhost); });
+  host::parallelForEach(threads, hits.size(),
+                        [&](std::size_t k) { hits[k] = scene.nearest(cloud.positions[k], kGhost); });
   Heights result;
   for (std::size_t k = 0; k < hits.size(); ++k) {
     if (!hits[k] || scene.moving(hits[k].object)) continue;
@@ -214,7 +217,7 @@ double flicker(const PlainCloud& before, const PlainCloud& after, const RayScene
     // Beside each other on the surface: the nearest point in space would be one of much the same height.
     const NearestPoint nearest(to.feet);
     std::vector<float> change(from.feet.size());
-    forEachPoint(change.size(), threads, [&](std::size_t k) {
+    host::parallelForEach(threads, change.size(), [&](std::size_t k) {
       std::size_t other = 0;
       const bool there = nearest(from.feet[k], kGhost, &other) <= kGhost;
       change[k] = there ? std::min(std::fabs(from.heights[k] - to.heights[other]), kGhost) : kGhost;

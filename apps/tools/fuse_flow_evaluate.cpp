@@ -39,6 +39,7 @@ struct Options {
   std::string json;
   bool truth{false};     ///< must be there
   bool no_truth{false};  ///< is left out
+  bool no_parts{false};  ///< figures by part are
   std::string error_picture;
   unsigned int threads{0};
   ReprojectionQualityParameters quality;
@@ -104,7 +105,7 @@ class Evaluator {
   }
 
   bool knowsTruth() const { return truth_.has_value(); }
-  bool knowsParts() const { return truth_ && truth_->namesParts(); }
+  bool knowsParts() const { return truth_ && truth_->namesParts() && !options_.no_parts; }
   /** \brief A line, or nothing. */
   const std::string& whyNoTruth() const { return why_no_truth_; }
   const io::Recording& recording() const { return *recording_; }
@@ -200,7 +201,7 @@ class Evaluator {
       visibility.min_range = truth_->minRange();
       visibility.max_range = truth_->maxRange();
       visible_ = simulation::visibleSurface(scene, truth_->cameras(), present, visibility, threads());
-      if (truth_->namesParts()) {
+      if (knowsParts()) {
         true_cameras_.emplace(truth_->cameras(), present, visibility);
         parts_.emplace(scene, *true_cameras_, visible_, threads());
       }
@@ -304,7 +305,7 @@ int run(const Options& options) {
     std::cout << "By part of the true surface, all frames together; speed, incidence and cameras: of what moves, where "
                  "something does\n"
               << simulation::partsTable(options.clouds, width, parts) << '\n';
-  else if (evaluator.knowsTruth())
+  else if (evaluator.knowsTruth() && !options.no_parts)
     std::cout << "No figures by part: this truth names no parts, simulate the recording again for them.\n\n";
   std::cout
       << "By the cloud and the views alone\n"
@@ -347,6 +348,7 @@ int main(int argc, char** argv) {
       "the exact surface must be there; where it is, as in recordings of fuse_flow_simulate, it is compared "
       "with unasked");
   app.add_flag("--no-truth", options.no_truth, "do not compare with the exact surface")->excludes(truth);
+  app.add_flag("--no-parts", options.no_parts, "no figures by part of the exact surface: head, hand, floor …");
   app.add_option(
          "--error-picture", options.error_picture,
          "where the truth is known: PNG of the first clouds, blue on the true surface to red 20 mm or more from it")

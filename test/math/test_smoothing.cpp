@@ -26,6 +26,13 @@ TEST(Smoothing, OnePairAtHalfTheToleranceWeighsAsTukeysBiweightSays) {
   EXPECT_NEAR(smoothed({0, 0, 1.02f, 0, 1, 0, 1.08f, 0, 0}, 0.2f), expected, 1e-6f);
 }
 
+TEST(Smoothing, NormalsOfNoisyViewsAreTakenFromFartherPixels) {
+  fuse_flow::SmoothingParameters parameters;
+  parameters.wide_above = 1.8f;
+  EXPECT_EQ(normalSpacing(parameters, 1.7f), 1);
+  EXPECT_EQ(normalSpacing(parameters, 1.9f), 4);
+}
+
 TEST(Smoothing, AllNeighboursAtOnceAreTheMeanForALargeTolerance) {
   EXPECT_NEAR(smoothed({1, 2, 3, 4, 5, 6, 7, 8, 18}, 1e6f), 6.0f, 1e-4f);
 }

@@ -13,16 +13,8 @@
 namespace fuse_flow::viewing {
 namespace {
 
-constexpr float kSameSurface = 0.05f;    // metres; as eq. 12 decides that a camera sees a point
-constexpr std::size_t kBlock = 1 << 13;  // points a task
-constexpr std::size_t kSample = 10000;   // points that tell a mean well enough to look at
-
-template <typename Body>
-void forEachPoint(std::size_t count, int threads, const Body& body) {
-  host::parallelFor(threads, (count + kBlock - 1) / kBlock, [&](std::size_t block, int) {
-    for (std::size_t k = block * kBlock; k < std::min(count, (block + 1) * kBlock); ++k) body(k);
-  });
-}
+constexpr float kSameSurface = 0.05f;   // metres; as eq. 12 decides that a camera sees a point
+constexpr std::size_t kSample = 10000;  // points that tell a mean well enough to look at
 
 host::FrameViews viewsOf(const RigFrame& frame, int threads) {
   host::FrameViews views;
@@ -59,7 +51,7 @@ pcl::PointCloud<pcl::Normal> imageNormals(const host::FrameViews& views, std::si
 std::vector<Origin> originsOf(const Cloud& cloud, const RigFrame& frame, int threads) {
   const host::FrameViews views = viewsOf(frame, threads);
   std::vector<Origin> origins(cloud.size());
-  forEachPoint(cloud.size(), threads, [&](std::size_t k) {
+  host::parallelForEach(threads, cloud.size(), [&](std::size_t k) {
     const Vec3 p{cloud[k].x, cloud[k].y, cloud[k].z};
     float nearest = kSameSurface;
     for (std::size_t j = 0; j < views.depths.size(); ++j) {
@@ -82,7 +74,7 @@ std::vector<Eigen::Vector3f> normalsOf(const std::vector<Origin>& origins, const
     if (!views.depths[j].empty()) images[j] = imageNormals(views, j);
   });
   std::vector<Eigen::Vector3f> normals(origins.size(), Eigen::Vector3f::Zero());
-  forEachPoint(origins.size(), threads, [&](std::size_t k) {
+  host::parallelForEach(threads, origins.size(), [&](std::size_t k) {
     const Origin& origin = origins[k];
     if (origin.camera == Origin::kNone) return;
     const pcl::Normal& n = images[origin.camera].at(origin.u, origin.v);
@@ -95,8 +87,8 @@ std::vector<Eigen::Vector3f> normalsOf(const std::vector<Origin>& origins, const
 
 std::vector<float> truthDistances(const Cloud& cloud, const simulation::RayScene& scene, int threads) {
   std::vector<float> distances(cloud.size());
-  forEachPoint(cloud.size(), threads,
-               [&](std::size_t k) { distances[k] = scene.nearest(cloud[k].getVector3fMap(), 1.0f).t; });
+  host::parallelForEach(threads, cloud.size(),
+                        [&](std::size_t k) { distances[k] = scene.nearest(cloud[k].getVector3fMap(), 1.0f).t; });
   return distances;
 }
 

@@ -49,10 +49,10 @@ struct ConsistencyParameters {
    *  −1: views are asked wherever the surface faces. From behind, a limb that is thinner than the margin looks as if its front
    *  contradicted its back. Points whose normal is not known are asked about everywhere. Only with OcclusionAware. */
   float min_facing{0.05f};
-  /** \brief A view sees through a point only if no pixel up to so many columns and rows from where the point falls has
-   *  measured a surface within margin · sigma of the point's depth, and that much before what is measured there; pixels, [0, kMaxSilhouetteRadius], 0: the pixel where it
-   *  falls decides alone. Poses are a few millimetres off, so points near the edge of an object fall beside it. Only with
-   *  OcclusionAware. */
+  /** \brief A view sees through a point only if no pixel up to so many columns and rows from where the point falls has measured
+   *  a surface within margin · sigma of the point's depth, and more than that before what is measured where it falls; pixels,
+   *  [0, kMaxSilhouetteRadius], 0: the pixel where it falls decides alone. Poses are a few millimetres off, so points near the
+   *  edge of an object fall beside it. Only with OcclusionAware. */
   int silhouette_radius{2};
   /** \brief K: a point is compared with at most K − 1 other views; ≥ 2. */
   int max_views{8};
@@ -99,8 +99,8 @@ FUSE_FLOW_HD Vec3 facingNormal(const Vec3& normal, const Vec3& to_camera) {
   return dot(normal, to_camera) < 0 ? -1.0f * normal : normal;
 }
 
-/** \brief Whether a view is asked about a point, where asksForNormals(). \param normal of the point's surface, of any length under 10¹⁸; zero: not known
- *  \param to_view from the point to the view's centre, same axes, any unit */
+/** \brief Whether a view is asked about a point, where asksForNormals(). \param normal of the point's surface, of any length under
+ *  10¹⁸; zero: not known  \param to_view from the point to the view's centre, same axes, any unit */
 FUSE_FLOW_HD bool isAsked(const ConsistencyParameters& p, const Vec3& normal, const Vec3& to_view) {
   // Without branches, so that loops over it become vector code.
   const float square = squaredNorm(normal);
@@ -109,8 +109,8 @@ FUSE_FLOW_HD bool isAsked(const ConsistencyParameters& p, const Vec3& normal, co
 }
 
 /** \brief Whether a view that measured well behind a point has measured the point's surface beside it: then it says nothing. Between
- *  the two lies an edge: on a floor that is seen at a small angle, pixels beside it are nearer, too, and are of what it has seen. The reach
- *  does not grow with the noise: of some noise, one of many pixels always comes near. \param z the point's depth in the
+ *  the two lies an edge: on a floor seen at a small angle, pixels beside it are nearer too, but show the same floor. The reach
+ *  does not grow with the noise: among many noisy pixels, one always comes near. \param z the point's depth in the
  *  view, metres  \param depth depth(a, b): of the pixel a columns to the right and b rows down from where the point falls,
  *  metres; 0: none */
 template <typename Depth>

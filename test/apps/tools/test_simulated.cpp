@@ -85,6 +85,9 @@ TEST_F(Simulated, FiguresByPartAreOfTheFramesTogether) {
   const ToolResult printed = evaluate({recording(), out()});
   EXPECT_NE(printed.out.find("By part of the true surface"), std::string::npos) << printed.out;
   EXPECT_NE(printed.out.find("duck"), std::string::npos) << printed.out;
+  const std::string without = evaluate({recording(), out(), "--no-parts"}).out;
+  EXPECT_NE(without.find("Against the true surface"), std::string::npos) << without;
+  EXPECT_EQ(without.find("part"), std::string::npos) << without;
   fs::path json = fs::path(recording()) / "truth" / "simulation.json";
   std::string described = readText(json);
   for (std::size_t at = 0; (at = described.find("\"part\"", at)) != std::string::npos;)

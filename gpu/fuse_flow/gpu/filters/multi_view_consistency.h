@@ -20,8 +20,8 @@ struct JudgePoints {
   FUSE_FLOW_HD void operator()(std::uint32_t k) const { judge(points[k], normals == nullptr ? Vec3{} : normals[k], k); }
 
   FUSE_FLOW_HD void judge(const Vec3& p, const Vec3& normal, std::uint32_t k) const {
-    const Consistency c = source_camera < 0 ? evaluator.askAll(p, normal)
-                                            : evaluator(p, normal, static_cast<std::uint32_t>(source_camera));
+    const Consistency c =
+        source_camera < 0 ? evaluator.askAll(p) : evaluator(p, normal, static_cast<std::uint32_t>(source_camera));
     V[k] = consistency(evaluator.parameters, c);
     views[k] = c.views();
   }

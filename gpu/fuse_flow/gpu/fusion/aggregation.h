@@ -225,15 +225,18 @@ class Aggregation {
   void setBytes(double runs) {
     const double children = counters_.host().children, gated = counters_.host().points.gated;
     const auto cells = static_cast<double>(in_.cells);
-    const double maps = evaluator_ == nullptr ? 0 : (confirms() ? 8.0 : 4.0) * static_cast<double>(in_.size);
+    const bool normals = evaluator_ != nullptr && evaluator_->knowsNormals();
+    const double maps = evaluator_ == nullptr ? 0 : (confirms() || normals ? 8.0 : 4.0) * static_cast<double>(in_.size);
     times_.setBytes("children", runs * 4 + children * 4);
     times_.setBytes("cells of children",
                     children * ((4 + 4 + 4 + 4) + (4 + 2)) + cells * (4 + sizeof(CoarseCell) + sizeof(CellOfChildren)));
     times_.setBytes("fuse children", gated * sizeof(WeightedPoint) + runs * 4 +
                                          children * ((4 + 4) + (sizeof(FusedPoint) + 4 + 4)) +
                                          cells * sizeof(CoarseCell));
-    const double judged = children * ((sizeof(Vec3) + 4 + 4 + 4 + 4) + (4 + 4 + 1) + (confirms() ? sizeof(Vec3) : 0) +
-                                      (wanted_ == CamerasWanted::Which ? 8 : 0)) +
+    // Of the representatives, normals ask for their points, shares and number.
+    const double representatives = normals ? kRepresentatives * (4 + 4) + 4 : 0;
+    const double judged = children * ((sizeof(Vec3) + 4 + 4 + 4 + 4) + representatives + (4 + 4 + 1) +
+                                      (confirms() ? sizeof(Vec3) : 0) + (wanted_ == CamerasWanted::Which ? 8 : 0)) +
                           cells * sizeof(CellOfChildren) + maps;
     times_.setBytes("consistency", judged, judged + runs);  // states are cleared first
     if (!(parameters_.weak_weight > 0)) return;

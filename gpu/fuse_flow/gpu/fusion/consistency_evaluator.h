@@ -25,10 +25,13 @@ struct ConsistencyEvaluator {
 
   static constexpr std::uint32_t kNoCamera = 0xffffffffu;
 
+  /** \brief Whether normalAt() says anything. */
+  FUSE_FLOW_HD bool knowsNormals() const { return surface != nullptr && asksForNormals(parameters); }
+
   /** \brief Where the surface faces at a point that a camera measured, any length; zero: not known, or it does not matter. \param index number of the
    *  point's pixel */
   FUSE_FLOW_HD Vec3 normalAt(std::uint32_t camera, std::uint32_t index) const {
-    if (surface == nullptr || !asksForNormals(parameters)) return {};
+    if (!knowsNormals()) return {};
     const DeviceView& view = views[camera];
     const std::uint32_t local = index - view.offset, v = local / view.pitch;
     return surfaceDirection(view.model, DepthMapOfView{&view, surface}, static_cast<int>(local - v * view.pitch),
@@ -69,12 +72,12 @@ struct ConsistencyEvaluator {
   }
 
   /** \brief The same for a point that came from none of the cameras: camera 0 is asked first, then its neighbours. */
-  FUSE_FLOW_HD Consistency askAll(const Vec3& p_W, const Vec3& normal) const {
+  FUSE_FLOW_HD Consistency askAll(const Vec3& p_W) const {
     Consistency result;
     ViewOpinion said;
     PixelAddress address;
-    if (views[0].present && ask(p_W, normal, 0, said, address)) result.add(said);
-    forEachOpinion(p_W, normal, 0, [&result](const PixelAddress&, const ViewOpinion& other) { result.add(other); });
+    if (views[0].present && ask(p_W, {}, 0, said, address)) result.add(said);
+    forEachOpinion(p_W, {}, 0, [&result](const PixelAddress&, const ViewOpinion& other) { result.add(other); });
     return result;
   }
 

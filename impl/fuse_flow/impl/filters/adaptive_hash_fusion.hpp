@@ -143,11 +143,8 @@ void AdaptiveHashFusion<PointT, device::Host>::applyFilter(PointCloud& output) {
     point::setCameraMask(point, mask);
     if (!isFinite(point::getNormal(point))) all_finite = false;
   };
-  constexpr std::size_t block = 1024;
-  host::parallelFor(host::resolveThreads(threads_), (all_fused.size() + block - 1) / block, [&](std::size_t b, int) {
-    for (std::size_t k = b * block; k < std::min(all_fused.size(), (b + 1) * block); ++k)
-      write(all_fused[k], agreeing[k], result[k]);
-  });
+  host::parallelForEach(host::resolveThreads(threads_), all_fused.size(),
+                        [&](std::size_t k) { write(all_fused[k], agreeing[k], result[k]); });
 
   removed_indices_->clear();
   if (this->extract_removed_indices_) {

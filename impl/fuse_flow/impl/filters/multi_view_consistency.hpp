@@ -46,15 +46,12 @@ void MultiViewConsistency<PointT, device::Host>::computeConsistency(const std::v
   host::ConsistencyEvaluator evaluator(parameters_, frame_views.rig, frame_views.depths);
   const std::vector<ViewNoise> noise = host::givenNoise(frame_views.rig);
   evaluator.setNoise(noise);
-  constexpr std::size_t block = 4096;
-  host::parallelFor(threads, (points.size() + block - 1) / block, [&](std::size_t b, int) {
-    for (std::size_t k = b * block; k < std::min(points.size(), (b + 1) * block); ++k) {
-      const Vec3 normal = normals.empty() ? Vec3{} : normals[k];
-      const Consistency c = source_camera_ < 0 ? evaluator.askAll(points[k], normal)
-                                               : evaluator(points[k], normal, static_cast<std::size_t>(source_camera_));
-      V[k] = consistency(parameters_, c);
-      views[k] = c.views();
-    }
+  host::parallelForEach(threads, points.size(), [&](std::size_t k) {
+    const Vec3 normal = normals.empty() ? Vec3{} : normals[k];
+    const Consistency c = source_camera_ < 0 ? evaluator.askAll(points[k])
+                                             : evaluator(points[k], normal, static_cast<std::size_t>(source_camera_));
+    V[k] = consistency(parameters_, c);
+    views[k] = c.views();
   });
 }
 

@@ -64,12 +64,13 @@ class ConsistencyEvaluator {
     return result;
   }
 
-  /** \brief The same for a point that came from none of the cameras: camera 0 is asked first, then its neighbours. */
-  Consistency askAll(const Vec3& p_W, const Vec3& normal) const {
+  /** \brief The same for a point of no camera, of whose normal nobody knows the sign: all views are asked, camera 0 first, then its
+   *  neighbours. */
+  Consistency askAll(const Vec3& p_W) const {
     Consistency result;
     const auto add = [&](std::uint32_t, int, int, const ViewOpinion& opinion) { result.add(opinion); };
-    if (!(*depths_)[0].empty()) ask(p_W, normal, 0, add);
-    forEachOpinion(p_W, normal, 0, add);
+    if (!(*depths_)[0].empty()) ask(p_W, {}, 0, add);
+    forEachOpinion(p_W, {}, 0, add);
     return result;
   }
 

@@ -88,5 +88,15 @@ void parallelFor(int threads, std::size_t tasks, const Body& body) {
   job.error().rethrow();
 }
 
+/** \brief Calls body(k) for every k in [0, n), many of them in one task: for what takes little time. Exceptions as of parallelFor(). */
+template <typename Body>
+void parallelForEach(int threads, std::size_t n, const Body& body) {
+  constexpr std::size_t of_task = 1024;
+  parallelFor(threads, (n + of_task - 1) / of_task, [&](std::size_t task, int) {
+    const std::size_t end = std::min(n, (task + 1) * of_task);
+    for (std::size_t k = task * of_task; k < end; ++k) body(k);
+  });
+}
+
 }  // namespace host
 }  // namespace fuse_flow

@@ -50,15 +50,6 @@ inline SurfaceQuality& SurfaceQuality::operator+=(const SurfaceQuality& more) {
 
 namespace detail {
 
-/** \brief Calls body(k) for k < n in blocks. */
-template <typename Body>
-void forEachInBlocks(std::size_t n, int threads, const Body& body) {
-  constexpr std::size_t block = 1024;
-  host::parallelFor(threads, (n + block - 1) / block, [&](std::size_t b, int) {
-    for (std::size_t k = b * block; k < std::min(n, (b + 1) * block); ++k) body(k);
-  });
-}
-
 /** \brief Every how many points one is looked at. */
 inline std::size_t samplingStep(std::size_t points, std::size_t samples) {
   return samples == 0 ? 1 : std::max<std::size_t>(1, (points + samples - 1) / samples);
@@ -132,7 +123,7 @@ inline SheetTest testSheets(const PointIndex& index, const Vec3& p, const LocalP
 inline void measurePoints(const std::vector<Vec3>& points, const PointIndex& index, const host::FrameViews& views,
                           const SurfaceQualityParameters& parameters, int threads, SurfaceQuality& quality) {
   std::vector<PointSight> sights(points.size());
-  forEachInBlocks(points.size(), threads, [&](std::size_t k) {
+  host::parallelForEach(threads, points.size(), [&](std::size_t k) {
     sights[k] = sightOf(points[k], views, parameters.visibility, parameters.silhouette);
   });
   quality.points = points.size();
@@ -144,7 +135,7 @@ inline void measurePoints(const std::vector<Vec3>& points, const PointIndex& ind
   };
   const std::size_t step = samplingStep(points.size(), parameters.samples);
   std::vector<Sample> samples((points.size() + step - 1) / step);
-  forEachInBlocks(samples.size(), threads, [&](std::size_t s) {
+  host::parallelForEach(threads, samples.size(), [&](std::size_t s) {
     const std::size_t k = s * step;
     samples[s].plane = localPlane(index, points[k], parameters.neighborhood);
     if (samples[s].plane && squaredNorm(sights[k].towards) > 0)
@@ -236,7 +227,7 @@ inline void addFlicker(const std::vector<Vec3>& points, const PointIndex& own, c
                        const SurfaceQualityParameters& parameters, int threads, TemporalFlicker& flicker) {
   const std::size_t step = samplingStep(points.size(), parameters.samples);
   std::vector<float> jumps((points.size() + step - 1) / step, -1.0f);
-  forEachInBlocks(jumps.size(), threads, [&](std::size_t s) {
+  host::parallelForEach(threads, jumps.size(), [&](std::size_t s) {
     const Vec3& p = points[s * step];
     if (!standsStill(p, here, there, parameters)) return;
     const LocalPlane plane = localPlane(own, p, parameters.neighborhood);
