@@ -71,6 +71,9 @@ ParameterOptions::ParameterOptions(CLI::App& app) {
   add(app, "--smoothing-shrink", given_.smoothing.shrink, "of the tolerance from pass to pass");
   add(app, "--smoothing-wide-above", given_.smoothing.wide_above,
       "noise over what is expected that doubles the spacing");
+  add(app, "--smoothing-twicing", given_.smoothing.twicing, "keep curved surfaces where they are (true/false)");
+  add(app, "--smoothing-twicing-above", given_.smoothing.twicing_above,
+      "what it takes for curvature, standard deviations of the noise");
   add(app, "--adapt-noise", given_.adapt_noise, "measure how noisy each view is (true/false)");
   add(app, "--half-weight-noise", given_.half_weight_noise, "axial noise that halves a weight, m; 0: none does");
   add(app, "--max-noise", given_.max_noise, "drop measurements of more axial noise, m; 0: none");

@@ -71,7 +71,11 @@ class Page {
              "share of "
              "points over 30 mm from any surface; flicker, the jump of the cloud from frame to frame where nothing "
              "moves; colour, mean "
-             "difference to the true colour, of 255; E_MC of eq. 12; median milliseconds of a frame.\n\n";
+             "difference to the true colour, of 255; E_MC of eq. 12; median milliseconds of a frame. Where there is a "
+             "person, a second table is about the person only, all "
+             "frames together: signed, the mean distance with its sign, negative inside of the body; under 40 mm, what "
+             "is "
+             "less than that above the floor; over 65°, what no camera sees more directly than that.\n\n";
     comparisons("Seen while tuning", "accuracy_tuning", pick(kTuning));
     const std::vector<Result> held_out = comparisons("Held out from tuning", "accuracy_held_out", pick(kHeldOut));
     text_ << "[quality_measures.md](notes/quality_measures.md) has what can be measured of the same clouds without the "
@@ -151,6 +155,7 @@ class Page {
       text_ << "### " << setup.name() << (setup.frames > 1 ? ", " + std::to_string(setup.frames) + " frames" : "")
             << "\n\n";
       comparisonTable(peers, results);
+      personTable(peers, results);
       ranking_.add(setup, peers, results);
       if (!picture.empty()) {
         drawing::Viewpoint viewpoint;
@@ -186,6 +191,31 @@ class Page {
                  number(r.multi_camera_error, 2), number(r.milliseconds, 0)});
     }
     text_ << table.text();
+  }
+
+  static const simulation::PartQuality* partNamed(const Result& result, const char* name) {
+    for (const simulation::PartQuality& part : result.parts)
+      if (part.name() == name) return &part;
+    return nullptr;
+  }
+
+  /** \brief The person alone, where there is one: what a mean over walls hides. */
+  void personTable(const std::vector<Contender>& peers, const std::vector<Result>& results) {
+    const simulation::PartQuality* first = partNamed(results[0], "person");
+    if (first == nullptr || first->surfaceSamples() == 0) return;
+    MarkdownTable table({"the person only", "points", "mean mm", "signed mm", "over 30 mm %", "F 5 mm", "compl. %",
+                         "hands, compl. %", "feet, compl. %", "under 40 mm, compl. %", "over 65°, compl. %"});
+    for (std::size_t k = 0; k < peers.size(); ++k) {
+      const auto complete = [&](const char* part) {
+        return number(100 * partNamed(results[k], part)->completeness10(), 1);
+      };
+      const simulation::PartQuality& person = *partNamed(results[k], "person");
+      table.row({peers[k].name, std::to_string(person.points()), number(person.accuracyMean(), 2),
+                 number(person.signedMean(), 2), number(100 * person.ghosting(), 2), number(person.fScore5(), 3),
+                 complete("person"), complete("hand"), complete("foot"), complete("near the floor"),
+                 complete("incidence over 65 deg")});
+    }
+    text_ << "\n" << table.text();
   }
 
   /** \brief The best F-score at 5 mm of the peers that have as many points as we. */

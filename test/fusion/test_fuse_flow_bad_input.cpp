@@ -281,6 +281,7 @@ TEST(FuseFlowBadInput, AParameterOutOfItsRangeIsRefusedByClassNameAndValueAndCha
       {[](auto& p) { p.smoothing.shrink = 1.5f; }, {"FuseFlow", "smoothing_shrink", "1.5"}},
       {[](auto& p) { p.smoothing.shrink = 0; }, {"FuseFlow", "smoothing_shrink", "0"}},
       {[](auto& p) { p.smoothing.wide_above = -1; }, {"FuseFlow", "smoothing_wide_above", "-1"}},
+      {[](auto& p) { p.smoothing.twicing_above = -1; }, {"FuseFlow", "smoothing_twicing_above", "-1"}},
       {[](auto& p) { p.min_confidence = 1.5f; }, {"FuseFlow", "min_confidence is 1.5"}},
       {[](auto& p) { p.half_weight_noise = -1; }, {"FuseFlow", "half_weight_noise", "-1"}},
       {[=](auto& p) { p.max_noise = nan; }, {"FuseFlow", "max_noise", "nan"}},

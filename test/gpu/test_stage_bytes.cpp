@@ -47,9 +47,12 @@ TEST(GpuStageBytes, PassesCountInWhatIsMovedAlone) {
   fuse_flow::FuseFlowParameters one, four;
   one.smoothing.passes = 1;
   four.smoothing.passes = 4;
+  four.smoothing.twicing = false;
   const std::vector<Stage> once = stagesOf(one), often = stagesOf(four);
   EXPECT_EQ(stageOf(often, "smoothing").bytes, stageOf(once, "smoothing").bytes);
   EXPECT_EQ(stageOf(often, "smoothing").moved_bytes, 4 * stageOf(once, "smoothing").moved_bytes);
+  four.smoothing.twicing = true;  // three passes more, and a look at what was there before them
+  EXPECT_EQ(stageOf(stagesOf(four), "smoothing").moved_bytes, 7.5 * stageOf(once, "smoothing").moved_bytes);
   EXPECT_GT(stageOf(often, "sort").moved_bytes, stageOf(often, "sort").bytes);
 }
 

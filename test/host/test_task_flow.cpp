@@ -15,6 +15,7 @@
 
 namespace {
 
+using fuse_flow::SmoothingParameters;
 using fuse_flow::host::FrameTasks;
 using fuse_flow::host::TaskFlow;
 using Dependencies = std::vector<std::pair<std::uint32_t, std::uint32_t>>;
@@ -105,13 +106,15 @@ TEST(TaskFlow, WhatTheSmallestTaskThrowsIsRethrownAndAllTasksBeforeItAreDone) {
 /** \brief Which step of which view last wrote each row of each map: a model of what the tasks of a frame read and write. */
 class MapsInModel {
  public:
-  MapsInModel(const std::vector<FrameTasks::View>& views, int passes, const FrameTasks& tasks)
+  MapsInModel(const std::vector<FrameTasks::View>& views, const SmoothingParameters& smoothing, const FrameTasks& tasks)
       : views_(views),
-        passes_(passes),
+        smoothing_(smoothing),
+        passes_(smoothingPasses(smoothing)),
         tasks_(tasks),
         depth_(views.size()),
         kept_(views.size()),
-        scratch_(tasks.scratchMaps()) {
+        scratch_(tasks.scratchMaps()),
+        second_scratch_(tasks.scratchMaps()) {
     for (std::size_t i = 0; i < views.size(); ++i) {
       depth_[i].assign(rows(i), {i, -1});
       kept_[i].assign(rows(i), {i, -1});
@@ -125,6 +128,7 @@ class MapsInModel {
     switch (task.step) {
       case FrameTasks::Step::TakeScratch:
         scratch_[tasks_.scratchOf(i)].assign(rows(i), {i, -1});
+        second_scratch_[tasks_.scratchOf(i)].assign(rows(i), {i, -1});
         break;
       case FrameTasks::Step::Convert:
         write(depth_[i], stretch, {i, 0});
@@ -138,11 +142,14 @@ class MapsInModel {
         read(depth_[i], stretch.begin_row, stretch.end_row, {i, 1});
         write(map(i, 0), stretch, {i, 0});
         break;
-      case FrameTasks::Step::Smooth:
-        read(map(i, task.pass), stretch.begin_row - (2 << task.pass), stretch.end_row + (2 << task.pass),
-             {i, task.pass});
+      case FrameTasks::Step::Smooth: {
+        const int step = smoothingStep(smoothing_, task.pass, 1e9f);
+        read(map(i, task.pass), stretch.begin_row - step, stretch.end_row + step, {i, task.pass});
+        if (task.pass == passes_ - 1 && passes_ > smoothing_.passes)  // twicing looks at what was before it
+          read(kept_[i], stretch.begin_row, stretch.end_row, {i, smoothing_.passes});
         write(map(i, task.pass + 1), stretch, {i, task.pass + 1});
         break;
+      }
       case FrameTasks::Step::Points:
         read(depth_[i], stretch.begin_row - 2, stretch.end_row + 2,
              {i, views_[i].whole_image || views_[i].noise ? 1 : 0});
@@ -161,7 +168,11 @@ class MapsInModel {
   using Map = std::vector<Written>;
 
   std::size_t rows(std::size_t i) const { return static_cast<std::size_t>(views_[i].height); }
-  Map& map(std::size_t i, int pass) { return (passes_ - pass) % 2 == 0 ? kept_[i] : scratch_[tasks_.scratchOf(i)]; }
+  Map& map(std::size_t i, int pass) {
+    const int map = smoothingMap(smoothing_, pass);
+    if (map == smoothing_.passes % 2) return kept_[i];
+    return (map == 2 ? second_scratch_ : scratch_)[tasks_.scratchOf(i)];
+  }
 
   static void write(Map& map, const FrameTasks::Stretch& stretch, const Written& what) {
     for (int v = stretch.begin_row; v < stretch.end_row; ++v) map.at(static_cast<std::size_t>(v)) = what;
@@ -172,9 +183,10 @@ class MapsInModel {
   }
 
   const std::vector<FrameTasks::View>& views_;
+  SmoothingParameters smoothing_;
   int passes_;
   const FrameTasks& tasks_;
-  std::vector<Map> depth_, kept_, scratch_;
+  std::vector<Map> depth_, kept_, scratch_, second_scratch_;
   std::vector<int> points_;
   int wrong_{0};
 };
@@ -193,9 +205,12 @@ TEST(FrameTasks, NoTaskReadsWhatIsNotWrittenYetOrWrittenOver) {
   FrameTasks tasks;
   for (int repetition = 0; repetition < 300; ++repetition) {
     const std::vector<FrameTasks::View> views = randomViews(random);
-    const int passes = static_cast<int>(random() % 5), threads = 1 + static_cast<int>(random() % 4);
-    tasks.layOut(views, passes, 1 + static_cast<int>(random() % 4));
-    MapsInModel maps(views, passes, tasks);
+    SmoothingParameters smoothing;
+    smoothing.passes = static_cast<int>(random() % 5);
+    smoothing.twicing = random() % 2 == 0;
+    const int threads = 1 + static_cast<int>(random() % 4);
+    tasks.layOut(views, smoothing, 1 + static_cast<int>(random() % 4));
+    MapsInModel maps(views, smoothing, tasks);
     std::mutex mutex;
     const std::uint32_t slow = static_cast<std::uint32_t>(random());
     tasks.run(threads, [&](const FrameTasks::Task& task, int) {
@@ -205,8 +220,8 @@ TEST(FrameTasks, NoTaskReadsWhatIsNotWrittenYetOrWrittenOver) {
       const std::lock_guard<std::mutex> lock(mutex);
       maps.run(task);
     });
-    ASSERT_EQ(maps.wrongReads(), 0) << "repetition " << repetition << ", " << views.size() << " views, " << passes
-                                    << " passes";
+    ASSERT_EQ(maps.wrongReads(), 0) << "repetition " << repetition << ", " << views.size() << " views, "
+                                    << smoothing.passes << " passes, twicing " << smoothing.twicing;
     for (std::size_t s = 0; s < tasks.stretches().size(); ++s)
       ASSERT_EQ(maps.points()[s], views[tasks.stretches()[s].view].missing ? 0 : 1);
   }
@@ -217,7 +232,7 @@ TEST(FrameTasks, StretchesAreAllRowsOfEachViewInTheirOrderWhateverTheThreads) {
       {640, 480, false, false, true}, {640, 480, true, false, true}, {5000, 7, false, true, true}};
   FrameTasks tasks;
   for (const int threads : {1, 2, 5}) {
-    tasks.layOut(views, 4, threads);
+    tasks.layOut(views, {}, threads);
     int next_row = 0;
     std::uint32_t view = 0;
     for (const FrameTasks::Stretch& stretch : tasks.stretches()) {
@@ -246,7 +261,7 @@ TEST(FrameTasks, AsManyScratchMapsAsViewsThatAreBegunAtATimeWhicheverAreMissing)
   for (std::size_t missing = 0; missing < 3; ++missing) {
     views[2 * missing].missing = missing > 0;
     for (const auto& [threads, maps] : {std::pair(1, 1u), std::pair(2, 2u), std::pair(3, 3u), std::pair(16, 8u)}) {
-      tasks.layOut(views, 4, threads);
+      tasks.layOut(views, {}, threads);
       EXPECT_EQ(tasks.scratchMaps(), maps) << threads << " threads";
     }
   }

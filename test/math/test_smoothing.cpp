@@ -62,6 +62,57 @@ TEST(Smoothing, TheSpacingDoublesFromPassToPassAndInNoisyViews) {
   }
 }
 
+TEST(Smoothing, TwicingRunsThePassesButTheFirstOnceMore) {
+  fuse_flow::SmoothingParameters p;
+  p.passes = 4;
+  p.tolerance = 1;
+  p.shrink = 0.5f;
+  EXPECT_EQ(fuse_flow::smoothingPasses(p), 7);
+  for (const auto& [pass, repeated] : {std::array{0, 0}, {3, 3}, {4, 1}, {5, 2}, {6, 3}}) {
+    EXPECT_EQ(fuse_flow::smoothingStep(p, pass, 1), 1 << repeated);
+    EXPECT_FLOAT_EQ(fuse_flow::smoothingTolerance(p, pass, 1), std::sqrt(6.0f) / static_cast<float>(1 << repeated));
+  }
+  p.twicing = false;
+  EXPECT_EQ(fuse_flow::smoothingPasses(p), 4);
+  p.twicing = true;
+  for (const auto& [passes, all] : {std::array{0, 0}, {1, 1}, {2, 4}, {3, 5}, {4, 7}}) {
+    p.passes = passes;
+    EXPECT_EQ(fuse_flow::smoothingPasses(p), all);
+  }
+}
+
+TEST(Smoothing, NoPassReadsTheMapThatItWritesAndTheLastWritesWhatTwicingComparesWith) {
+  fuse_flow::SmoothingParameters p;
+  for (p.passes = 0; p.passes <= fuse_flow::kMaxSmoothingPasses; ++p.passes)
+    for (const bool twicing : {false, true}) {
+      p.twicing = twicing;
+      const int all = fuse_flow::smoothingPasses(p);
+      EXPECT_EQ(fuse_flow::smoothingMap(p, 0), 0);
+      EXPECT_EQ(fuse_flow::smoothingMap(p, all), p.passes % 2);
+      for (int pass = 0; pass < all; ++pass) {
+        EXPECT_NE(fuse_flow::smoothingMap(p, pass), fuse_flow::smoothingMap(p, pass + 1));
+        if (pass <= p.passes) continue;
+        EXPECT_NE(fuse_flow::smoothingMap(p, pass), fuse_flow::smoothingMap(p, p.passes));
+      }
+      EXPECT_EQ(fuse_flow::smoothingMap(p, p.passes), p.passes % 2);
+    }
+}
+
+TEST(Smoothing, TwicingSubtractsWhatIsMoreThanNoise) {
+  fuse_flow::SmoothingParameters p;
+  p.passes = 4;
+  const float k = (1 + 4 + 16 + 64) / (4 + 16 + 64.0f);  // Σ h² of all passes over that of those which run twice
+  p.twicing_above = 0;
+  EXPECT_FLOAT_EQ(fuse_flow::twicedInverseDepth(p, 1, 1.01f, 0.1f), 1 - k * 0.01f);
+  EXPECT_FLOAT_EQ(fuse_flow::twicedInverseDepth(p, 1, 0.99f, 0.1f), 1 + k * 0.01f);
+  EXPECT_EQ(fuse_flow::twicedInverseDepth(p, 1, 1, 0.1f), 1.0f);
+  p.twicing_above = 0.5f;  // half of a change of half the noise
+  EXPECT_NEAR(fuse_flow::twicedInverseDepth(p, 1, 1 + 0.005f / k, 0.01f), 1 - 0.0025f, 1e-6f);
+  EXPECT_NEAR(fuse_flow::twicedInverseDepth(p, 1, 1 + 0.0005f / k, 0.01f), 1, 1e-6f);        // noise
+  EXPECT_NEAR(fuse_flow::twicedInverseDepth(p, 1, 1 + 0.05f / k, 0.01f), 1 - 0.05f, 1e-5f);  // curvature
+  EXPECT_EQ(fuse_flow::twicedInverseDepth(p, 0.01f, 1, 0.001f), 0.01f);  // nothing comes to lie behind the camera
+}
+
 TEST(Smoothing, InverseDepthNoiseIsDepthNoiseOverDepthSquared) {
   const fuse_flow::NoiseModel p{0.0005f, 0.002f, 0.001425f};
   for (const float z : {0.3f, 1.0f, 7.0f})
@@ -167,6 +218,39 @@ TEST(Refinement, TakesTheNoiseOffAnInclinedPlaneAndShiftsItByNothing) {
   }
 }
 
+TEST(Refinement, TwicingKeepsABallAsLargeAsItIsAndAPlaneNearlyAsSmooth) {
+  const float sigma = 0.003f;
+  const scenes::Vector3d center(0, 0, 1.5);
+  const double radius = 0.2;
+  const Scene exact_plane = scenes::makeScene(oneCamera(), tiltedPlane());
+  Scene ball = scenes::makeScene(oneCamera(), scenes::sphere(center, radius));
+  Scene plane = scenes::makeScene(oneCamera(), tiltedPlane());
+  scenes::addNoise(ball, sigma);
+  scenes::addNoise(plane, sigma);
+  /** Mean distance outside of the ball, away from its outline. */
+  const auto outside = [&](const FuseFlowParameters& parameters) {
+    double sum = 0, n = 0;
+    for (const auto& point : scenes::fuse(ball.rig, parameters)) {
+      const scenes::Vector3d p = point.getVector3fMap().cast<double>() - center;
+      if (p.head<2>().norm() > 0.5 * radius) continue;
+      sum += p.norm() - radius;
+      ++n;
+    }
+    EXPECT_GT(n, 500);
+    return sum / n;
+  };
+  for (const int passes : {2, 3, 4}) {
+    FuseFlowParameters with = onePointAPixel(passes), without = with;
+    without.smoothing.twicing = false;
+    const double thin = outside(without);
+    EXPECT_LT(thin, passes == 2 ? -0.0001 : -0.0005);
+    EXPECT_LT(std::abs(outside(with)), 0.45 * std::abs(thin)) << passes << " passes";
+    const double noise = errorOf(scenes::fuse(plane.rig, with), exact_plane.depth[0])[0];
+    EXPECT_LT(noise, (passes == 4 ? 1.25 : 1.6) * errorOf(scenes::fuse(plane.rig, without), exact_plane.depth[0])[0])
+        << passes << " passes";
+  }
+}
+
 /** \brief Adds to the depth what blocks of 8×8 pixels have in common. */
 void addNoiseOfBlocks(Scene& scene, float sigma) {
   std::mt19937 random(5);
@@ -199,7 +283,13 @@ TEST(Refinement, KeepsAStepAndTheSurfacesOnBothSidesOfIt) {
   scenes::addNoise(scene, 0.003f);
   const Cloud cloud = scenes::fuse(scene.rig, onePointAPixel());
   ASSERT_EQ(cloud.size(), exact.depth[0].data.size());
-  for (std::size_t k = 0; k < cloud.size(); ++k) ASSERT_NEAR(cloud[k].z, exact.depth[0].data[k], 0.010f) << k;
+  // Measured, it is up to 9.6 mm off. A pixel that differs from all neighbours stays; twicing moves such a one farther.
+  double squares = 0;
+  for (std::size_t k = 0; k < cloud.size(); ++k) {
+    ASSERT_NEAR(cloud[k].z, exact.depth[0].data[k], 0.012f) << k;
+    squares += std::pow(static_cast<double>(cloud[k].z - exact.depth[0].data[k]), 2);
+  }
+  EXPECT_LT(std::sqrt(squares / static_cast<double>(cloud.size())), 0.0003);
 }
 
 TEST(Refinement, HolesStayHolesAndNothingElseBecomesOne) {

@@ -137,14 +137,17 @@ void matchPoints(std::vector<Entrant>& entrants, const RigFrame& frame) {
     if (entrant.contender().equalPoints()) entrant.matchPoints(frame, first.size(), leaf);
 }
 
-std::vector<simulation::SurfacePoint> visibleIn(Simulator& simulator, const RigFrame& frame, std::size_t number,
-                                                int threads) {
+simulation::Visibility visibilityOf(const Simulator& simulator) {
   simulation::Visibility visibility;
   visibility.min_range = simulator.sensor().minRange();
   visibility.max_range = simulator.sensor().maxRange();
+  return visibility;
+}
+
+std::vector<bool> presentIn(const RigFrame& frame) {
   std::vector<bool> present;
   for (const DepthView& view : frame.views) present.push_back(!view.missing());
-  return visibleSurface(simulator.truth(number), simulator.trueCameras(), present, visibility, threads);
+  return present;
 }
 
 /** \brief The frames' figures of one contender. */
@@ -152,6 +155,7 @@ struct Tally {
   std::vector<simulation::TruthQuality> truth;
   std::vector<double> flicker, error, violations, coverage, milliseconds;
   SurfaceQuality surface;
+  std::vector<simulation::PartQuality> parts;
   std::optional<PlainCloud> previous;
   Cloud previous_cloud;
 };
@@ -173,8 +177,12 @@ std::vector<Result> compare(const Setup& setup, const std::vector<Contender>& co
   for (std::size_t frame = 0; frame < setup.frames; ++frame) {
     std::swap(loaded, before);
     simulator.measure(frame, loaded);
-    const auto visible = visibleIn(simulator, loaded.rig, frame, threads);
+    const simulation::Visibility visibility = visibilityOf(simulator);
+    const std::vector<bool> present = presentIn(loaded.rig);
     const simulation::RayScene& truth = simulator.truth(frame);
+    const auto visible = visibleSurface(truth, simulator.trueCameras(), present, visibility, threads);
+    const simulation::TrueCameras cameras(simulator.trueCameras(), present, visibility);
+    const simulation::PartComparison parts(truth, cameras, visible, threads);
     if (frame == 0) matchPoints(entrants, loaded.rig);
     for (std::size_t k = 0; k < entrants.size(); ++k) {
       Tally& tally = tallies[k];
@@ -184,6 +192,7 @@ std::vector<Result> compare(const Setup& setup, const std::vector<Contender>& co
       simulation::TruthMatches matches;
       PlainCloud points = plain(cloud);
       tally.truth.push_back(compareWithTruth(points, truth, visible, threads, &matches));
+      addParts(tally.parts, parts.compare(matches));
       const auto count = static_cast<unsigned int>(threads);
       const ReprojectionQuality consistency = reprojectionQuality(cloud, loaded.rig, {}, count);
       tally.error.push_back(1e3 * consistency.error);
@@ -205,7 +214,8 @@ std::vector<Result> compare(const Setup& setup, const std::vector<Contender>& co
   std::vector<Result> results;
   for (const Tally& tally : tallies)
     results.push_back({simulation::meanOf(tally.truth), meanOf(tally.flicker), meanOf(tally.error),
-                       meanOf(tally.violations), meanOf(tally.coverage), tally.surface, median(tally.milliseconds)});
+                       meanOf(tally.violations), meanOf(tally.coverage), tally.surface, median(tally.milliseconds),
+                       tally.parts});
   return results;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "evaluation/truth_parts.h"
 #include "evaluation/truth_quality.h"
 #include "methods/instances.h"
 #include "methods/method.h"
@@ -59,6 +60,8 @@ struct Result {
   /** \brief What can be said without the truth; of all frames. */
   SurfaceQuality surface;
   double milliseconds{0};  ///< median over the frames, and three times the first
+  /** \brief By part of the true surface, of all frames. */
+  std::vector<simulation::PartQuality> parts;
 };
 
 /** \brief All contenders on the same frames, in one run. \param on_first if given: called with each contender's number, its

@@ -82,6 +82,7 @@ inline void checkParameters(const SmoothingParameters& p) {
   detail::checkPositive(owner, "smoothing_shrink", p.shrink);
   detail::checkRange(owner, "smoothing_shrink", p.shrink, 0.0f, 1.0f);
   detail::checkNonNegative(owner, "smoothing_wide_above", p.wide_above);
+  detail::checkNonNegative(owner, "smoothing_twicing_above", p.twicing_above);
 }
 
 namespace detail {

@@ -19,7 +19,7 @@ enum class Gauge {
 struct ExtrinsicParameters {
   PreprocessingParameters preprocessing;  ///< raw depth to metres
   /** \brief Smoothing of the depth from which normals are computed; never wide, because the images are already reduced. */
-  SmoothingParameters smoothing{3, 2.5f, 0.7f, 1e6f};
+  SmoothingParameters smoothing{3, 2.5f, 0.7f, 1e6f, false};
   /** \brief A block that sticks out of its surface on all sides, by at most this many standard deviations, is moved back to the surface
    *  before depth is smoothed for normals; ≥ 0. With 0, or without smoothing passes, no block is moved. The upper limit is for wide blocks,
    *  which have little noise: there, a block that sticks out is real shape. */

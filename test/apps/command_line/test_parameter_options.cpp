@@ -46,6 +46,8 @@ const std::vector<Option>& options() {
       {"--smoothing-tolerance", "3.5", [](const P& p) { return p.smoothing.tolerance; }, 3.5, "0"},
       {"--smoothing-shrink", "0.45", [](const P& p) { return p.smoothing.shrink; }, 0.45, "1.5"},
       {"--smoothing-wide-above", "2.5", [](const P& p) { return p.smoothing.wide_above; }, 2.5, "-1"},
+      {"--smoothing-twicing", "false", [](const P& p) { return p.smoothing.twicing; }, 0, "maybe"},
+      {"--smoothing-twicing-above", "0.7", [](const P& p) { return p.smoothing.twicing_above; }, 0.7, "-1"},
       {"--adapt-noise", "false", [](const P& p) { return p.adapt_noise; }, 0, "0.5"},
       {"--min-confidence", "0.25", [](const P& p) { return p.min_confidence; }, 0.25, "1.5"},
       {"--half-weight-noise", "0.5", [](const P& p) { return p.half_weight_noise; }, 0.5, "-1"},

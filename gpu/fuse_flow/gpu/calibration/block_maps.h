@@ -12,7 +12,7 @@ namespace gpu {
 
 /** \brief What only making the blocks of an instant needs; one does for all instants. */
 struct BlockScratch {
-  DeviceBuffer<float> smooth[2];
+  DeviceBuffer<float> smooth[3];
   DeviceBuffer<float> rows;  ///< of grey levels, blurred along rows alone
   DeviceBuffer<float> grey;  ///< pixel by pixel
   NoiseMeasurement noise;
@@ -20,7 +20,8 @@ struct BlockScratch {
   PinnedBuffer<Median> fetched_medians;
 
   std::size_t bytes() const {
-    return smooth[0].bytes() + smooth[1].bytes() + rows.bytes() + grey.bytes() + noise.bytes() + medians.bytes();
+    return smooth[0].bytes() + smooth[1].bytes() + smooth[2].bytes() + rows.bytes() + grey.bytes() + noise.bytes() +
+           medians.bytes();
   }
 };
 
@@ -114,7 +115,7 @@ class BlockMaps {
                BlockScratch& scratch) {
     z_.resize(blocks());
     rays_.resize(blocks());
-    for (DeviceBuffer<float>& map : scratch.smooth) map.resize(blocks());
+    for (int map = 0; map < 2; ++map) scratch.smooth[map].resize(blocks());
     run.forEach(blocks(), AverageBlocks{grid(), full.grid().views, maps.measured(), steepestBlock(), z_.data(),
                                         scratch.smooth[1].data(), rays_.data()});
     scratch.noise.measure(run, grid(), views_.deviceViews(), blocks(), noiseParameters(p), z_.data());

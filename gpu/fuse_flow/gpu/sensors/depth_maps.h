@@ -44,8 +44,8 @@ class DepthMaps {
   const float* noiseScales() const { return noise_.scales(); }
 
   std::size_t bytes() const {
-    return z_.bytes() + raw_z_.bytes() + maps_[0].bytes() + maps_[1].bytes() + noise_.bytes() + bilateral_.bytes() +
-           multipath_.bytes();
+    return z_.bytes() + raw_z_.bytes() + maps_[0].bytes() + maps_[1].bytes() + maps_[2].bytes() + noise_.bytes() +
+           bilateral_.bytes() + multipath_.bytes();
   }
 
  private:
@@ -89,13 +89,15 @@ class DepthMaps {
 
   /** \brief D^r of eq. 8. */
   void refine(Execution& run, StageTimes& times, FrameViews& views, const DepthMapParameters& parameters) {
-    passes_ = parameters.smoothing.passes;
-    smoothDepth(run, views.tiles(), views.pixels(), parameters.smoothing, maps_);
+    const SmoothingParameters& smoothing = parameters.smoothing;
+    passes_ = smoothing.passes;
+    smoothDepth(run, views.tiles(), views.pixels(), smoothing, maps_);
     const double pass = 8.0 * static_cast<double>(views.pixels());
-    if (passes_ > 0) times.mark("smoothing", pass, passes_ * pass);
+    const double before_twicing = twicingPasses(smoothing) > 0 ? 0.5 * pass : 0;
+    if (passes_ > 0) times.mark("smoothing", pass, smoothingPasses(smoothing) * pass + before_twicing);
   }
 
-  DeviceBuffer<float> z_, raw_z_, maps_[2];
+  DeviceBuffer<float> z_, raw_z_, maps_[3];
   MultipathCorrection multipath_;
   BilateralSmoothing bilateral_;
   int passes_{0};

@@ -6,7 +6,8 @@
 namespace fuse_flow {
 namespace gpu {
 
-/** \brief One pass of the smoothing at one pixel. The last pass writes depth instead of inverse depth. */
+/** \brief One pass of the smoothing at one pixel. The last pass writes depth instead of inverse depth. Where it is of twicing, it takes the
+ *  inverse depth before twicing from where it writes. */
 struct SmoothDepth {
   PixelGrid grid;
   SmoothingParameters smoothing;
@@ -22,8 +23,11 @@ struct SmoothDepth {
     float patch[9];
     readPatch({&view, q}, a.u, a.v, index, smoothingStep(smoothing, pass, view.noise.level()), patch);
     const float tolerance = smoothingTolerance(smoothing, pass, view.noise.scale);
-    const float result = smoothedInverseDepth(patch, tolerance * inverseDepthNoise(view.noise.model, centre));
-    if (pass != smoothing.passes - 1) return result;
+    const float of_model = inverseDepthNoise(view.noise.model, centre);
+    float result = smoothedInverseDepth(patch, tolerance * of_model);
+    if (pass != smoothingPasses(smoothing) - 1) return result;
+    if (pass >= smoothing.passes)
+      result = twicedInverseDepth(smoothing, out[index], result, view.noise.scale * of_model);
     return result > 0 ? 1.0f / result : 0.0f;
   }
 

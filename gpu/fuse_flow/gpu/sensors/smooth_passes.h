@@ -6,13 +6,14 @@
 namespace fuse_flow {
 namespace gpu {
 
-/** \brief All passes. \param maps to and fro between these: inverse depth in the first to begin with, in the end depth in that of
- *  the number of passes  \param pixels of all views, padding included */
+/** \brief All passes. \param maps of smoothingMap(): inverse depth in the first to begin with, in the end depth in that of
+ *  the number of passes modulo 2; the third is allocated here, and only for twicing  \param pixels of all views, padding included */
 inline void smoothDepth(Execution& run, const TileGrid& tiles, std::size_t pixels, const SmoothingParameters& smoothing,
-                        DeviceBuffer<float> (&maps)[2]) {
-  (void)pixels;
-  for (int pass = 0; pass < smoothing.passes; ++pass) {
-    const SmoothDepth step{tiles.pixels, smoothing, pass, maps[pass % 2].data(), maps[(pass + 1) % 2].data()};
+                        DeviceBuffer<float> (&maps)[3]) {
+  if (twicingPasses(smoothing) > 0) maps[2].resize(pixels);
+  for (int pass = 0; pass < smoothingPasses(smoothing); ++pass) {
+    const SmoothDepth step{tiles.pixels, smoothing, pass, maps[smoothingMap(smoothing, pass)].data(),
+                           maps[smoothingMap(smoothing, pass + 1)].data()};
 #if FUSE_FLOW_CUDA
     run.launch("smoothDepthKernel", smoothDepthKernel, tiles.count, kTileThreads, step, tiles);
 #else

@@ -101,13 +101,14 @@ class AlignmentView {
     image_.noise_scale = noise_.scale = measureNoiseScale(noise_.model, z_);
     for (DepthMap& map : scratch_) {
       map.clear();
-      map.resize(width(), height());
+      if (&map != &scratch_[2] || twicingPasses(p.smoothing) > 0) map.resize(width(), height());
     }
     for (int v = 0; v < height(); ++v) invertRow(z_.row(v), width(), scratch_[1].row(v));
     for (int v = 0; v < height(); ++v) despeckleRow(p, v);
-    for (int pass = 0; pass < p.smoothing.passes; ++pass)
+    for (int pass = 0; pass < smoothingPasses(p.smoothing); ++pass)
       for (int v = 0; v < height(); ++v)
-        smoothRow(p.smoothing, pass, noise_, scratch_[pass % 2], v, scratch_[(pass + 1) % 2].row(v));
+        smoothRow(p.smoothing, pass, noise_, scratch_[smoothingMap(p.smoothing, pass)], v,
+                  scratch_[smoothingMap(p.smoothing, pass + 1)].row(v));
     if (p.smoothing.passes % 2 == 1) std::swap(scratch_[0], scratch_[1]);
     if (p.smoothing.passes == 0) scratch_[0] = z_;
   }
@@ -225,7 +226,7 @@ class AlignmentView {
   float normal_noise_{0.05f};
   DepthMap full_;
   DepthMap z_;
-  DepthMap scratch_[2];
+  DepthMap scratch_[3];  // the last for twicing
   std::vector<Ray> rays_;
   std::vector<Vec3> normals_;
   std::array<std::vector<float>, kScales> lumas_;

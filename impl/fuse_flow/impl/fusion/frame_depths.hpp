@@ -60,13 +60,15 @@ class FrameDepths {
     std::size_t most = 0;
     for (const FrameTasks::View& view : views_)
       if (!view.missing) most = std::max(most, DepthMap::sizeOf(view.width, view.height));
+    maps *= kScratchMaps;
     if (scratch_.size() < maps) scratch_.resize(maps);
     for (DepthMap& map : scratch_) map.reserve(most);
   }
 
-  /** \brief A scratch map becomes that of a view. */
-  void takeScratch(std::size_t i, std::uint32_t map) {
-    scratch_[map].resize(measured_[i].width(), measured_[i].height());
+  /** \brief Scratch maps become those of a view. */
+  void takeScratch(std::size_t i, std::uint32_t scratch) {
+    for (std::uint32_t k = 0; k < (twicing() ? kScratchMaps : 1); ++k)
+      scratch_[kScratchMaps * scratch + k].resize(measured_[i].width(), measured_[i].height());
   }
 
   /** \brief Raw depth to metres, within the range. \param scratch number of the view's scratch map */
@@ -89,7 +91,7 @@ class FrameDepths {
     invertRow(measured_[i].row(v), measured_[i].width(), smoothed(i, 0, scratch).row(v));
   }
 
-  /** \brief One pass of the smoothing; the last one gives D^r. */
+  /** \brief One pass of the smoothing, 0 … smoothingPasses() − 1; the last one gives D^r. */
   void smooth(std::size_t i, int pass, int v, std::uint32_t scratch) {
     smoothRow(parameters_->smoothing, pass, noise_[i], smoothed(i, pass, scratch), v,
               smoothed(i, pass + 1, scratch).row(v));
@@ -107,12 +109,19 @@ class FrameDepths {
   const ViewNoise& noise(std::size_t i) const { return noise_[i]; }
 
  private:
-  int passes() const { return parameters_->smoothing.passes; }
+  int passes() const { return smoothingPasses(parameters_->smoothing); }
 
-  /** \brief Inverse depth before a pass: to and fro between two maps, so that the last pass writes into the one that is kept. */
+  bool twicing() const { return twicingPasses(parameters_->smoothing) > 0; }
+
+  /** \brief Inverse depth before a pass: to and fro between the maps, so that the last pass writes into the one that is kept. */
   DepthMap& smoothed(std::size_t i, int pass, std::uint32_t scratch) {
-    return (passes() - pass) % 2 == 0 ? refined_[i] : scratch_[scratch];
+    const int map = smoothingMap(parameters_->smoothing, pass);
+    if (map == parameters_->smoothing.passes % 2) return refined_[i];
+    return scratch_[kScratchMaps * scratch + (map == 2 ? 1 : 0)];
   }
+
+  /** \brief Of a view; the second is for twicing. */
+  static constexpr std::uint32_t kScratchMaps = 2;
 
   const RigFrame* frame_{nullptr};
   const RigGeometry* rig_{nullptr};

@@ -127,7 +127,7 @@ class FramePipeline {
   void layOut() {
     startStatistics();
     depths_.start(*frame_, rig_, parameters);
-    tasks_.layOut(depths_.views(), parameters.smoothing.passes, threads_);
+    tasks_.layOut(depths_.views(), parameters.smoothing, threads_);
     depths_.reserveScratch(tasks_.scratchMaps());
     const std::vector<Stretch>& stretches = tasks_.stretches();
     counts_.assign(stretches.size(), {});

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 namespace fuse_flow {
@@ -47,8 +48,9 @@ class FrameTasks {
   };
 
   /** \brief Views are begun as many at a time as keep all threads busy: their maps then stay in the caches from step to step. */
-  void layOut(const std::vector<View>& views, int passes, int threads) {
-    passes_ = passes;
+  void layOut(const std::vector<View>& views, const SmoothingParameters& smoothing, int threads) {
+    smoothing_ = smoothing;
+    passes_ = smoothingPasses(smoothing);
     tasks_.clear();
     flow_.clear();
     owners_.clear();
@@ -101,14 +103,14 @@ class FrameTasks {
     first_stretch_.push_back(static_cast<std::uint32_t>(stretches_.size()));
   }
 
-  /** \brief Step by step, in each of them view by view. Smoothing goes to and fro between two maps, of which the last pass writes into the
-   *  one that is kept. */
+  /** \brief Step by step, in each of them view by view. Smoothing goes to and fro between the view's own map and its scratch
+   *  maps, so that the last pass writes into its own. */
   void addViews(const std::vector<View>& views, std::uint32_t begin, std::uint32_t end) {
     const auto forEachView = [&](const auto& add) {
       for (std::uint32_t i = begin; i < end; ++i)
         if (!views[i].missing) add(i, views[i]);
     };
-    const bool first_into_scratch = passes_ % 2 == 1;  // inverse depth; else the first pass
+    const bool first_into_scratch = smoothing_.passes % 2 == 1;  // inverse depth; else the first pass
     if (owners_.size() < end - begin) owners_.resize(end - begin);
     std::uint32_t scratch = 0;
     if (passes_ > 0) forEachView([&](std::uint32_t i, const View&) { takeScratch(i, scratch++); });
@@ -126,15 +128,18 @@ class FrameTasks {
     });
     for (int pass = 0; pass < passes_; ++pass)
       forEachView([&](std::uint32_t i, const View& view) {
-        // A pass writes over what the pass before it has read: of the same stretches, since its spacing is no smaller.
-        addStretches(Step::Smooth, i, pass,
-                     stretchesWithin(kMaxSmoothingStep >> (kMaxSmoothingPasses - 1 - pass), view));
+        // A pass reads what the pass before it has written, and writes over what that one has read.
+        const int reach = std::max(largestStep(pass), pass > 0 ? largestStep(pass - 1) : 0);
+        addStretches(Step::Smooth, i, pass, stretchesWithin(reach, view));
         if (pass == 0 && !first_into_scratch) awaitScratch(i);
         if (pass == passes_ - 1) owners_[scratch_of_[i]].smoothed = last_[i];
       });
     // Confidence looks one row up and down, support one more.
     forEachView([&](std::uint32_t i, const View& view) { addStretches(Step::Points, i, 0, stretchesWithin(2, view)); });
   }
+
+  /** \brief Of a pass: as in the noisiest view. */
+  int largestStep(int pass) const { return smoothingStep(smoothing_, pass, std::numeric_limits<float>::infinity()); }
 
   static std::uint32_t stretchesWithin(int rows, const View& view) {
     const int each = rowsOfStretch(view.width);
@@ -182,7 +187,8 @@ class FrameTasks {
     last_[i] = {static_cast<std::uint32_t>(tasks_.size()) - n, static_cast<std::uint32_t>(tasks_.size())};
   }
 
-  int passes_{0};
+  SmoothingParameters smoothing_;
+  int passes_{0};  ///< all, those of twicing included
   TaskFlow flow_;
   std::vector<Task> tasks_;
   std::vector<Stretch> stretches_;

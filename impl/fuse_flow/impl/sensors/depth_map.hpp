@@ -151,24 +151,38 @@ inline void invertRow(const float* z, int width, float* q) {
   });
 }
 
-/** \brief One pass of the smoothing over one row; holes stay holes. \param noise of the view  \param q inverse depth
- *  \param out inverse depth, or depth after the last pass */
+/** \brief One pass of the smoothing over one row; holes stay holes. \param pass 0 … smoothingPasses() − 1  \param noise of the view
+ *  \param q inverse depth, 1/metres  \param out inverse depth, or depth in metres after the last pass. Where that is of twicing, it holds the
+ *  inverse depth before twicing. */
 inline void smoothRow(const SmoothingParameters& smoothing, int pass, const ViewNoise& noise, const DepthMap& q, int v,
                       float* __restrict out) {
   const float tolerance = smoothingTolerance(smoothing, pass, noise.scale);
   const RowsOfPatch rows(q, v, smoothingStep(smoothing, pass, noise.level()));
   const int width = q.width();
-  inWideVectors([=, &noise] {
+  const bool last = pass == smoothingPasses(smoothing) - 1, twices = last && pass >= smoothing.passes;
+  inWideVectors([=, &noise, &smoothing] {
     const NoiseModel model = noise.model;  // copies: the compiler then knows that nothing overwrites them
     const RowsOfPatch patches = rows;
     float* __restrict smoothed_row = out;
+    if (twices) {
+      const SmoothingParameters p = smoothing;
+      const float scale = noise.scale;
+      for (int u = 0; u < width; ++u) {
+        const float centre = patches.here[u];
+        const float of_model = inverseDepthNoise(model, centre);
+        const float again = smoothedInverseDepth(patches[u].z, tolerance * of_model);
+        const float twiced = twicedInverseDepth(p, smoothed_row[u], again, scale * of_model);
+        smoothed_row[u] = centre > 0 ? twiced : 0.0f;
+      }
+      return;
+    }
     for (int u = 0; u < width; ++u) {
       const float centre = patches.here[u];
       const float smoothed = smoothedInverseDepth(patches[u].z, tolerance * inverseDepthNoise(model, centre));
       smoothed_row[u] = centre > 0 ? smoothed : 0.0f;
     }
   });
-  if (pass == smoothing.passes - 1) invertRow(out, width, out);
+  if (last) invertRow(out, width, out);
 }
 
 /** \brief Noise of a view over its camera's model: see noiseScale(). */
