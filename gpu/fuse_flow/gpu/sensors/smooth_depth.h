@@ -15,8 +15,7 @@ struct SmoothDepth {
   const float* q;
   float* out;
 
-  FUSE_FLOW_HD float smoothed(const PixelAddress& a, std::uint32_t index) const {
-    const DeviceView& view = grid.views[a.view];
+  FUSE_FLOW_HD float smoothed(const DeviceView& view, const PixelAddress& a, std::uint32_t index) const {
     if (a.u >= view.model.intrinsics.width) return 0.0f;  // padding
     const float centre = q[index];
     if (!(centre > 0)) return 0.0f;
@@ -31,7 +30,10 @@ struct SmoothDepth {
     return result > 0 ? 1.0f / result : 0.0f;
   }
 
-  FUSE_FLOW_HD void operator()(std::uint32_t index) const { out[index] = smoothed(grid.addressOf(index), index); }
+  FUSE_FLOW_HD void operator()(std::uint32_t index) const {
+    const PixelAddress a = grid.addressOf(index);
+    out[index] = smoothed(grid.views[a.view], a, index);
+  }
 };
 
 }  // namespace gpu

@@ -9,8 +9,9 @@ namespace gpu {
 
 /** \brief SmoothDepth, one block a tile. */
 static __global__ void __launch_bounds__(kTileThreads) smoothDepthKernel(const SmoothDepth step, const TileGrid tiles) {
-  forEachPixelOfTile(
-      tiles, [&step](const PixelAddress& a, std::uint32_t index) { step.out[index] = step.smoothed(a, index); });
+  forEachPixelOfTileInView(tiles, [&step](const DeviceView& view, const PixelAddress& a, std::uint32_t index) {
+    step.out[index] = step.smoothed(view, a, index);
+  });
 }
 
 }  // namespace gpu

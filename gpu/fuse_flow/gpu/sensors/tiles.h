@@ -54,10 +54,11 @@ inline GridSize layOutPixels(DeviceView* views, std::size_t n, std::uint32_t* of
 }
 
 #if FUSE_FLOW_CUDA
-/** \brief Calls visit(pixel, number) for the pixels of the block's tile that are a thread's, padding included. All threads of
- *  the block must call it; those of a warp have pixels of one chunk. */
+/** \brief Calls visit(view, pixel, number) for the pixels of the block's tile that are a thread's, padding included. All threads of
+ *  the block must call it; those of a warp have pixels of one chunk. The view is a copy: what follows from it alone is computed once, whatever
+ *  visit writes. */
 template <typename Visit>
-__device__ void forEachPixelOfTile(const TileGrid& tiles, const Visit& visit) {
+__device__ void forEachPixelOfTileInView(const TileGrid& tiles, const Visit& visit) {
   __shared__ PixelAddress corner;
   if (threadIdx.x == 0) {
     const std::uint32_t i = tiles.viewOf(blockIdx.x);
@@ -67,12 +68,19 @@ __device__ void forEachPixelOfTile(const TileGrid& tiles, const Visit& visit) {
     corner = {i, static_cast<int>((tile - row * tiles_in_row) * kChunk), static_cast<int>(row * kTileHeight)};
   }
   __syncthreads();
-  const DeviceView& view = tiles.pixels.views[corner.view];
+  const DeviceView view = tiles.pixels.views[corner.view];
   const int end = min(corner.v + static_cast<int>(kTileHeight), view.model.intrinsics.height);
   PixelAddress a = corner;
   a.u += static_cast<int>(threadIdx.x % kChunk);
   for (a.v += static_cast<int>(threadIdx.x / kChunk); a.v < end; a.v += static_cast<int>(kTileWarps))
-    visit(a, view.indexOf(a.u, a.v));
+    visit(view, a, view.indexOf(a.u, a.v));
+}
+
+/** \brief The same with visit(pixel, number). */
+template <typename Visit>
+__device__ void forEachPixelOfTile(const TileGrid& tiles, const Visit& visit) {
+  forEachPixelOfTileInView(
+      tiles, [&visit](const DeviceView&, const PixelAddress& a, std::uint32_t index) { visit(a, index); });
 }
 #endif
 
