@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <future>
 #include <mutex>
@@ -113,8 +114,7 @@ class MapsInModel {
         tasks_(tasks),
         depth_(views.size()),
         kept_(views.size()),
-        scratch_(tasks.scratchMaps()),
-        second_scratch_(tasks.scratchMaps()) {
+        scratch_(tasks.scratchMaps()) {
     for (std::size_t i = 0; i < views.size(); ++i) {
       depth_[i].assign(rows(i), {i, -1});
       kept_[i].assign(rows(i), {i, -1});
@@ -127,8 +127,7 @@ class MapsInModel {
     const FrameTasks::Stretch stretch = tasks_.stretches()[task.stretch];
     switch (task.step) {
       case FrameTasks::Step::TakeScratch:
-        scratch_[tasks_.scratchOf(i)].assign(rows(i), {i, -1});
-        second_scratch_[tasks_.scratchOf(i)].assign(rows(i), {i, -1});
+        for (Map& map : scratch_[tasks_.scratchOf(i)]) map.assign(rows(i), {i, -1});
         break;
       case FrameTasks::Step::Convert:
         write(depth_[i], stretch, {i, 0});
@@ -146,7 +145,7 @@ class MapsInModel {
         const int step = smoothingStep(smoothing_, task.pass, 1e9f);
         read(map(i, task.pass), stretch.begin_row - step, stretch.end_row + step, {i, task.pass});
         if (task.pass == passes_ - 1 && passes_ > smoothing_.passes)  // twicing looks at what was before it
-          read(kept_[i], stretch.begin_row, stretch.end_row, {i, smoothing_.passes});
+          read(map(i, smoothing_.passes), stretch.begin_row - 1, stretch.end_row + 1, {i, smoothing_.passes});
         write(map(i, task.pass + 1), stretch, {i, task.pass + 1});
         break;
       }
@@ -170,8 +169,8 @@ class MapsInModel {
   std::size_t rows(std::size_t i) const { return static_cast<std::size_t>(views_[i].height); }
   Map& map(std::size_t i, int pass) {
     const int map = smoothingMap(smoothing_, pass);
-    if (map == smoothing_.passes % 2) return kept_[i];
-    return (map == 2 ? second_scratch_ : scratch_)[tasks_.scratchOf(i)];
+    if (map == smoothingMap(smoothing_, passes_)) return kept_[i];
+    return scratch_[tasks_.scratchOf(i)][static_cast<std::size_t>(map)];
   }
 
   static void write(Map& map, const FrameTasks::Stretch& stretch, const Written& what) {
@@ -186,7 +185,8 @@ class MapsInModel {
   SmoothingParameters smoothing_;
   int passes_;
   const FrameTasks& tasks_;
-  std::vector<Map> depth_, kept_, scratch_, second_scratch_;
+  std::vector<Map> depth_, kept_;
+  std::vector<std::array<Map, 3>> scratch_;  // as smoothingMap() numbers them; one of the three is the view's own
   std::vector<int> points_;
   int wrong_{0};
 };

@@ -81,21 +81,25 @@ TEST(Smoothing, TwicingRunsThePassesButTheFirstOnceMore) {
   }
 }
 
-TEST(Smoothing, NoPassReadsTheMapThatItWritesAndTheLastWritesWhatTwicingComparesWith) {
+TEST(Smoothing, NoPassReadsTheMapThatItWritesAndThoseOfTwicingLeaveWhatWasBeforeThem) {
   fuse_flow::SmoothingParameters p;
   for (p.passes = 0; p.passes <= fuse_flow::kMaxSmoothingPasses; ++p.passes)
     for (const bool twicing : {false, true}) {
       p.twicing = twicing;
-      const int all = fuse_flow::smoothingPasses(p);
       EXPECT_EQ(fuse_flow::smoothingMap(p, 0), 0);
-      EXPECT_EQ(fuse_flow::smoothingMap(p, all), p.passes % 2);
-      for (int pass = 0; pass < all; ++pass) {
-        EXPECT_NE(fuse_flow::smoothingMap(p, pass), fuse_flow::smoothingMap(p, pass + 1));
-        if (pass <= p.passes) continue;
-        EXPECT_NE(fuse_flow::smoothingMap(p, pass), fuse_flow::smoothingMap(p, p.passes));
+      for (int pass = 0; pass < fuse_flow::smoothingPasses(p); ++pass) {
+        const int written = fuse_flow::smoothingMap(p, pass + 1);
+        EXPECT_NE(fuse_flow::smoothingMap(p, pass), written);
+        EXPECT_LE(written, pass < p.passes ? 1 : 2);
+        if (pass < p.passes) continue;
+        EXPECT_NE(fuse_flow::smoothingMap(p, p.passes), written);
       }
-      EXPECT_EQ(fuse_flow::smoothingMap(p, p.passes), p.passes % 2);
     }
+}
+
+/** \brief On a surface that continues along its row. */
+float twiced(const fuse_flow::SmoothingParameters& p, float smoothed, float again, float noise) {
+  return fuse_flow::twicedInverseDepth(p, {smoothed, smoothed, smoothed, 0, 0}, again, noise);
 }
 
 TEST(Smoothing, TwicingSubtractsWhatIsMoreThanNoise) {
@@ -103,14 +107,37 @@ TEST(Smoothing, TwicingSubtractsWhatIsMoreThanNoise) {
   p.passes = 4;
   const float k = (1 + 4 + 16 + 64) / (4 + 16 + 64.0f);  // Σ h² of all passes over that of those which run twice
   p.twicing_above = 0;
-  EXPECT_FLOAT_EQ(fuse_flow::twicedInverseDepth(p, 1, 1.01f, 0.1f), 1 - k * 0.01f);
-  EXPECT_FLOAT_EQ(fuse_flow::twicedInverseDepth(p, 1, 0.99f, 0.1f), 1 + k * 0.01f);
-  EXPECT_EQ(fuse_flow::twicedInverseDepth(p, 1, 1, 0.1f), 1.0f);
-  p.twicing_above = 0.5f;  // half of a change of half the noise
-  EXPECT_NEAR(fuse_flow::twicedInverseDepth(p, 1, 1 + 0.005f / k, 0.01f), 1 - 0.0025f, 1e-6f);
-  EXPECT_NEAR(fuse_flow::twicedInverseDepth(p, 1, 1 + 0.0005f / k, 0.01f), 1, 1e-6f);        // noise
-  EXPECT_NEAR(fuse_flow::twicedInverseDepth(p, 1, 1 + 0.05f / k, 0.01f), 1 - 0.05f, 1e-5f);  // curvature
-  EXPECT_EQ(fuse_flow::twicedInverseDepth(p, 0.01f, 1, 0.001f), 0.01f);  // nothing comes to lie behind the camera
+  EXPECT_FLOAT_EQ(twiced(p, 1, 1.01f, 0.1f), 1 - k * 0.01f);
+  EXPECT_FLOAT_EQ(twiced(p, 1, 0.99f, 0.1f), 1 + k * 0.01f);
+  EXPECT_EQ(twiced(p, 1, 1, 0.1f), 1.0f);
+  p.twicing_above = 0.5f;
+  EXPECT_NEAR(twiced(p, 1, 1 + 0.005f / k, 0.01f), 1 - 0.0025f, 1e-6f);  // half of a change of half the noise
+  EXPECT_NEAR(twiced(p, 1, 1 + 0.0005f / k, 0.01f), 1, 1e-6f);           // noise
+  EXPECT_NEAR(twiced(p, 1, 1 + 0.05f / k, 0.01f), 1 - 0.05f, 1e-5f);     // curvature
+  EXPECT_EQ(twiced(p, 0.01f, 1, 0.001f), 0.01f);                         // nothing comes to lie behind the camera
+  p.twicing_above = 0;
+  for (const auto& [passes, factor] : {std::pair(3, (1 + 4 + 16) / (4 + 16.0f)), {2, 1.0f}}) {
+    p.passes = passes;
+    EXPECT_FLOAT_EQ(twiced(p, 1, 1.01f, 0.1f), 1 - factor * 0.01f) << passes << " passes";
+  }
+}
+
+TEST(Smoothing, TwicingLeavesAPixelThatSticksOutByItself) {
+  fuse_flow::SmoothingParameters p;
+  const auto twice = [&p](float left, float right, float above, float below) {
+    return fuse_flow::twicedInverseDepth(p, {1, left, right, above, below}, 1.02f, 0.001f);
+  };
+  const float curved = twice(1, 1, 1, 1);
+  EXPECT_NEAR(curved, 1 - 0.02f * 85 / 84, 1e-5f);
+  EXPECT_EQ(twice(1.01f, 1.01f, 1.01f, 1.01f), curved);  // a second difference of 0.02, the change is more
+  EXPECT_EQ(twice(1.05f, 1.05f, 1.05f, 1.05f), 1.0f);    // sticks out on all sides
+  EXPECT_EQ(twice(0.95f, 0.95f, 0.95f, 0.95f), 1.0f);
+  EXPECT_EQ(twice(1.05f, 0.95f, 1.05f, 1.05f), curved);  // a slope along the row
+  EXPECT_EQ(twice(1.05f, 1.05f, 1.0f, 1.0f), curved);    // a ridge along the column
+  EXPECT_EQ(twice(2, 1, 1, 1), curved);                  // an edge on the left
+  EXPECT_EQ(twice(2, 1, 1, 2), 1.0f);                    // a corner
+  EXPECT_EQ(twice(0, 1, 1, 1), curved);                  // holes
+  EXPECT_EQ(twice(0, 1, 1, 0), 1.0f);
 }
 
 TEST(Smoothing, InverseDepthNoiseIsDepthNoiseOverDepthSquared) {
@@ -243,10 +270,10 @@ TEST(Refinement, TwicingKeepsABallAsLargeAsItIsAndAPlaneNearlyAsSmooth) {
     FuseFlowParameters with = onePointAPixel(passes), without = with;
     without.smoothing.twicing = false;
     const double thin = outside(without);
-    EXPECT_LT(thin, passes == 2 ? -0.0001 : -0.0005);
-    EXPECT_LT(std::abs(outside(with)), 0.45 * std::abs(thin)) << passes << " passes";
+    EXPECT_LT(thin, passes == 2 ? -0.0015 : -0.006);
+    EXPECT_LT(std::abs(outside(with)), (passes == 2 ? 0.45 : 0.05) * std::abs(thin)) << passes << " passes";
     const double noise = errorOf(scenes::fuse(plane.rig, with), exact_plane.depth[0])[0];
-    EXPECT_LT(noise, (passes == 4 ? 1.25 : 1.6) * errorOf(scenes::fuse(plane.rig, without), exact_plane.depth[0])[0])
+    EXPECT_LT(noise, (passes == 2 ? 1.1 : 1.05) * errorOf(scenes::fuse(plane.rig, without), exact_plane.depth[0])[0])
         << passes << " passes";
   }
 }
@@ -283,10 +310,9 @@ TEST(Refinement, KeepsAStepAndTheSurfacesOnBothSidesOfIt) {
   scenes::addNoise(scene, 0.003f);
   const Cloud cloud = scenes::fuse(scene.rig, onePointAPixel());
   ASSERT_EQ(cloud.size(), exact.depth[0].data.size());
-  // Measured, it is up to 9.6 mm off. A pixel that differs from all neighbours stays; twicing moves such a one farther.
   double squares = 0;
   for (std::size_t k = 0; k < cloud.size(); ++k) {
-    ASSERT_NEAR(cloud[k].z, exact.depth[0].data[k], 0.012f) << k;
+    ASSERT_NEAR(cloud[k].z, exact.depth[0].data[k], 0.010f) << k;
     squares += std::pow(static_cast<double>(cloud[k].z - exact.depth[0].data[k]), 2);
   }
   EXPECT_LT(std::sqrt(squares / static_cast<double>(cloud.size())), 0.0003);

@@ -18,7 +18,7 @@ struct SmoothingParameters {
   int passes{4};
   /** \brief A pair of opposite neighbours counts if its second difference is under this many standard deviations of the second difference
    *  by noise alone; > 0. */
-  float tolerance{3.0f};
+  float tolerance{2.8f};
   /** \brief The tolerance of a pass divided by that of the previous pass, which has reduced the noise; (0, 1]. */
   float shrink{0.7f};
   /** \brief Views with more than this times the noise of ConfidenceParameters::noise are smoothed at twice the spacing; ≥ 0. So much noise
@@ -51,12 +51,11 @@ FUSE_FLOW_HD int repeatedPass(const SmoothingParameters& p, int pass) {
   return pass < p.passes ? pass : pass - twicingPasses(p);
 }
 
-/** \brief Which of three maps a pass reads; it writes the one of the pass after it. The last writes where q_s of twicedInverseDepth() is, of
- *  which it needs no neighbours. \param pass 0 … smoothingPasses(), the last one for the result  \return 0 … 2, 2 only with twicing; 0 for the
- *  first pass, passes % 2 for the result */
+/** \brief Which of three maps a pass reads; it writes the one of the pass after it. The passes of twicing leave alone the map of pass `passes`,
+ *  which the last one looks at. \param pass 0 … smoothingPasses(), that is the result's  \return 0 … 2; 0 for the first pass, 2 only with
+ *  twicing */
 FUSE_FLOW_HD int smoothingMap(const SmoothingParameters& p, int pass) {
   if (pass <= p.passes) return pass % 2;
-  if (pass == smoothingPasses(p)) return p.passes % 2;
   return (pass - p.passes) % 2 == 1 ? 1 - p.passes % 2 : 2;
 }
 
@@ -110,17 +109,25 @@ FUSE_FLOW_HD float smoothedInverseDepth(const float (&q)[9], float tolerance) {
 
 /** \brief Twicing: q_s − s d with d = k (S q_s − q_s). On a surface of constant curvature a pass at the spacing h changes q by a multiple
  *  of h², so d is what all passes have changed if k is Σ h² over all of them / Σ h² over those that run twice. The share
- *  s = x⁴ / (x⁴ + a⁴) of x = d / noise leaves what may be noise.
- *  \param smoothed q_s, inverse depth after all passes but those of twicing, 1/metres  \param again S q_s, after those, too, 1/metres
- *  \param noise standard deviation of the measured q, 1/metres, > 0  \return 1/metres, > 0 */
-FUSE_FLOW_HD float twicedInverseDepth(const SmoothingParameters& p, float smoothed, float again, float noise) {
+ *  s = x⁴ / (x⁴ + a⁴) of x = d / noise leaves what may be noise. A pixel that sticks out by itself, by more than d beside its neighbours both
+ *  along the row and along the column, is not curved, but wrong: s is 0 for it.
+ *  \param cross q_s, inverse depth after all passes but those of twicing, of the pixel and of those beside it: left, right, above, below, 1/metres,
+ *  0 for holes  \param again S q_s, after those, too, 1/metres  \param noise standard deviation of the measured q, 1/metres, > 0
+ *  \return 1/metres, > 0 */
+FUSE_FLOW_HD float twicedInverseDepth(const SmoothingParameters& p, const float (&cross)[5], float again, float noise) {
+  const float smoothed = cross[0];
   const float all = static_cast<float>((1 << 2 * p.passes) - 1);  // 3 Σ h²
   const float change =
       all / (all + 1 - static_cast<float>(1 << 2 * (p.passes - twicingPasses(p)))) * (again - smoothed);
   const float x = change / noise;
   const float x2 = x * x, a2 = p.twicing_above * p.twicing_above;
   const float share = x2 * x2 / (x2 * x2 + a2 * a2 + 1e-20f);  // the last term: where neither is more than 0
-  const float twiced = smoothed - share * change;
+  const auto continues = [&](float before, float after) {
+    const float r = before - 2 * smoothed + after;
+    return (before > 0) & (after > 0) & (r * r <= change * change);
+  };
+  const float curved = continues(cross[1], cross[2]) | continues(cross[3], cross[4]) ? share : 0.0f;
+  const float twiced = smoothed - curved * change;
   return twiced > 0 ? twiced : smoothed;
 }
 

@@ -124,13 +124,14 @@ class BlockMaps {
   void findNormals(Execution& run, const ExtrinsicParameters& p, BlockScratch& scratch) {
     run.forEach(blocks(), DespeckleBlocks{grid(), scratch.smooth[1].data(), p.max_speckle, scratch.smooth[0].data()});
     smoothDepth(run, views_.tiles(), blocks(), p.smoothing, scratch.smooth);
-    const float* smooth = p.smoothing.passes == 0 ? z_.data() : scratch.smooth[p.smoothing.passes % 2].data();
+    DeviceBuffer<float>& result = scratch.smooth[smoothingMap(p.smoothing, smoothingPasses(p.smoothing))];
+    const float* smooth = p.smoothing.passes == 0 ? z_.data() : result.data();
     normals_.resize(blocks());
     run.forEach(blocks(), FindNormals{{grid(), z_.data(), rays_.data()},
                                       {grid(), smooth, rays_.data()},
                                       2.449490f * p.smoothing.tolerance,
                                       normals_.data()});
-    if (p.smoothing.passes > 0) std::swap(smooth_z_, scratch.smooth[p.smoothing.passes % 2]);
+    if (p.smoothing.passes > 0) std::swap(smooth_z_, result);
     scratch.medians.resize(views_.size());
     scratch.fetched_medians.resize(views_.size());
     const MeasureNormalNoise measure{grid(), normals_.data(), scratch.medians.data()};

@@ -39,7 +39,7 @@ class DepthMaps {
   }
 
   const float* measured() const { return z_.data(); }
-  const float* refined() const { return passes_ == 0 ? z_.data() : maps_[passes_ % 2].data(); }
+  const float* refined() const { return passes_ == 0 ? z_.data() : maps_[refined_].data(); }
   /** \brief Noise scale of each view, if it was measured, once the stream has been waited for. */
   const float* noiseScales() const { return noise_.scales(); }
 
@@ -91,6 +91,7 @@ class DepthMaps {
   void refine(Execution& run, StageTimes& times, FrameViews& views, const DepthMapParameters& parameters) {
     const SmoothingParameters& smoothing = parameters.smoothing;
     passes_ = smoothing.passes;
+    refined_ = smoothingMap(smoothing, smoothingPasses(smoothing));
     smoothDepth(run, views.tiles(), views.pixels(), smoothing, maps_);
     const double pass = 8.0 * static_cast<double>(views.pixels());
     const double before_twicing = twicingPasses(smoothing) > 0 ? 0.5 * pass : 0;
@@ -101,6 +102,7 @@ class DepthMaps {
   MultipathCorrection multipath_;
   BilateralSmoothing bilateral_;
   int passes_{0};
+  int refined_{0};  ///< of the maps
   NoiseMeasurement noise_;
 };
 

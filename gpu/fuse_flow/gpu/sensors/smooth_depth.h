@@ -6,14 +6,15 @@
 namespace fuse_flow {
 namespace gpu {
 
-/** \brief One pass of the smoothing at one pixel. The last pass writes depth instead of inverse depth. Where it is of twicing, it takes the
- *  inverse depth before twicing from where it writes. */
+/** \brief One pass of the smoothing at one pixel. The last pass writes depth instead of inverse depth. */
 struct SmoothDepth {
   PixelGrid grid;
   SmoothingParameters smoothing;
   int pass;
   const float* q;
   float* out;
+  /** \brief After smoothing.passes passes. */
+  const float* before_twicing;
 
   FUSE_FLOW_HD float smoothed(const DeviceView& view, const PixelAddress& a, std::uint32_t index) const {
     if (a.u >= view.model.intrinsics.width) return 0.0f;  // padding
@@ -25,8 +26,12 @@ struct SmoothDepth {
     const float of_model = inverseDepthNoise(view.noise.model, centre);
     float result = smoothedInverseDepth(patch, tolerance * of_model);
     if (pass != smoothingPasses(smoothing) - 1) return result;
-    if (pass >= smoothing.passes)
-      result = twicedInverseDepth(smoothing, out[index], result, view.noise.scale * of_model);
+    if (pass >= smoothing.passes) {
+      const DepthMapOfView before{&view, before_twicing};
+      const float cross[5] = {before_twicing[index], before.depth(a.u - 1, a.v), before.depth(a.u + 1, a.v),
+                              before.depth(a.u, a.v - 1), before.depth(a.u, a.v + 1)};
+      result = twicedInverseDepth(smoothing, cross, result, view.noise.scale * of_model);
+    }
     return result > 0 ? 1.0f / result : 0.0f;
   }
 

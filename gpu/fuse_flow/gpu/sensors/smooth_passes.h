@@ -7,13 +7,17 @@ namespace fuse_flow {
 namespace gpu {
 
 /** \brief All passes. \param maps of smoothingMap(): inverse depth in the first to begin with, in the end depth in that of
- *  the number of passes modulo 2; the third is allocated here, and only for twicing  \param pixels of all views, padding included */
+ *  smoothingPasses(); the third is allocated here, and only for twicing  \param pixels of all views, padding included */
 inline void smoothDepth(Execution& run, const TileGrid& tiles, std::size_t pixels, const SmoothingParameters& smoothing,
                         DeviceBuffer<float> (&maps)[3]) {
   if (twicingPasses(smoothing) > 0) maps[2].resize(pixels);
   for (int pass = 0; pass < smoothingPasses(smoothing); ++pass) {
-    const SmoothDepth step{tiles.pixels, smoothing, pass, maps[smoothingMap(smoothing, pass)].data(),
-                           maps[smoothingMap(smoothing, pass + 1)].data()};
+    const SmoothDepth step{tiles.pixels,
+                           smoothing,
+                           pass,
+                           maps[smoothingMap(smoothing, pass)].data(),
+                           maps[smoothingMap(smoothing, pass + 1)].data(),
+                           maps[smoothingMap(smoothing, smoothing.passes)].data()};
 #if FUSE_FLOW_CUDA
     run.launch("smoothDepthKernel", smoothDepthKernel, tiles.count, kTileThreads, step, tiles);
 #else

@@ -108,8 +108,10 @@ class AlignmentView {
     for (int pass = 0; pass < smoothingPasses(p.smoothing); ++pass)
       for (int v = 0; v < height(); ++v)
         smoothRow(p.smoothing, pass, noise_, scratch_[smoothingMap(p.smoothing, pass)], v,
-                  scratch_[smoothingMap(p.smoothing, pass + 1)].row(v));
-    if (p.smoothing.passes % 2 == 1) std::swap(scratch_[0], scratch_[1]);
+                  scratch_[smoothingMap(p.smoothing, pass + 1)].row(v),
+                  scratch_[smoothingMap(p.smoothing, p.smoothing.passes)]);
+    const int result = smoothingMap(p.smoothing, smoothingPasses(p.smoothing));
+    if (result != 0) std::swap(scratch_[0], scratch_[result]);
     if (p.smoothing.passes == 0) scratch_[0] = z_;
   }
 

@@ -94,7 +94,7 @@ class FrameDepths {
   /** \brief One pass of the smoothing, 0 … smoothingPasses() − 1; the last one gives D^r. */
   void smooth(std::size_t i, int pass, int v, std::uint32_t scratch) {
     smoothRow(parameters_->smoothing, pass, noise_[i], smoothed(i, pass, scratch), v,
-              smoothed(i, pass + 1, scratch).row(v));
+              smoothed(i, pass + 1, scratch).row(v), smoothed(i, parameters_->smoothing.passes, scratch));
   }
 
   const std::vector<FrameTasks::View>& views() const { return views_; }
@@ -116,8 +116,9 @@ class FrameDepths {
   /** \brief Inverse depth before a pass: to and fro between the maps, so that the last pass writes into the one that is kept. */
   DepthMap& smoothed(std::size_t i, int pass, std::uint32_t scratch) {
     const int map = smoothingMap(parameters_->smoothing, pass);
-    if (map == parameters_->smoothing.passes % 2) return refined_[i];
-    return scratch_[kScratchMaps * scratch + (map == 2 ? 1 : 0)];
+    const int kept = smoothingMap(parameters_->smoothing, passes());
+    if (map == kept) return refined_[i];
+    return scratch_[kScratchMaps * scratch + static_cast<std::uint32_t>(map > kept ? map - 1 : map)];
   }
 
   /** \brief Of a view; the second is for twicing. */

@@ -110,7 +110,7 @@ class FrameTasks {
       for (std::uint32_t i = begin; i < end; ++i)
         if (!views[i].missing) add(i, views[i]);
     };
-    const bool first_into_scratch = smoothing_.passes % 2 == 1;  // inverse depth; else the first pass
+    const bool first_into_scratch = smoothingMap(smoothing_, passes_) != 0;  // inverse depth; else the first pass
     if (owners_.size() < end - begin) owners_.resize(end - begin);
     std::uint32_t scratch = 0;
     if (passes_ > 0) forEachView([&](std::uint32_t i, const View&) { takeScratch(i, scratch++); });

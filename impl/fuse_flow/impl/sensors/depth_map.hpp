@@ -152,14 +152,15 @@ inline void invertRow(const float* z, int width, float* q) {
 }
 
 /** \brief One pass of the smoothing over one row; holes stay holes. \param pass 0 … smoothingPasses() − 1  \param noise of the view
- *  \param q inverse depth, 1/metres  \param out inverse depth, or depth in metres after the last pass. Where that is of twicing, it holds the
- *  inverse depth before twicing. */
+ *  \param q inverse depth, 1/metres  \param out inverse depth, or depth in metres after the last pass
+ *  \param before_twicing inverse depth after smoothing.passes passes; read by twicing's last pass alone */
 inline void smoothRow(const SmoothingParameters& smoothing, int pass, const ViewNoise& noise, const DepthMap& q, int v,
-                      float* __restrict out) {
+                      float* __restrict out, const DepthMap& before_twicing) {
   const float tolerance = smoothingTolerance(smoothing, pass, noise.scale);
   const RowsOfPatch rows(q, v, smoothingStep(smoothing, pass, noise.level()));
   const int width = q.width();
   const bool last = pass == smoothingPasses(smoothing) - 1, twices = last && pass >= smoothing.passes;
+  const RowsOfPatch rows_before = twices ? RowsOfPatch(before_twicing, v, 1) : rows;
   inWideVectors([=, &noise, &smoothing] {
     const NoiseModel model = noise.model;  // copies: the compiler then knows that nothing overwrites them
     const RowsOfPatch patches = rows;
@@ -167,11 +168,14 @@ inline void smoothRow(const SmoothingParameters& smoothing, int pass, const View
     if (twices) {
       const SmoothingParameters p = smoothing;
       const float scale = noise.scale;
+      const RowsOfPatch before = rows_before;
       for (int u = 0; u < width; ++u) {
         const float centre = patches.here[u];
         const float of_model = inverseDepthNoise(model, centre);
         const float again = smoothedInverseDepth(patches[u].z, tolerance * of_model);
-        const float twiced = twicedInverseDepth(p, smoothed_row[u], again, scale * of_model);
+        const float cross[5] = {before.here[u], before.here[u - 1], before.here[u + 1], before.above[u],
+                                before.below[u]};
+        const float twiced = twicedInverseDepth(p, cross, again, scale * of_model);
         smoothed_row[u] = centre > 0 ? twiced : 0.0f;
       }
       return;
