@@ -57,7 +57,13 @@ void ParameterOptions::addEnum(CLI::App& app, const std::string& name, Enum& mem
 }
 
 ParameterOptions::ParameterOptions(CLI::App& app) {
-  app.add_flag("--published", published_, "start from the paper's own forms instead of our defaults");
+  CLI::Option* published =
+      app.add_flag("--published", published_, "start from the paper's own forms instead of our defaults");
+  app.add_option("--depth-source", depth_source_,
+                 "what made the depth; stereo, network: start from what suits depth estimated from colour images")
+      ->check(CLI::IsMember({"camera", "stereo", "network"}))
+      ->capture_default_str()
+      ->excludes(published);
   PreprocessingParameters& pre = given_.preprocessing;
   add(app, "--min-range", pre.min_range, "nearest depth, m");
   add(app, "--max-range", pre.max_range, "farthest depth, m");
@@ -80,6 +86,10 @@ ParameterOptions::ParameterOptions(CLI::App& app) {
   add(app, "--min-confidence", given_.min_confidence,
       "drop measurements whose own confidence is less; 0: those of none");
   add(app, "--min-support", given_.min_support, "drop measurements that fewer neighbours continue, 1-8; 0: none");
+  add(app, "--min-agreeing-views", given_.agreement.min_views,
+      "drop measurements that fewer other views measure, too; 0: none");
+  add(app, "--agreement-pixels", given_.agreement.pixels, "there and back, they come back this near, pixels");
+  add(app, "--agreement-relative", given_.agreement.relative, "and differ in depth by at most this share");
   ConfidenceParameters& c = given_.confidence;
   addEnum(app, "--confidence-form", c.form,
           {{"published", ConfidenceForm::Published},
@@ -106,6 +116,8 @@ ParameterOptions::ParameterOptions(CLI::App& app) {
   add(app, "--sigma-per-noise", v.sigma_per_noise, "sigma is at least this times the axial noise");
   add(app, "--margin", v.margin, "occlusion and free space, in sigmas");
   add(app, "--free-space-penalty", v.free_space_penalty, "factor on V for each view that sees through the point");
+  add(app, "--weigh-contradictions", v.weigh_contradictions,
+      "such a view counts by the confidence of its pixel (true/false)");
   add(app, "--min-facing", v.min_facing, "ask only views that the surface faces, least cosine; -1: all");
   add(app, "--silhouette-radius", v.silhouette_radius,
       "a view sees through a point only if it has not measured it this near, pixels");
@@ -138,7 +150,9 @@ ParameterOptions::ParameterOptions(CLI::App& app) {
 }
 
 FuseFlowParameters ParameterOptions::parameters() const {
-  FuseFlowParameters result = published_ ? FuseFlowParameters::published() : FuseFlowParameters();
+  FuseFlowParameters result = published_                   ? FuseFlowParameters::published()
+                              : depth_source_ == "camera" ? FuseFlowParameters()
+                                                           : FuseFlowParameters::estimatedDepth();
   for (const auto& apply : overrides_) apply(result);
   if (crop_box_.size() == 6) {
     for (std::size_t axis = 0; axis < 3; ++axis)

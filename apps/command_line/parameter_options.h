@@ -34,6 +34,7 @@ class ParameterOptions {
   void overrideWhenGiven(CLI::Option* option, const Value& member);
 
   bool published_{false};
+  std::string depth_source_{"camera"};
   FuseFlowParameters given_;
   std::vector<float> crop_box_;
   std::vector<std::function<void(FuseFlowParameters&)>> overrides_;

@@ -5,7 +5,7 @@
 #include <fuse_flow/calibration/extrinsic_estimation.h>
 #include <fuse_flow/impl/calibration/alignment_system.hpp>
 #include <fuse_flow/impl/calibration/pose_graph.hpp>
-#include <fuse_flow/math/correspondence.h>
+#include <fuse_flow/math/calibration/correspondence.h>
 
 #include <pcl/exceptions.h>
 #include <pcl/point_types.h>

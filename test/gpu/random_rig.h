@@ -148,8 +148,9 @@ class RandomFrame {
   std::vector<Images> images_;
 };
 
-/** \brief Every switch of the ablation, every form, and numbers from all of their useful ranges. */
-inline fuse_flow::FuseFlowParameters parameters(Random& random, double scale = 1.5) {
+/** \brief Every switch of the ablation, every form, and numbers from all of their useful ranges. \param cameras of the rig, which other views
+ *  are asked of */
+inline fuse_flow::FuseFlowParameters parameters(Random& random, double scale = 1.5, int cameras = 1) {
   using namespace fuse_flow;
   FuseFlowParameters p = random.oneIn(2) ? FuseFlowParameters() : FuseFlowParameters::published();
   p.use_measurement_confidence = !random.oneIn(5);
@@ -179,6 +180,10 @@ inline fuse_flow::FuseFlowParameters parameters(Random& random, double scale = 1
   p.min_confidence = random.oneIn(2) ? 0.0f : random.uniform(0.0f, 1.0f);
   p.confidence.form = random.oneIn(2) ? ConfidenceForm::Published : ConfidenceForm::SlopeCompensated;
   p.confidence.threshold = random.oneIn(3) ? random.uniform(0.0f, 0.7f) : p.confidence.threshold;
+  p.agreement.min_views = random.oneIn(2) ? 0 : random.below(std::min(cameras, 4));
+  p.agreement.pixels = random.uniform(0.3f, 4.0f);
+  p.agreement.relative = random.uniform(0.003f, 0.1f);
+  p.consistency.weigh_contradictions = random.oneIn(2);
   p.consistency.occlusion = random.oneIn(2) ? OcclusionForm::Published : OcclusionForm::OcclusionAware;
   p.consistency.distance = random.oneIn(2) ? DistanceForm::Euclidean : DistanceForm::AlongRay;
   p.consistency.min_facing = random.oneIn(4) ? -1.0f : random.uniform(-1.0f, 0.5f);

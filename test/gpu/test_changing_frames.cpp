@@ -59,7 +59,7 @@ TEST(GpuChangingFrames, RepeatedFramesOnAStreamAreFusedAsTheyAre) {
   Tally tally;
   for (int k = 0; k < timesOver(25, 3); ++k) {
     frame.draw(random, 4, 60);
-    FuseFlowParameters parameters = random_rig::parameters(random);
+    FuseFlowParameters parameters = random_rig::parameters(random, 1.5, static_cast<int>(frame.rig.cameras.size()));
     for (int repeat = 0; repeat < 6; ++repeat) {
       if (repeat == 3) parameters.confidence.threshold *= 0.5f;  // same images, same memory, another parameter
       expectSame(frame.rig, parameters, host, device, &tally);

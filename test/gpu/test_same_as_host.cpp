@@ -26,7 +26,8 @@ TEST_P(RandomFrames, AreFusedAsOnTheHost) {
   for (int k = 0; k < timesOver(400, 40); ++k) {
     SCOPED_TRACE(k);
     frame.draw(random, 6, k % 20 == 0 ? 120 : 40);  // now and then large enough to tell the noise
-    expectSame(frame.rig, random_rig::parameters(random), host, device, &tally);
+    const int cameras = static_cast<int>(frame.rig.cameras.size());
+    expectSame(frame.rig, random_rig::parameters(random, 1.5, cameras), host, device, &tally);
     ASSERT_FALSE(HasFailure());
   }
   EXPECT_GT(tally.points, enough(100000));
@@ -45,7 +46,8 @@ TEST(GpuSameAsHost, AGivenConfidenceIsThatOfTheHost) {
     SCOPED_TRACE(k);
     frame.draw(random);
     frame.giveConfidence(random);
-    FuseFlowParameters parameters = random_rig::parameters(random);
+    FuseFlowParameters parameters =
+        random_rig::parameters(random, 1.5, static_cast<int>(frame.rig.cameras.size()));
     parameters.confidence.form = fuse_flow::ConfidenceForm::Given;
     expectSame(frame.rig, parameters, host, device, &tally);
     ASSERT_FALSE(HasFailure());

@@ -107,8 +107,10 @@ TEST(TaskFlow, WhatTheSmallestTaskThrowsIsRethrownAndAllTasksBeforeItAreDone) {
 /** \brief Which step of which view last wrote each row of each map: a model of what the tasks of a frame read and write. */
 class MapsInModel {
  public:
-  MapsInModel(const std::vector<FrameTasks::View>& views, const SmoothingParameters& smoothing, const FrameTasks& tasks)
+  MapsInModel(const std::vector<FrameTasks::View>& views, const SmoothingParameters& smoothing, bool points_need_all,
+              const FrameTasks& tasks)
       : views_(views),
+        points_need_all_(points_need_all),
         smoothing_(smoothing),
         passes_(smoothingPasses(smoothing)),
         tasks_(tasks),
@@ -149,7 +151,15 @@ class MapsInModel {
         write(map(i, task.pass + 1), stretch, {i, task.pass + 1});
         break;
       }
+      case FrameTasks::Step::AllViews:
+        for (std::size_t k = 0; k < views_.size(); ++k)
+          if (!views_[k].missing)
+            read(passes_ > 0 ? kept_[k] : depth_[k], 0, views_[k].height,
+                 {k, passes_ > 0 ? passes_ : views_[k].whole_image || views_[k].noise ? 1 : 0});
+        all_views_ = true;
+        break;
       case FrameTasks::Step::Points:
+        wrong_ += points_need_all_ != all_views_;
         read(depth_[i], stretch.begin_row - 2, stretch.end_row + 2,
              {i, views_[i].whole_image || views_[i].noise ? 1 : 0});
         if (passes_ > 0) read(kept_[i], stretch.begin_row - 2, stretch.end_row + 2, {i, passes_});
@@ -182,6 +192,7 @@ class MapsInModel {
   }
 
   const std::vector<FrameTasks::View>& views_;
+  bool points_need_all_, all_views_{false};
   SmoothingParameters smoothing_;
   int passes_;
   const FrameTasks& tasks_;
@@ -209,8 +220,9 @@ TEST(FrameTasks, NoTaskReadsWhatIsNotWrittenYetOrWrittenOver) {
     smoothing.passes = static_cast<int>(random() % 5);
     smoothing.twicing = random() % 2 == 0;
     const int threads = 1 + static_cast<int>(random() % 4);
-    tasks.layOut(views, smoothing, 1 + static_cast<int>(random() % 4));
-    MapsInModel maps(views, smoothing, tasks);
+    const bool points_need_all = random() % 3 == 0;
+    tasks.layOut(views, smoothing, 1 + static_cast<int>(random() % 4), points_need_all);
+    MapsInModel maps(views, smoothing, points_need_all, tasks);
     std::mutex mutex;
     const std::uint32_t slow = static_cast<std::uint32_t>(random());
     tasks.run(threads, [&](const FrameTasks::Task& task, int) {
@@ -232,7 +244,7 @@ TEST(FrameTasks, StretchesAreAllRowsOfEachViewInTheirOrderWhateverTheThreads) {
       {640, 480, false, false, true}, {640, 480, true, false, true}, {5000, 7, false, true, true}};
   FrameTasks tasks;
   for (const int threads : {1, 2, 5}) {
-    tasks.layOut(views, {}, threads);
+    tasks.layOut(views, {}, threads, false);
     int next_row = 0;
     std::uint32_t view = 0;
     for (const FrameTasks::Stretch& stretch : tasks.stretches()) {
@@ -261,7 +273,7 @@ TEST(FrameTasks, AsManyScratchMapsAsViewsThatAreBegunAtATimeWhicheverAreMissing)
   for (std::size_t missing = 0; missing < 3; ++missing) {
     views[2 * missing].missing = missing > 0;
     for (const auto& [threads, maps] : {std::pair(1, 1u), std::pair(2, 2u), std::pair(3, 3u), std::pair(16, 8u)}) {
-      tasks.layOut(views, {}, threads);
+      tasks.layOut(views, {}, threads, false);
       EXPECT_EQ(tasks.scratchMaps(), maps) << threads << " threads";
     }
   }

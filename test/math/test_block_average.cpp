@@ -1,4 +1,4 @@
-#include <fuse_flow/math/block_average.h>
+#include <fuse_flow/math/calibration/block_average.h>
 
 #include <gtest/gtest.h>
 

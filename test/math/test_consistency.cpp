@@ -22,7 +22,7 @@ ConsistencyParameters form(OcclusionForm occlusion, DistanceForm distance) {
 
 float V(const ConsistencyParameters& p, const std::vector<ViewOpinion>& opinions) {
   Consistency c;
-  for (const ViewOpinion& opinion : opinions) c.add(opinion);
+  for (const ViewOpinion& opinion : opinions) c.add(p, opinion);
   return consistency(p, c);
 }
 
@@ -144,7 +144,7 @@ TEST(Consistency, SkipsViewsThatThePointIsHiddenFrom) {
   EXPECT_EQ(V({}, {{ViewOpinion::Hidden, 0.0f}}), 1.0f);
   EXPECT_FLOAT_EQ(V({}, {{ViewOpinion::Hidden, 0.0f}, {ViewOpinion::Distance, 1.0f}}), std::exp(-1.0f));
   Consistency c;
-  c.add({ViewOpinion::Hidden, 0.0f});
+  c.add({}, {ViewOpinion::Hidden, 0.0f});
   EXPECT_EQ(c.views(), 0);
 }
 

@@ -8,7 +8,7 @@
 #include <fuse_flow/fuse_flow.h>
 #include <fuse_flow/impl/calibration/alignment_view.hpp>
 #include <fuse_flow/impl/sensors/multipath_correction.hpp>
-#include <fuse_flow/math/correspondence.h>
+#include <fuse_flow/math/calibration/correspondence.h>
 #include <fuse_flow/quality/reprojection_quality.h>
 
 #include <pcl/point_types.h>

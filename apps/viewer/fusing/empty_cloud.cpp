@@ -32,6 +32,9 @@ std::vector<Gate> gatesOf(const FuseFlowParameters& p, bool confidence) {
   if (p.max_noise > 0)
     add("largest noise, mm", 1000 * static_cast<double>(p.max_noise), [](FuseFlowParameters& q) { q.max_noise = 0; });
   if (p.min_support > 0) add("smallest support", p.min_support, [](FuseFlowParameters& q) { q.min_support = 0; });
+  if (p.agreement.min_views > 0)
+    add("other views that measure the same", p.agreement.min_views,
+        [](FuseFlowParameters& q) { q.agreement.min_views = 0; });
   return gates;
 }
 

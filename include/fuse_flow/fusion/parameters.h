@@ -1,6 +1,7 @@
 #pragma once
 
 #include <fuse_flow/math/adaptive_hash.h>
+#include <fuse_flow/math/agreement.h>
 #include <fuse_flow/math/confidence.h>
 #include <fuse_flow/math/consistency.h>
 #include <fuse_flow/math/smoothing.h>
@@ -39,6 +40,9 @@ struct FuseFlowParameters {
    *  gate of eq. 9 looks at C of eq. 3 alone; what passes both weighs C times the given confidence. With ConfidenceForm::Given that is C
    *  itself: the gate looks at it, and it weighs once. */
   float min_confidence{0.5f};
+  /** \brief Measurements that too few other views confirm are dropped, for depth that was estimated. Its refined depth is compared. Does not
+   *  depend on use_distance_consistency. */
+  AgreementParameters agreement;
   /** \brief MF of the paper's ablation; off: C = 1 wherever there is a measurement, whatever its noise and what is around it, times the view's own
    *  confidence. */
   bool use_measurement_confidence{true};
@@ -53,6 +57,12 @@ struct FuseFlowParameters {
   /** \brief The forms of eq. 3, 6, 7 and of the representatives as the paper prints them; doc/reference/parameters.md says how what it leaves open is
    *  settled. */
   static FuseFlowParameters published();
+
+  /** \brief For depth that a network or multi-view stereo estimated from colour images, at least three cameras. Two other views must measure the
+   *  same (AgreementParameters), the confidence of contradicting pixels counts, and noise is not measured in the frame: errors of such depth are
+   *  smooth patches, in which neighbouring pixels differ by a quarter of the error. Fused points move up to 40 mm to what views confirm. Give the
+   *  confidence that came with the depth as DepthView::confidence. doc/notes/estimated_depth.md says how it was chosen. */
+  static FuseFlowParameters estimatedDepth();
 };
 
 /** \brief Throws pcl::BadArgumentException naming the parameter and its value if one is out of its range. */

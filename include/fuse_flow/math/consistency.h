@@ -1,5 +1,7 @@
 #pragma once
 
+#include <fuse_flow/depth_view.h>
+#include <fuse_flow/math/confidence.h>
 #include <fuse_flow/math/exponential.h>
 #include <fuse_flow/math/pinhole.h>
 
@@ -45,6 +47,9 @@ struct ConsistencyParameters {
   float margin{2.5f};
   /** \brief What each view that has seen through a point multiplies its V by; (0, 1]. */
   float free_space_penalty{0.03f};
+  /** \brief Whether a view that has seen through a point counts by the confidence c of the pixel that says so (DepthView::confidence; 1
+   *  without one): it multiplies V by c · free_space_penalty + 1 − c. For depth that was estimated. */
+  bool weigh_contradictions{false};
   /** \brief Least cosine of the angle between a surface's normal and the direction to a view that is asked about it; [−1, 1],
    *  −1: views are asked wherever the surface faces. From behind, a limb that is thinner than the margin looks as if its front
    *  contradicted its back. Points whose normal is not known are asked about everywhere. Only with OcclusionAware. */
@@ -73,6 +78,8 @@ struct ViewOpinion {
   Verdict verdict{Hidden};  ///< which of the three
   /** \brief d² / σ² of eq. 7, if the verdict is Distance. */
   float squared_distance{0};
+  /** \brief Of the pixel that has seen through the point, [0, 1]. */
+  float confidence{1.0f};
 };
 
 /** \brief Whether the view's own measurement stands for the point too: it is no farther from it than σ. */
@@ -141,17 +148,30 @@ FUSE_FLOW_HD ViewOpinion viewOpinion(const ConsistencyParameters& p, const Vec3&
   return {ViewOpinion::Distance, squaredNorm(p_J - pointOnRay(ray_J, depth)) * inverse_sigma * inverse_sigma};
 }
 
+/** \brief What a view's own confidence says about a pixel, [0, 1]; 1 where it has none. */
+FUSE_FLOW_HD float confidenceAt(const ImageView<float>& confidence, int u, int v) {
+  return confidence ? givenConfidence(confidence.row(v)[u]) : 1.0f;
+}
+
+/** \brief What a view that has seen through a point multiplies V by, with weigh_contradictions. \param confidence of its pixel, [0, 1] */
+FUSE_FLOW_HD float freeSpaceFactor(const ConsistencyParameters& p, float confidence) {
+  return confidence * p.free_space_penalty + (1.0f - confidence);
+}
+
 /** \brief The opinions of other views on one point, summed up. */
 struct Consistency {
   float sum_squared_distance{0};  ///< Σ d²/σ² over the views whose verdict is Distance
   int agreeing{0};                ///< number of those views
   int seeing_through{0};          ///< number of views that measured well behind the point
+  /** \brief With weigh_contradictions: what those views multiply V by. */
+  float free_space{1.0f};
 
   /** \brief Views that had a say. */
   FUSE_FLOW_HD int views() const { return agreeing + seeing_through; }
   /** \brief One more view. */
-  FUSE_FLOW_HD void add(const ViewOpinion& opinion) {
+  FUSE_FLOW_HD void add(const ConsistencyParameters& p, const ViewOpinion& opinion) {
     sum_squared_distance += opinion.squared_distance;
+    if (opinion.verdict == ViewOpinion::SeenThrough) free_space *= freeSpaceFactor(p, opinion.confidence);
     agreeing += opinion.verdict == ViewOpinion::Distance ? 1 : 0;
     seeing_through += opinion.verdict == ViewOpinion::SeenThrough ? 1 : 0;
   }
@@ -161,6 +181,7 @@ struct Consistency {
  *  can judge has V = 1. */
 FUSE_FLOW_HD float consistency(const ConsistencyParameters& p, const Consistency& c) {
   float V = c.agreeing > 0 ? expOfNegative(-c.sum_squared_distance / static_cast<float>(c.agreeing)) : 1.0f;
+  if (p.weigh_contradictions) return V * c.free_space;
   for (int k = 0; k < c.seeing_through; ++k) V *= p.free_space_penalty;
   return V;
 }

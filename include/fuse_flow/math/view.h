@@ -39,16 +39,25 @@ struct ViewModel {
 
   /** \brief The same with where in the image the point falls: pixel (u, v) reaches from x = u and y = v to u + 1 and v + 1. */
   FUSE_FLOW_HD bool locate(const Vec3& p_W, float& x, float& y, float& z) const {
-    Vec3 q = P * p_W;
+    Vec3 q;
+    const bool before = project(p_W, q);
     z = q.z;
-    if (!(z > 0)) return false;
-    if (!ideal) {
-      const Vec3 p_C = T_camera_world * p_W;
-      if (foldsBack(p_C, max_squared_radius)) return false;
-      const Pixel pixel = project(intrinsics, p_C);
-      q = {pixel.u * z, pixel.v * z, z};
-    }
+    if (!before) return false;
     return place(q, intrinsics, x, y);
+  }
+
+  /** \brief Where a point in the world frame falls, inside the image or not. False behind the camera, or where the lens shows nothing.
+   *  \param q (u z, v z, z): pixel coordinates times the depth, and the depth, metres */
+  FUSE_FLOW_HD bool project(const Vec3& p_W, Vec3& q) const {
+    q = P * p_W;
+    if (!(q.z > 0)) return false;
+    if (ideal) return true;
+    const float z = q.z;
+    const Vec3 p_C = T_camera_world * p_W;
+    if (foldsBack(p_C, max_squared_radius)) return false;
+    const Pixel pixel = fuse_flow::project(intrinsics, p_C);
+    q = {pixel.u * z, pixel.v * z, z};
+    return true;
   }
 
   /** \brief The last step of locate(), without branches, so that loops over it become vector code. \param q (u z, v z, z)

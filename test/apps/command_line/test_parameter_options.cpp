@@ -53,6 +53,9 @@ const std::vector<Option>& options() {
       {"--half-weight-noise", "0.5", [](const P& p) { return p.half_weight_noise; }, 0.5, "-1"},
       {"--max-noise", "0.5", [](const P& p) { return p.max_noise; }, 0.5, "-1"},
       {"--min-support", "5", [](const P& p) { return p.min_support; }, 5, "9"},
+      {"--min-agreeing-views", "3", [](const P& p) { return p.agreement.min_views; }, 3, "64"},
+      {"--agreement-pixels", "1.7", [](const P& p) { return p.agreement.pixels; }, 1.7, "0"},
+      {"--agreement-relative", "0.03", [](const P& p) { return p.agreement.relative; }, 0.03, "1.5"},
       {"--confidence-form", "published", [](const P& p) { return static_cast<double>(p.confidence.form); },
        static_cast<double>(ConfidenceForm::Published), "printed"},
       {"--alpha", "0.31", [](const P& p) { return p.confidence.alpha; }, 0.31, "-1"},
@@ -74,6 +77,7 @@ const std::vector<Option>& options() {
       {"--sigma-per-noise", "0.42", [](const P& p) { return p.consistency.sigma_per_noise; }, 0.42, "-1"},
       {"--margin", "4.3", [](const P& p) { return p.consistency.margin; }, 4.3, "0"},
       {"--free-space-penalty", "0.44", [](const P& p) { return p.consistency.free_space_penalty; }, 0.44, "1.1"},
+      {"--weigh-contradictions", "true", [](const P& p) { return p.consistency.weigh_contradictions; }, 1, "yes"},
       {"--min-facing", "0.45", [](const P& p) { return p.consistency.min_facing; }, 0.45, "1.1"},
       {"--silhouette-radius", "3", [](const P& p) { return p.consistency.silhouette_radius; }, 3, "9"},
       {"--max-views", "5", [](const P& p) { return p.consistency.max_views; }, 5, "1"},
@@ -124,7 +128,7 @@ TEST(ParameterOptions, EachReachesItsMemberAndNoOther) {
 TEST(ParameterOptions, AllAreTestedHere) {
   CLI::App app;
   const command_line::ParameterOptions parameters(app);
-  std::set<std::string> tested{"--help", "--published", "--crop-box"}, offered;
+  std::set<std::string> tested{"--help", "--published", "--depth-source", "--crop-box"}, offered;
   for (const Option& option : options()) tested.insert(option.name);
   for (const CLI::Option* option : app.get_options()) offered.insert("--" + option->get_lnames().at(0));
   EXPECT_EQ(offered, tested);
@@ -163,6 +167,18 @@ TEST(ParameterOptions, PublishedIsThePapersFormAndOptionsGoOnTop) {
   EXPECT_EQ(changed.consistency.sigma, 0.5f);
   EXPECT_EQ(changed.consistency.distance, DistanceForm::AlongRay);
   EXPECT_EQ(changed.consistency.occlusion, P::published().consistency.occlusion);
+}
+
+TEST(ParameterOptions, WhatMadeTheDepthIsWhereTheyStartFrom) {
+  EXPECT_EQ(members(parse({"--depth-source", "camera"})), members(P()));
+  EXPECT_EQ(members(parse({"--depth-source", "network"})), members(P::estimatedDepth()));
+  EXPECT_EQ(members(parse({"--depth-source", "stereo"})), members(P::estimatedDepth()));
+  EXPECT_NE(members(P::estimatedDepth()), members(P()));
+  const P changed = parse({"--min-agreeing-views", "1", "--depth-source", "network"});
+  EXPECT_EQ(changed.agreement.min_views, 1);
+  EXPECT_EQ(changed.adapt_noise, P::estimatedDepth().adapt_noise);
+  EXPECT_THROW(parse({"--depth-source", "kinect"}), CLI::ParseError);
+  EXPECT_THROW(parse({"--depth-source", "network", "--published"}), CLI::ParseError);
 }
 
 TEST(ParameterOptions, AnOptionWithItsDefaultOverrulesThePublishedForm) {

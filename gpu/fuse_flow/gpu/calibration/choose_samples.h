@@ -1,8 +1,8 @@
 #pragma once
 
 #include <fuse_flow/gpu/sensors/device_view.h>
-#include <fuse_flow/math/correspondence.h>
-#include <fuse_flow/math/normal_space.h>
+#include <fuse_flow/math/calibration/correspondence.h>
+#include <fuse_flow/math/calibration/normal_space.h>
 
 namespace fuse_flow {
 namespace gpu {

@@ -1,7 +1,7 @@
 #pragma once
 
 #include <fuse_flow/gpu/sensors/device_view.h>
-#include <fuse_flow/math/block_average.h>
+#include <fuse_flow/math/calibration/block_average.h>
 
 #include <cstring>
 

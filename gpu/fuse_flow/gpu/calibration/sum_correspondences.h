@@ -1,7 +1,7 @@
 #pragma once
 
 #include <fuse_flow/gpu/runtime/system.h>
-#include <fuse_flow/math/correspondence.h>
+#include <fuse_flow/math/calibration/correspondence.h>
 
 namespace fuse_flow {
 namespace gpu {

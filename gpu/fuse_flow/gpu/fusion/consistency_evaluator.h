@@ -67,7 +67,7 @@ struct ConsistencyEvaluator {
 
   FUSE_FLOW_HD Consistency operator()(const Vec3& p_W, const Vec3& normal, std::uint32_t i) const {
     Consistency result;
-    forEachOpinion(p_W, normal, i, [&result](const PixelAddress&, const ViewOpinion& said) { result.add(said); });
+    forEachOpinion(p_W, normal, i, [&result, this](const PixelAddress&, const ViewOpinion& said) { result.add(parameters, said); });
     return result;
   }
 
@@ -76,8 +76,8 @@ struct ConsistencyEvaluator {
     Consistency result;
     ViewOpinion said;
     PixelAddress address;
-    if (views[0].present && ask(p_W, {}, 0, said, address)) result.add(said);
-    forEachOpinion(p_W, {}, 0, [&result](const PixelAddress&, const ViewOpinion& other) { result.add(other); });
+    if (views[0].present && ask(p_W, {}, 0, said, address)) result.add(parameters, said);
+    forEachOpinion(p_W, {}, 0, [&result, this](const PixelAddress&, const ViewOpinion& other) { result.add(parameters, other); });
     return result;
   }
 
@@ -113,7 +113,7 @@ struct ConsistencyEvaluator {
         if (refined_z != nullptr && said.verdict == ViewOpinion::Distance && result.agreeing < Confirmation::kViews)
           confirm(p_W, sight, refined_z, confirmation);
         if (agrees(said)) from.addAgreeing(sight.address.view);
-        result.add(said);
+        result.add(parameters, said);
       }
       if (k == candidates || result.views() >= parameters.max_views - 1) return consistency(parameters, result);
       sight = next;
@@ -174,7 +174,9 @@ struct ConsistencyEvaluator {
     const DepthMapOfView map{&view, z};
     const bool beside =
         isBesideSilhouette(parameters, sight.depth_of_point, DepthsAround{map, sight.address.u, sight.address.v});
-    return beside ? ViewOpinion{ViewOpinion::Hidden, 0.0f} : said;
+    if (beside) return {};
+    const bool weighs = parameters.weigh_contradictions;
+    return {said.verdict, 0.0f, weighs ? confidenceAt(view.confidence, sight.address.u, sight.address.v) : 1.0f};
   }
 };
 

@@ -6,6 +6,7 @@
 #include <fuse_flow/gpu/fusion/fuse_point_wise.h>
 #include <fuse_flow/gpu/fusion/generate_points_kernel.h>
 #include <fuse_flow/gpu/fusion/too_far.h>
+#include <fuse_flow/gpu/fusion/view_agreement.h>
 #include <fuse_flow/gpu/fusion/write_points.h>
 #include <fuse_flow/gpu/runtime/launch_graph.h>
 #include <fuse_flow/gpu/sensors/depth_maps.h>
@@ -31,6 +32,7 @@ class FramePipeline {
   std::size_t fuse(const RigFrame& frame, bool with_color, CamerasWanted wanted) {
     checkRigFrame(frame);
     detail::checkGivenConfidence(parameters, frame);
+    detail::checkAgreement(parameters, frame);
     start_ = last_ = Clock::now();
     startStatistics(frame);
     times.start(run.stream);
@@ -112,7 +114,7 @@ class FramePipeline {
     const std::size_t pixels = views_.pixels();
     points_.resize(pixels);
     slots_.resize(pixels);
-    if (detail::asksForSupport(parameters)) weights_.resize(pixels);
+    if (weighsFirst()) weights_.resize(pixels);
     counters_.device(run);  // the first time it starts something of its own
     measured_.resize(views_.grid().view_count);
     measured_on_host_.resize(views_.grid().view_count);
@@ -120,7 +122,8 @@ class FramePipeline {
     const auto launches = [&] {
       maps_.make(run, times, views_,
                  {parameters.preprocessing, parameters.smoothing, parameters.confidence, parameters.adapt_noise});
-      if (detail::asksForSupport(parameters)) weigh();
+      if (weighsFirst()) weigh();
+      if (detail::asksForAgreement(parameters)) keepAgreed();
       generateInto(capacity);
     };
     if (times.enabled || parameters.preprocessing.bilateral) {  // which wait in between
@@ -164,11 +167,10 @@ class FramePipeline {
     run.fill(counts, 1, 0);
     run.fill(&counts->too_far, 1, 0xff);
     run.fill(measured_.data(), views_.grid().view_count, 0);
-    const bool support = detail::asksForSupport(parameters);
     const GeneratePoints step{views_.grid(),
                               measurement(),
-                              support ? weights_.data() : nullptr,
-                              parameters.min_support,
+                              weighsFirst() ? weights_.data() : nullptr,
+                              detail::asksForSupport(parameters) ? parameters.min_support : 0,
                               parameters.use_spatial_hash,
                               1.0f / parameters.aggregation.cell_size,
                               detail::cropBox(parameters),
@@ -182,7 +184,7 @@ class FramePipeline {
 #else
     run.forEach(chunks(), step);
 #endif
-    const double read = support ? 8 : readToWeigh();
+    const double read = weighsFirst() ? 8 : readToWeigh();
     times.mark("points, cells",
                static_cast<double>(pixels) * (read + sizeof(WeightedPoint) + (parameters.use_spatial_hash ? 4 : 0)));
     counters_.fetch(run);
@@ -205,6 +207,9 @@ class FramePipeline {
             parameters.use_measurement_confidence};
   }
 
+  /** \brief Whether what measurements weigh is known before they become points. */
+  bool weighsFirst() const { return detail::asksForSupport(parameters) || detail::asksForAgreement(parameters); }
+
   /** \brief What every measurement weighs, for its neighbours. */
   void weigh() {
     const WeighMeasurements step{measurement(), weights_.data()};
@@ -215,6 +220,18 @@ class FramePipeline {
     run.forEach(views_.pixels(), step);
 #endif
     times.mark("confidence", static_cast<double>(views_.pixels()) * (readToWeigh() + 4));
+  }
+
+  /** \brief What too few other views measure, too, weighs nothing. */
+  void keepAgreed() {
+    const KeepAgreed step{views_.grid(), maps_.refined(), parameters.agreement, weights_.data()};
+#if FUSE_FLOW_CUDA
+    run.launch("keepAgreedKernel", keepAgreedKernel, views_.tiles().count, kTileThreads, step, views_.tiles());
+#else
+    run.forEach(views_.pixels(), step);
+#endif
+    const double others = std::min(parameters.agreement.min_views, static_cast<int>(views_.grid().view_count) - 1);
+    times.mark("agreement", static_cast<double>(views_.pixels()) * (12 + 4 * others));
   }
 
   void keepNoiseScales() {

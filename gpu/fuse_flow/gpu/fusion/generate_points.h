@@ -71,7 +71,7 @@ struct WeighMeasurements {
 struct GeneratePoints {
   PixelGrid grid;
   WeighMeasurement measurement;
-  /** \brief Of WeighMeasurements; null where no support is asked for. */
+  /** \brief Of WeighMeasurements and KeepAgreed; null: neither was asked for. */
   const float* weights;
   int min_support;
   bool use_cells;

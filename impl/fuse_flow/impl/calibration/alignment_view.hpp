@@ -4,7 +4,7 @@
 #include <fuse_flow/impl/sensors/depth_map.hpp>
 #include <fuse_flow/impl/sensors/preprocessing.hpp>
 #include <fuse_flow/impl/sensors/rig_geometry.hpp>
-#include <fuse_flow/math/block_average.h>
+#include <fuse_flow/math/calibration/block_average.h>
 #include <fuse_flow/math/multipath.h>
 
 #include <algorithm>

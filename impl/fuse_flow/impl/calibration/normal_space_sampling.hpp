@@ -1,6 +1,6 @@
 #pragma once
 
-#include <fuse_flow/math/normal_space.h>
+#include <fuse_flow/math/calibration/normal_space.h>
 
 #include <algorithm>
 #include <array>

@@ -1,7 +1,7 @@
 #pragma once
 
 #include <fuse_flow/impl/calibration/dense_algebra.hpp>
-#include <fuse_flow/math/alignment.h>
+#include <fuse_flow/math/calibration/alignment.h>
 
 #include <Eigen/Geometry>
 

@@ -2,7 +2,7 @@
 
 #include <fuse_flow/calibration/extrinsic_parameters.h>
 #include <fuse_flow/calibration/extrinsic_result.h>
-#include <fuse_flow/math/correspondence.h>
+#include <fuse_flow/math/calibration/correspondence.h>
 #include <fuse_flow/precompiled.h>
 
 #include <Eigen/Geometry>

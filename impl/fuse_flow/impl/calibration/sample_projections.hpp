@@ -1,7 +1,7 @@
 #pragma once
 
 #include <fuse_flow/impl/host/wide_vectors.hpp>
-#include <fuse_flow/math/correspondence.h>
+#include <fuse_flow/math/calibration/correspondence.h>
 
 #include <cstddef>
 #include <cstdint>

@@ -69,6 +69,7 @@ std::vector<FusedPoint> AdaptiveHashFusion<PointT, device::Host>::fusePoints(con
     host::ConsistencyEvaluator evaluator(consistency_, views.rig, views.depths);
     const std::vector<ViewNoise> noise = host::givenNoise(views.rig);
     evaluator.setNoise(noise);
+    evaluator.setConfidence(&frame_->views);
     aggregation.fuse(parameters_, threads, array, &evaluator, {}, lists);
   } else {
     aggregation.fuse(parameters_, threads, array, nullptr, {}, lists);

@@ -46,6 +46,7 @@ void MultiViewConsistency<PointT, device::Host>::computeConsistency(const std::v
   host::ConsistencyEvaluator evaluator(parameters_, frame_views.rig, frame_views.depths);
   const std::vector<ViewNoise> noise = host::givenNoise(frame_views.rig);
   evaluator.setNoise(noise);
+  evaluator.setConfidence(&frame_.views);
   host::parallelForEach(threads, points.size(), [&](std::size_t k) {
     const Vec3 normal = normals.empty() ? Vec3{} : normals[k];
     const Consistency c = source_camera_ < 0 ? evaluator.askAll(points[k])

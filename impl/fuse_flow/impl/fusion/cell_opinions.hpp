@@ -39,6 +39,7 @@ class CellOpinions {
       Y_[k] = p[k].y;
       Z_[k] = p[k].z;
       sum_[k] = 0;
+      free_space_[k] = 1;
       agreeing_[k] = seeing_through_[k] = 0;
     }
   }
@@ -51,7 +52,7 @@ class CellOpinions {
   void reserve(std::size_t n, std::size_t views) {
     if (n <= capacity() && views <= places_.size()) return;
     n = std::max(n, capacity());
-    for (std::vector<float>* a : {&X_, &Y_, &Z_, &depth_, &sum_}) a->resize(n);
+    for (std::vector<float>* a : {&X_, &Y_, &Z_, &depth_, &sum_, &free_space_}) a->resize(n);
     for (std::vector<std::int32_t>* a : {&agreeing_, &seeing_through_, &seems_through_}) a->resize(n);
     places_.resize(std::max(views, places_.size()));
     for (Places& at : places_) {
@@ -122,28 +123,31 @@ class CellOpinions {
           static_cast<std::uint32_t>(place);
   }
 
-  /** \brief Eq. 5–6, with d along the ray. \param noise of the view; of scale 0 where it is not known  \param depth of the view */
-  void addAlongRay(const ConsistencyParameters& p, const ViewNoise& noise, const DepthMap& depth, std::size_t place) {
+  /** \brief Eq. 5–6, with d along the ray. \param noise of the view; of scale 0 where it is not known  \param depth of the view
+   *  \param confidence of its pixels; none: 1 */
+  void addAlongRay(const ConsistencyParameters& p, const ViewNoise& noise, const DepthMap& depth,
+                   const ImageView<float>& confidence, std::size_t place) {
     inWideVectors([&] {
       addAlongRay(n_, p, noise, places_[place].z.data(), depth_.data(), nearBit(place), sum_.data(), agreeing_.data(),
                   seems_through_.data(), nearWords(place));
     });
-    addSeeingThrough(p, depth, places_[place]);
+    addSeeingThrough(p, depth, confidence, places_[place]);
   }
 
   /** \brief The same with any opinion(number of the point, pixel u, pixel v, its depth in the view, measured depth). */
   template <typename Opinion>
-  void add(const Opinion& opinion, std::size_t place) {
+  void add(const ConsistencyParameters& p, const Opinion& opinion, std::size_t place) {
     const Places& at = places_[place];
     for (std::size_t k = 0; k < n_; ++k) {
       if (!(depth_[k] > 0)) continue;
       Consistency sum = (*this)[k];
       const ViewOpinion said = opinion(k, static_cast<int>(at.x[k]), static_cast<int>(at.y[k]), at.z[k], depth_[k]);
-      sum.add(said);
+      sum.add(p, said);
       if (agrees(said)) nearWords(place)[k] |= nearBit(place);
       sum_[k] = sum.sum_squared_distance;
       agreeing_[k] = sum.agreeing;
       seeing_through_[k] = sum.seeing_through;
+      free_space_[k] = sum.free_space;
     }
   }
 
@@ -155,7 +159,7 @@ class CellOpinions {
   }
 
   /** \brief All that was said about a point. */
-  Consistency operator[](std::size_t k) const { return {sum_[k], agreeing_[k], seeing_through_[k]}; }
+  Consistency operator[](std::size_t k) const { return {sum_[k], agreeing_[k], seeing_through_[k], free_space_[k]}; }
 
   /** \brief Calls visit(view) for each that agrees() with a point. */
   template <typename Visit>
@@ -231,11 +235,14 @@ class CellOpinions {
   }
 
   /** \brief Few points are seen through: each is looked at by itself. */
-  void addSeeingThrough(const ConsistencyParameters& p, const DepthMap& depth, const Places& at) {
+  void addSeeingThrough(const ConsistencyParameters& p, const DepthMap& depth, const ImageView<float>& confidence,
+                        const Places& at) {
     for (std::size_t k = 0; k < n_; ++k) {
       if (seems_through_[k] == 0) continue;
-      const bool beside = isBesideSilhouette(p, at.z[k], DepthsAround(depth, std::ptrdiff_t{at.pixel[k]}));
-      seeing_through_[k] += beside ? 0 : 1;
+      if (isBesideSilhouette(p, at.z[k], DepthsAround(depth, std::ptrdiff_t{at.pixel[k]}))) continue;
+      ++seeing_through_[k];
+      const float of_pixel = confidenceAt(confidence, static_cast<int>(at.x[k]), static_cast<int>(at.y[k]));
+      free_space_[k] *= freeSpaceFactor(p, of_pixel);
     }
   }
 
@@ -246,6 +253,7 @@ class CellOpinions {
   std::vector<Places> places_;    ///< view by view, as they are asked
   std::vector<float> depth_;
   std::vector<float> sum_;
+  std::vector<float> free_space_;  ///< see Consistency
   std::vector<std::int32_t> agreeing_, seeing_through_;
   std::vector<std::int32_t> seems_through_;  ///< whether the pixel where the point falls measured well behind it
   std::vector<std::uint32_t> confirming_;    ///< of each point the places of the first views that agreed

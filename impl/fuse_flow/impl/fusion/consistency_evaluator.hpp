@@ -40,6 +40,11 @@ class ConsistencyEvaluator {
     confirmation_ = confirmationWeighing(aggregation, half_weight_noise);
   }
 
+  /** \brief Where views have a confidence of their own, for weigh_contradictions. \param views of the frame; null: none has */
+  void setConfidence(const std::vector<DepthView>* views) {
+    views_ = parameters_.weigh_contradictions ? views : nullptr;
+  }
+
   bool knowsRefinedDepth() const { return refined_ != nullptr; }
 
   /** \brief Whether it matters where the surface of a point faces. */
@@ -60,7 +65,7 @@ class ConsistencyEvaluator {
 
   Consistency operator()(const Vec3& p_W, const Vec3& normal, std::size_t i) const {
     Consistency result;
-    forEachOpinion(p_W, normal, i, [&](std::uint32_t, int, int, const ViewOpinion& opinion) { result.add(opinion); });
+    forEachOpinion(p_W, normal, i, [&](std::uint32_t, int, int, const ViewOpinion& opinion) { result.add(parameters_, opinion); });
     return result;
   }
 
@@ -68,7 +73,7 @@ class ConsistencyEvaluator {
    *  neighbours. */
   Consistency askAll(const Vec3& p_W) const {
     Consistency result;
-    const auto add = [&](std::uint32_t, int, int, const ViewOpinion& opinion) { result.add(opinion); };
+    const auto add = [&](std::uint32_t, int, int, const ViewOpinion& opinion) { result.add(parameters_, opinion); };
     if (!(*depths_)[0].empty()) ask(p_W, {}, 0, add);
     forEachOpinion(p_W, {}, 0, add);
     return result;
@@ -146,15 +151,20 @@ class ConsistencyEvaluator {
     points.read((*depths_)[j], place, enough, before);
     if (refined_ != nullptr) points.remember(place);
     if (parameters_.distance == DistanceForm::AlongRay) {
-      points.addAlongRay(parameters_, noiseOf(j), (*depths_)[j], place);
+      points.addAlongRay(parameters_, noiseOf(j), (*depths_)[j], confidenceOf(j), place);
     } else {
-      points.add([&](std::size_t k, int u, int v, float z, float D) { return opinion(j, p[k], u, v, z, D); }, place);
+      points.add(parameters_, [&](std::size_t k, int u, int v, float z, float D) { return opinion(j, p[k], u, v, z, D); }, place);
     }
     return before + 1 < enough || points.anyBelow(enough);
   }
 
   /** \brief Of a view; none where it is not known. */
   ViewNoise noiseOf(std::uint32_t j) const { return noise_ != nullptr ? (*noise_)[j] : ViewNoise{{}, 0.0f, 1.0f}; }
+
+  /** \brief The confidence image of a view; none where each pixel's is 1. */
+  ImageView<float> confidenceOf(std::uint32_t j) const {
+    return views_ != nullptr ? (*views_)[j].confidence : ImageView<float>();
+  }
 
   ViewOpinion opinion(std::uint32_t j, const Vec3& p_W, int u, int v, float z, float D) const {
     const ViewGeometry& view = (*rig_)[j];
@@ -164,7 +174,7 @@ class ConsistencyEvaluator {
                                  : viewOpinion(parameters_, {0, 0, z}, {}, D, noise);
     if (said.verdict != ViewOpinion::SeenThrough) return said;
     const bool beside = isBesideSilhouette(parameters_, z, DepthsAround((*depths_)[j], u, v));
-    return beside ? ViewOpinion{ViewOpinion::Hidden, 0.0f} : said;
+    return beside ? ViewOpinion{} : ViewOpinion{said.verdict, 0.0f, confidenceAt(confidenceOf(j), u, v)};
   }
 
   template <typename Visit>
@@ -187,6 +197,7 @@ class ConsistencyEvaluator {
   const std::vector<DepthMap>* depths_;
   const std::vector<ViewNoise>* noise_{nullptr};
   const std::vector<DepthMap>* refined_{nullptr};
+  const std::vector<DepthView>* views_{nullptr};
   Confirmation::Weighing confirmation_;
 };
 

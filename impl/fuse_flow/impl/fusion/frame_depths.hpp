@@ -42,6 +42,7 @@ class FrameDepths {
                    parameters.adapt_noise};
       if (missing) {
         measured_[i].clear();
+        refined_[i].clear();  // or other views would agree with what it measured before
         continue;
       }
       total += static_cast<std::size_t>(K.width) * static_cast<std::size_t>(K.height);

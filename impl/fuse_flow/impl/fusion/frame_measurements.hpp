@@ -4,6 +4,7 @@
 #include <fuse_flow/impl/fusion/cell_points.hpp>
 #include <fuse_flow/impl/fusion/frame_depths.hpp>
 #include <fuse_flow/impl/fusion/point_row.hpp>
+#include <fuse_flow/impl/fusion/view_agreement.hpp>
 #include <fuse_flow/impl/fusion/weight_rows.hpp>
 
 #include <algorithm>
@@ -23,6 +24,9 @@ inline Box cropBox(const FuseFlowParameters& parameters) {
 inline bool asksForSupport(const FuseFlowParameters& parameters) {
   return parameters.use_measurement_confidence && parameters.min_support > 0;
 }
+
+/** \brief Whether measurements need other views that measure the same. */
+inline bool asksForAgreement(const FuseFlowParameters& parameters) { return parameters.agreement.min_views > 0; }
 
 /** \brief FuseFlowParameters::half_weight_noise, or 0 where all measurements weigh the same. */
 inline float halfWeightNoise(const FuseFlowParameters& parameters) {
@@ -53,11 +57,19 @@ inline void checkGivenConfidence(const FuseFlowParameters& parameters, const Rig
                        " gives no confidence, which ConfidenceForm::Given takes for C; set DepthView::confidence");
 }
 
+/** \brief Throws where a rig has too few cameras for any measurement to pass. */
+inline void checkAgreement(const FuseFlowParameters& parameters, const RigFrame& frame) {
+  const auto others = frame.cameras.empty() ? std::size_t{0} : frame.cameras.size() - 1;
+  if (static_cast<std::size_t>(parameters.agreement.min_views) <= others) return;
+  throwBadArgument("fuse_flow::FuseFlow: min_agreeing_views is ", parameters.agreement.min_views, ", but beside each camera the rig has ",
+                   others, " other(s), so that every measurement would be dropped; must be at most that");
+}
+
 }  // namespace detail
 
 namespace host {
 
-/** \brief From depth to weighted points in coarse cells, row by row: confidence (eq. 3), gate (eq. 9), back-projection (eq. 8), partition
+/** \brief From depth to weighted points in coarse cells, row by row: confidence (eq. 3), gate (eq. 9), agreement of other views, back-projection (eq. 8), partition
  *  (section 5 (1)), with the memory that it keeps. */
 class FrameMeasurements {
  public:
@@ -99,6 +111,7 @@ class FrameMeasurements {
       const Row row{stretch.view, v, weightsOf(stretch.view, v)};
       confidence(row);
       counts.measured += gate(row);
+      agreement(row);
       counts.gated += backProject(row, rows_[thread]);
       partition(row, rows_[thread], cells);
     }
@@ -128,6 +141,7 @@ class FrameMeasurements {
         const Row next{i, v, around.row(v)};
         confidence(next);
         const std::size_t measured = gate(next);
+        agreement(next);
         if (v >= stretch.begin_row && v < stretch.end_row) counts.measured += measured;
       }
       if (v <= stretch.begin_row) continue;
@@ -168,6 +182,12 @@ class FrameMeasurements {
       row.weights[u] *= is_weight ? weight : (weight > 0 ? 1.0f : 0.0f);
     }
     return measured;
+  }
+
+  /** \brief What too few other views measure, too, weighs nothing. */
+  void agreement(const Row& row) const {
+    if (!detail::asksForAgreement(*parameters_)) return;
+    keepAgreed(parameters_->agreement, *rig_, depths_->refined(), row.view, row.v, row.weights);
   }
 
   /** \brief Eq. 8: where the measurements lie in the world. \returns how many become points */

@@ -104,6 +104,8 @@ class FramePipeline {
       case Step::Smooth:
         forEachRow(task, [&](int v) { depths_.smooth(i, task.pass, v, scratch); });
         break;
+      case Step::AllViews:
+        break;
       case Step::Points:
         generatePoints(task.stretch, static_cast<std::size_t>(thread));
         break;
@@ -127,7 +129,7 @@ class FramePipeline {
   void layOut() {
     startStatistics();
     depths_.start(*frame_, rig_, parameters);
-    tasks_.layOut(depths_.views(), parameters.smoothing, threads_);
+    tasks_.layOut(depths_.views(), parameters.smoothing, threads_, detail::asksForAgreement(parameters));
     depths_.reserveScratch(tasks_.scratchMaps());
     const std::vector<Stretch>& stretches = tasks_.stretches();
     counts_.assign(stretches.size(), {});
@@ -209,6 +211,7 @@ class FramePipeline {
   ConsistencyEvaluator makeEvaluator() const {
     ConsistencyEvaluator evaluator(parameters.consistency, rig_, depths_.measured());
     evaluator.setNoise(depths_.noise());
+    evaluator.setConfidence(&frame_->views);
     if (detail::usesConfirmation(parameters.smoothing, parameters.aggregation))
       evaluator.setRefined(depths_.refined(), parameters.aggregation, detail::halfWeightNoise(parameters));
     return evaluator;
@@ -255,6 +258,7 @@ FUSE_FLOW_INLINE void FramePipeline::generate(const RigFrame& frame) {
   const Clock::time_point start = Clock::now();  // a first frame lays out memory, which takes time too
   checkRigFrame(frame);
   detail::checkGivenConfidence(parameters, frame);
+  detail::checkAgreement(parameters, frame);
   frame_ = &frame;
   threads_ = resolveThreads(threads);
   rig_.update(frame);

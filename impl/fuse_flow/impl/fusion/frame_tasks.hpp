@@ -20,10 +20,11 @@ class FrameTasks {
     WholeView,    ///< what is not done row by row: multipath interference, filling, the view's noise
     Invert,       ///< depth to inverse depth, where Convert could not do it yet
     Smooth,       ///< one pass
+    AllViews,     ///< nothing: what comes after it has the depth of all views
     Points
   };
 
-  /** \brief On a stretch of a view; TakeScratch and WholeView on all of it. */
+  /** \brief On a stretch of a view; TakeScratch and WholeView on all of it, AllViews on none. */
   struct Task {
     Step step;
     int pass;  ///< of Smooth
@@ -47,8 +48,10 @@ class FrameTasks {
     bool noise{false};        ///< is measured
   };
 
-  /** \brief Views are begun as many at a time as keep all threads busy: their maps then stay in the caches from step to step. */
-  void layOut(const std::vector<View>& views, const SmoothingParameters& smoothing, int threads) {
+  /** \brief Views are begun as many at a time as keep all threads busy: their maps then stay in the caches from step to step.
+   *  \param points_need_all whether the points of a view need the depth of all others */
+  void layOut(const std::vector<View>& views, const SmoothingParameters& smoothing, int threads,
+              bool points_need_all) {
     smoothing_ = smoothing;
     passes_ = smoothingPasses(smoothing);
     tasks_.clear();
@@ -61,7 +64,11 @@ class FrameTasks {
     for (std::uint32_t begin = 0, end = 0; begin < views.size(); begin = end) {
       while (end < views.size() && first_stretch_[end] - first_stretch_[begin] < enough) ++end;
       addViews(views, begin, end);
+      if (!points_need_all) addPoints(views, begin, end);
     }
+    if (!points_need_all) return;
+    awaitAllViews(views);
+    addPoints(views, 0, static_cast<std::uint32_t>(views.size()));
   }
 
   const std::vector<Stretch>& stretches() const { return stretches_; }
@@ -134,8 +141,23 @@ class FrameTasks {
         if (pass == 0 && !first_into_scratch) awaitScratch(i);
         if (pass == passes_ - 1) owners_[scratch_of_[i]].smoothed = last_[i];
       });
+  }
+
+  /** \brief The last step. */
+  void addPoints(const std::vector<View>& views, std::uint32_t begin, std::uint32_t end) {
     // Confidence looks one row up and down, support one more.
-    forEachView([&](std::uint32_t i, const View& view) { addStretches(Step::Points, i, 0, stretchesWithin(2, view)); });
+    for (std::uint32_t i = begin; i < end; ++i)
+      if (!views[i].missing) addStretches(Step::Points, i, 0, stretchesWithin(2, views[i]));
+  }
+
+  /** \brief Each view goes on once all have come so far. */
+  void awaitAllViews(const std::vector<View>& views) {
+    const std::uint32_t all = add({Step::AllViews, 0, 0, 0});
+    for (std::uint32_t i = 0; i < views.size(); ++i) {
+      if (views[i].missing) continue;
+      for (std::uint32_t before = last_[i].begin; before < last_[i].end; ++before) flow_.addDependency(before, all);
+      last_[i] = {all, all + 1};
+    }
   }
 
   /** \brief Of a pass: as in the noisiest view. */

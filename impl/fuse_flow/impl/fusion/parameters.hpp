@@ -25,6 +25,20 @@ inline FuseFlowParameters FuseFlowParameters::published() {
   return p;
 }
 
+inline FuseFlowParameters FuseFlowParameters::estimatedDepth() {
+  FuseFlowParameters p;
+  p.agreement.min_views = 2;
+  p.adapt_noise = false;
+  p.smoothing.tolerance = 4;
+  p.smoothing.wide_above = 0;
+  p.consistency.weigh_contradictions = true;
+  p.consistency.margin = 2;
+  p.consistency.max_views = 16;
+  p.consistency.max_candidates = 16;
+  p.aggregation.confirmation_reach = 0.04f;
+  return p;
+}
+
 inline void checkParameters(const FuseFlowParameters& p) {
   checkParameters(p.preprocessing);
   checkParameters(p.smoothing);
@@ -35,6 +49,10 @@ inline void checkParameters(const FuseFlowParameters& p) {
   detail::checkLengthOrNone("fuse_flow::FuseFlow", "max_noise", p.max_noise);
   detail::checkRange("fuse_flow::FuseFlow", "min_support", p.min_support, 0, 8);
   detail::checkRange("fuse_flow::FuseFlow", "min_confidence", p.min_confidence, 0.0f, 1.0f);
+  detail::checkRange("fuse_flow::FuseFlow", "min_agreeing_views", p.agreement.min_views, 0, kMaxAgreeingViews);
+  detail::checkPositive("fuse_flow::FuseFlow", "agreement_pixels", p.agreement.pixels);
+  detail::checkPositive("fuse_flow::FuseFlow", "agreement_relative", p.agreement.relative);
+  detail::checkRange("fuse_flow::FuseFlow", "agreement_relative", p.agreement.relative, 0.0f, 1.0f);
   if (p.crop_box && (p.crop_box->isEmpty() || !p.crop_box->min().allFinite() || !p.crop_box->max().allFinite()))
     detail::throwBadArgument("fuse_flow::FuseFlow: crop_box is empty or not finite");
 }

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <fuse_flow/math/block_image.h>
+#include <fuse_flow/math/calibration/block_image.h>
 #include <fuse_flow/math/view.h>
 
 #include <cfloat>

@@ -1,7 +1,7 @@
 #pragma once
 
-#include <fuse_flow/math/alignment.h>
-#include <fuse_flow/math/block_image.h>
+#include <fuse_flow/math/calibration/alignment.h>
+#include <fuse_flow/math/calibration/block_image.h>
 #include <fuse_flow/math/noise_scale.h>
 
 namespace fuse_flow {
