@@ -1,6 +1,6 @@
 // The GPU pipeline over the number of cameras: latency, sustained rate for several numbers of frames in flight, device time of every
 // stage beside what its bytes take at the measured copy bandwidth, and the CPU pipeline on the same frames.
-//   fuse_flow_gpu_bench [--quick] [--no-cpu] [--confirmation-reach METRES] [CAMERASxWIDTHxHEIGHT …]
+//   fuse_flow_gpu_bench [--quick] [--no-cpu] [--estimated-depth] [--confirmation-reach METRES] [CAMERASxWIDTHxHEIGHT …]
 // Other modes, also with --quick, --confirmation-reach and sizes:
 //   --verify         whether frames in flight, and two objects at once, give the bytes of one frame at a time; status 1 if not
 //   --torch COMMAND  ours, the CPU pipeline and bench/torch_voxel_average.py, which COMMAND runs, on the same frames
@@ -175,6 +175,8 @@ bool parse(int argc, char** argv, Options& options) {
       options.quick = true;
     } else if (argument == "--no-cpu") {
       options.cpu = false;
+    } else if (argument == "--estimated-depth") {
+      options.parameters = fuse_flow::FuseFlowParameters::estimatedDepth();
     } else if (argument == "--unusual") {
       options.unusual = true;
     } else if (argument == "--verify") {
