@@ -150,9 +150,9 @@ ParameterOptions::ParameterOptions(CLI::App& app) {
 }
 
 FuseFlowParameters ParameterOptions::parameters() const {
-  FuseFlowParameters result = published_                   ? FuseFlowParameters::published()
+  FuseFlowParameters result = published_                  ? FuseFlowParameters::published()
                               : depth_source_ == "camera" ? FuseFlowParameters()
-                                                           : FuseFlowParameters::estimatedDepth();
+                                                          : FuseFlowParameters::estimatedDepth();
   for (const auto& apply : overrides_) apply(result);
   if (crop_box_.size() == 6) {
     for (std::size_t axis = 0; axis < 3; ++axis)

@@ -5,6 +5,8 @@
 
 #include <fuse_flow/recordings/error.h>
 
+#include <Eigen/SVD>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
@@ -12,7 +14,11 @@
 
 namespace fuse_flow::io {
 
-Eigen::Isometry3d rigidPose(const std::string& owner, const std::vector<double>& row_major) {
+namespace {
+
+/** \brief \param nearest whether a rotation up to tolerance off one becomes the nearest */
+Eigen::Isometry3d poseWithin(const std::string& owner, const std::vector<double>& row_major, double tolerance,
+                             bool nearest) {
   const auto fail = [&](const auto&... parts) {
     std::ostringstream message;
     message << owner << ": ";
@@ -27,9 +33,61 @@ Eigen::Isometry3d rigidPose(const std::string& owner, const std::vector<double>&
     throw fail("the last row is ", T.row(3), ", must be 0 0 0 1");
   const Eigen::Matrix3d R = T.topLeftCorner<3, 3>();
   const double error = (R.transpose() * R - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
-  if (error > 1e-3) throw fail("is not rigid: R'R differs from the identity by ", error, ", must be below 0.001");
+  if (error > tolerance)
+    throw fail("is not rigid: R'R differs from the identity by ", error, ", must be below ", tolerance);
   if (R.determinant() < 0) throw fail("is not rigid: the determinant of the rotation is -1, must be +1");
-  return Eigen::Isometry3d(T);
+  Eigen::Isometry3d pose(T);
+  if (nearest) {
+    const Eigen::JacobiSVD<Eigen::Matrix3d> svd(R, Eigen::ComputeFullU | Eigen::ComputeFullV);
+    pose.linear() = svd.matrixU() * svd.matrixV().transpose();
+  }
+  return pose;
+}
+
+}  // namespace
+
+Eigen::Isometry3d rigidPose(const std::string& owner, const std::vector<double>& row_major) {
+  return poseWithin(owner, row_major, 1e-3, false);
+}
+
+Eigen::Isometry3d nearlyRigidPose(const std::string& owner, const std::vector<double>& row_major) {
+  return poseWithin(owner, row_major, 1e-2, true);
+}
+
+Intrinsics intrinsicsOf(const std::string& owner, const std::vector<double>& m) {
+  if (m.size() != 9)
+    throw InputError(owner + ": has " + std::to_string(m.size()) + " numbers, must be 9: a 3x3 matrix, row by row");
+  if (m[6] != 0 || m[7] != 0 || m[8] != 1) {
+    std::ostringstream row;
+    row << m[6] << ' ' << m[7] << ' ' << m[8];
+    throw InputError(owner + ": the last row is " + row.str() + ", must be 0 0 1");
+  }
+  for (const double skew : {m[1], m[3]}) checkSkew(owner, skew, m[0]);
+  Intrinsics K;
+  K.fx = static_cast<float>(m[0]);
+  K.fy = static_cast<float>(m[4]);
+  K.cx = static_cast<float>(m[2]);
+  K.cy = static_cast<float>(m[5]);
+  return K;
+}
+
+int side(const std::string& path, const char* key, double value) {
+  if (value >= 0 && value <= 65535 && value == std::floor(value)) return static_cast<int>(value);
+  std::ostringstream message;
+  message << path << ": " << key << " is " << value << ", must be a whole number of pixels, 65535 at most";
+  throw InputError(message.str());
+}
+
+Distortion distortionOf(const std::string& path, const std::vector<double>& k) {
+  const auto zero = [](double x) { return x == 0; };  // OpenCV's thin prisms and tilted sensors come behind
+  const bool fits = k.empty() || k.size() == 4 || k.size() == 5 || k.size() == 8 ||
+                    (k.size() > 8 && std::all_of(k.begin() + 8, k.end(), zero));
+  if (!fits)
+    throw InputError(path + ": has " + std::to_string(k.size()) +
+                     " distortion coefficients, must be 4, 5 or 8: k1 k2 p1 p2 k3 k4 k5 k6");
+  float d[8] = {};
+  for (std::size_t i = 0; i < std::min<std::size_t>(8, k.size()); ++i) d[i] = static_cast<float>(k[i]);
+  return {d[0], d[1], d[2], d[3], d[4], d[5], d[6], d[7]};
 }
 
 std::vector<double> readNumbers(const std::string& path) {

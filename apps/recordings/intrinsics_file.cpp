@@ -1,6 +1,7 @@
 #include "recordings/intrinsics_file.h"
 
 #include "recordings/calibration.h"
+#include "recordings/colmap_camera.h"
 #include "recordings/files/cut_short.h"
 #include "recordings/files/file_io.h"
 #include "recordings/files/json_file.h"
@@ -26,27 +27,6 @@ using IntrinsicsJson = nlohmann::json;
 
 std::string sizeText(int width, int height) { return std::to_string(width) + "x" + std::to_string(height); }
 
-/** \brief A number of pixels; 0 where it is left out. */
-int side(const std::string& path, const char* key, double value) {
-  if (value >= 0 && value <= 65535 && value == std::floor(value)) return static_cast<int>(value);
-  std::ostringstream message;
-  message << path << ": " << key << " is " << value << ", must be a whole number of pixels, 65535 at most";
-  throw InputError(message.str());
-}
-
-/** \brief k1 k2 p1 p2 [k3 [k4 k5 k6]], the order of OpenCV and ROS. */
-Distortion distortionOf(const std::string& path, const std::vector<double>& k) {
-  const auto zero = [](double x) { return x == 0; };  // OpenCV's thin prisms and tilted sensors come behind
-  const bool fits = k.empty() || k.size() == 4 || k.size() == 5 || k.size() == 8 ||
-                    (k.size() > 8 && std::all_of(k.begin() + 8, k.end(), zero));
-  if (!fits)
-    throw InputError(path + ": has " + std::to_string(k.size()) +
-                     " distortion coefficients, must be 4, 5 or 8: k1 k2 p1 p2 k3 k4 k5 k6");
-  float d[8] = {};
-  for (std::size_t i = 0; i < std::min<std::size_t>(8, k.size()); ++i) d[i] = static_cast<float>(k[i]);
-  return {d[0], d[1], d[2], d[3], d[4], d[5], d[6], d[7]};
-}
-
 /** \brief Nine numbers row by row, or sixteen of a 4×4 matrix whose last row and column say nothing. */
 Intrinsics fromMatrix(const std::string& path, std::vector<double> m) {
   if (m.size() == 16) {
@@ -54,20 +34,7 @@ Intrinsics fromMatrix(const std::string& path, std::vector<double> m) {
       throw InputError(path + ": the 4x4 matrix has a last row or column, must be 3x3 intrinsics and 0 0 0 1");
     m = {m[0], m[1], m[2], m[4], m[5], m[6], m[8], m[9], m[10]};
   }
-  if (m.size() != 9)
-    throw InputError(path + ": has " + std::to_string(m.size()) + " numbers, must be 9: a 3x3 matrix, row by row");
-  if (m[6] != 0 || m[7] != 0 || m[8] != 1) {
-    std::ostringstream row;
-    row << m[6] << ' ' << m[7] << ' ' << m[8];
-    throw InputError(path + ": the last row is " + row.str() + ", must be 0 0 1");
-  }
-  for (const double skew : {m[1], m[3]}) checkSkew(path, skew, m[0]);
-  Intrinsics K;
-  K.fx = static_cast<float>(m[0]);
-  K.fy = static_cast<float>(m[4]);
-  K.cx = static_cast<float>(m[2]);
-  K.cy = static_cast<float>(m[5]);
-  return K;
+  return intrinsicsOf(path, m);
 }
 
 /** \brief Throws unless a lens is of the kind that Distortion expresses. */
@@ -186,35 +153,9 @@ Intrinsics fromColmapLine(const std::string& path, std::istringstream& words) {
   std::string model;
   double width = 0, height = 0;
   words >> model >> width >> height;
-  std::vector<double> p;
-  for (double x; words >> x;) p.push_back(x);
-  struct Layout {
-    std::size_t focal_lengths, distortion;
-  };
-  static const std::map<std::string, Layout> known = {{"SIMPLE_PINHOLE", {1, 0}}, {"PINHOLE", {2, 0}},
-                                                      {"SIMPLE_RADIAL", {1, 1}},  {"RADIAL", {1, 2}},
-                                                      {"OPENCV", {2, 4}},         {"FULL_OPENCV", {2, 8}}};
-  const auto layout = known.find(model);
-  if (layout == known.end())
-    throw InputError(path + ": the camera model is " + cutShort(model) +
-                     ", must be SIMPLE_PINHOLE, PINHOLE, SIMPLE_RADIAL, RADIAL, OPENCV or FULL_OPENCV");
-  const auto [focal_lengths, distortion] = layout->second;
-  const std::size_t wanted = focal_lengths + 2 + distortion;
-  if (p.size() != wanted)
-    throw InputError(path + ": the camera of model " + model + " has " + std::to_string(p.size()) +
-                     " parameters, must be " + std::to_string(wanted));
-  Intrinsics K;
-  K.width = side(path, "width", width);
-  K.height = side(path, "height", height);
-  K.fx = static_cast<float>(p[0]);
-  K.fy = static_cast<float>(p[focal_lengths - 1]);
-  // COLMAP's first pixel reaches from 0 to 1, ours from -0.5 to 0.5.
-  K.cx = static_cast<float>(p[focal_lengths] - 0.5);
-  K.cy = static_cast<float>(p[focal_lengths + 1] - 0.5);
-  std::vector<double> d(p.end() - static_cast<std::ptrdiff_t>(distortion), p.end());
-  if (!d.empty() && d.size() < 4) d.resize(4, 0.0);  // k1, k2 alone
-  K.distortion = distortionOf(path, d);
-  return K;
+  std::vector<double> parameters;
+  for (double x; words >> x;) parameters.push_back(x);
+  return colmapIntrinsics(path, model, width, height, parameters);
 }
 
 /** \brief Whether a line is one of COLMAP's: a number, then a model's name in capitals. */

@@ -17,13 +17,17 @@ namespace {
 constexpr const char* recognised =
     "recognised are a rig recording (rig.json), 7-Scenes (frame-000000.pose.txt), TUM RGB-D (depth.txt, "
     "groundtruth.txt), "
-    "Redwood/Open3D (depth/, a .log) and organised .pcd files";
+    "Redwood/Open3D (depth/, a .log), MVSNet (cams/, depth_est/), COLMAP (sparse/, images/, stereo/) and organised "
+    ".pcd "
+    "files";
 
 std::unique_ptr<Recording> openFolder(const std::string& folder, const RecordingOptions& options) {
   if (isRigFolder(folder)) return openRig((fs::path(folder) / "rig.json").string(), options);
   if (isSevenScenesFolder(folder)) return openSevenScenes(folder, options);
   if (isTumFolder(folder)) return openTum(folder, options);
   if (isRedwoodFolder(folder)) return openRedwood(folder, options);
+  if (isMvsnetFolder(folder)) return openMvsnet(folder, options);
+  if (isColmapFolder(folder)) return openColmap(folder, options);
   throw InputError(folder + (fs::is_empty(folder) ? ": is an empty folder; " : ": is not a recording; ") + recognised);
 }
 

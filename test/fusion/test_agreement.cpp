@@ -112,7 +112,8 @@ int agreeing(const Scene& scene, const AgreementParameters& p, std::size_t i, in
     const Vector3d back = T(i).inverse() * (T(j) * (D * K(j).inverse() * at));
     const Vector3d pixel = K(i) * back / back.z();
     const double off = std::hypot(pixel.x() - u, pixel.y() - v), apart = std::abs(back.z() - z) / z;
-    if (std::abs(off - static_cast<double>(p.pixels)) < 1e-3 || std::abs(apart - static_cast<double>(p.relative)) < 1e-5)
+    if (std::abs(off - static_cast<double>(p.pixels)) < 1e-3 ||
+        std::abs(apart - static_cast<double>(p.relative)) < 1e-5)
       return -1;
     count += off < static_cast<double>(p.pixels) && apart < static_cast<double>(p.relative) ? 1 : 0;
   }
@@ -150,10 +151,10 @@ TEST(Agreement, KeepsWhatMatricesInDoublePrecisionSay) {
           const int n = agreeing(scene, parameters.agreement, i, u, v);
           if (n >= 0 && n < min_views) continue;
           const fuse_flow::Ray ray = unproject(camera.intrinsics, {static_cast<float>(u), static_cast<float>(v)});
-          expected.emplace_back((camera.T_world_camera * Vector3d(static_cast<double>(ray.x * z),
-                                                                  static_cast<double>(ray.y * z),
-                                                                  static_cast<double>(z)))
-                                    .cast<float>());
+          expected.emplace_back(
+              (camera.T_world_camera *
+               Vector3d(static_cast<double>(ray.x * z), static_cast<double>(ray.y * z), static_cast<double>(z)))
+                  .cast<float>());
           close.push_back(n < 0);
         }
     }

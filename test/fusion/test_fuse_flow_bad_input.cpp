@@ -169,7 +169,8 @@ TEST(FuseFlowBadInput, ARigWithFewerOtherCamerasThanMustAgreeIsRefused) {
   FuseFlowParameters parameters;
   parameters.agreement.min_views = 2;
   const Scene two = scenes::wall(2);
-  expectMentions(messageOf([&] { scenes::fuse(two.rig, parameters); }), {"FuseFlow", "min_agreeing_views is 2", "1 other"});
+  expectMentions(messageOf([&] { scenes::fuse(two.rig, parameters); }),
+                 {"FuseFlow", "min_agreeing_views is 2", "1 other"});
   EXPECT_NO_THROW(scenes::fuse(scenes::wall(3).rig, parameters));
 }
 

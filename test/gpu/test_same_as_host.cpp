@@ -46,8 +46,7 @@ TEST(GpuSameAsHost, AGivenConfidenceIsThatOfTheHost) {
     SCOPED_TRACE(k);
     frame.draw(random);
     frame.giveConfidence(random);
-    FuseFlowParameters parameters =
-        random_rig::parameters(random, 1.5, static_cast<int>(frame.rig.cameras.size()));
+    FuseFlowParameters parameters = random_rig::parameters(random, 1.5, static_cast<int>(frame.rig.cameras.size()));
     parameters.confidence.form = fuse_flow::ConfidenceForm::Given;
     expectSame(frame.rig, parameters, host, device, &tally);
     ASSERT_FALSE(HasFailure());

@@ -155,7 +155,9 @@ class MapsInModel {
         for (std::size_t k = 0; k < views_.size(); ++k)
           if (!views_[k].missing)
             read(passes_ > 0 ? kept_[k] : depth_[k], 0, views_[k].height,
-                 {k, passes_ > 0 ? passes_ : views_[k].whole_image || views_[k].noise ? 1 : 0});
+                 {k, passes_ > 0                                ? passes_
+                     : views_[k].whole_image || views_[k].noise ? 1
+                                                                : 0});
         all_views_ = true;
         break;
       case FrameTasks::Step::Points:

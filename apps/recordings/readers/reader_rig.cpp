@@ -17,18 +17,21 @@ namespace fs = std::filesystem;
 namespace fuse_flow::io {
 namespace {
 
-/** \brief The images of a folder whose names are a number: by it, what their names are without the extension. */
+/** \brief The images of a folder whose names are a number: by it, their names. */
 std::map<std::size_t, std::string> numberedImages(const fs::path& folder) {
-  std::map<std::size_t, std::string> stems;
+  std::map<std::size_t, std::string> names;
   for (const std::string& name : filesIn(folder.string())) {
-    if (fs::path(name).extension() != ".png") continue;
+    const std::string extension = fs::path(name).extension().string();
+    if (extension != ".png" && extension != ".pfm" && extension != ".npy") continue;
     const std::string stem = fs::path(name).stem().string();
     const std::optional<std::size_t> number = wholeNumber(stem);
     if (!number) continue;
-    std::string& known = stems[*number];
-    if (known.empty() || stem == frameStem(*number)) known = stem;  // of 7 and 000007 the usual one
+    std::string& known = names[*number];
+    if (fs::path(known).stem().string() == stem)
+      throw InputError(folder.string() + ": has " + known + " and " + name + ", must have one depth image of a frame");
+    if (known.empty() || stem == frameStem(*number)) known = name;  // of 7 and 000007 the usual one
   }
-  return stems;
+  return names;
 }
 
 class RigRecording : public Recording {
@@ -45,7 +48,7 @@ class RigRecording : public Recording {
       if (options.depth_scale) cameras_.back().depth_scale = *options.depth_scale;
       confidence_scales_.push_back(entry.confidence_scale);
       const std::string own_folder = (folder_ / entry.camera.name).string();
-      stems_.push_back(numberedImages(fs::path(own_folder) / "depth"));
+      names_.push_back(numberedImages(fs::path(own_folder) / "depth"));
       color_folders_.push_back(colorFolder(own_folder));
     }
     listFrames();
@@ -73,18 +76,22 @@ class RigRecording : public Recording {
     out.ended.clear();
     for (std::size_t i = 0; i < cameras_.size(); ++i) {
       const fs::path camera = folder_ / cameras_[i].name;
-      const auto found = stems_[i].find(frame);
-      const std::string stem = found != stems_[i].end() ? found->second : frameStem(frame);
+      const auto found = names_[i].find(frame);
+      const std::string name = found != names_[i].end() ? found->second : frameStem(frame) + ".png";
+      const std::string stem = fs::path(name).stem().string();
       ViewFiles files;
-      files.depth = (camera / "depth" / (stem + ".png")).string();
-      files.depth_was_there = found != stems_[i].end();
+      files.depth = (camera / "depth" / name).string();
+      files.depth_was_there = found != names_[i].end();
       if (read_color_ && !color_folders_[i].empty()) {
         files.color = findImage(color_folders_[i], stem);
         if (files.color.empty()) files.color = findImage(color_folders_[i], frameStem(frame));
       }
-      files.confidence = (camera / "confidence" / (stem + ".png")).string();
+      files.confidence = findFloatImage((camera / "confidence").string(), stem);
+      if (files.confidence.empty()) files.confidence = (camera / "confidence" / (stem + ".png")).string();
       loadView(files, confidence_scales_[i], i, skip_damaged_, out);
-      if (stems_[i].empty() || frame > stems_[i].rbegin()->first) out.ended.push_back({i, ending(i)});
+      if (out.rig.views[i].depth32)
+        for (float& z : out.images[i].depth32.data) z *= cameras_[i].depth_scale;
+      if (names_[i].empty() || frame > names_[i].rbegin()->first) out.ended.push_back({i, ending(i)});
     }
   }
 
@@ -92,17 +99,17 @@ class RigRecording : public Recording {
   /** \brief A frame that is missing between others was dropped; those behind the last one were never taken. */
   std::string ending(std::size_t camera) const {
     const std::string name = "camera '" + cameras_[camera].name + "' ";
-    if (stems_[camera].empty()) return name + "has no depth images";
+    if (names_[camera].empty()) return name + "has no depth images";
     const auto begin = frames_.begin();
-    const auto end = std::upper_bound(begin, frames_.end(), stems_[camera].rbegin()->first);
+    const auto end = std::upper_bound(begin, frames_.end(), names_[camera].rbegin()->first);
     return name + "ends after " + std::to_string(end - begin) + " of " + std::to_string(frames_.size()) + " frames";
   }
 
   /** \brief All numbers for which a camera has a depth image. */
   void listFrames() {
     std::set<std::size_t> numbers;
-    for (const auto& stems : stems_)
-      for (const auto& [number, stem] : stems) numbers.insert(number);
+    for (const auto& names : names_)
+      for (const auto& [number, name] : names) numbers.insert(number);
     frames_.assign(numbers.begin(), numbers.end());
   }
 
@@ -124,9 +131,9 @@ class RigRecording : public Recording {
   void warnOfSingles() {
     std::map<std::size_t, std::size_t> counts;
     std::size_t with_images = 0;
-    for (const auto& stems : stems_) {
-      with_images += stems.empty() ? 0 : 1;
-      for (const auto& [number, stem] : stems) ++counts[number];
+    for (const auto& names : names_) {
+      with_images += names.empty() ? 0 : 1;
+      for (const auto& [number, name] : names) ++counts[number];
     }
     const auto shared = [](const auto& entry) { return entry.second > 1; };
     if (with_images < 2 || std::any_of(counts.begin(), counts.end(), shared)) return;
@@ -142,7 +149,7 @@ class RigRecording : public Recording {
   bool skip_damaged_;
   std::vector<Camera> cameras_;
   std::vector<std::optional<float>> confidence_scales_;
-  std::vector<std::map<std::size_t, std::string>> stems_;  ///< of each camera's depth images, by their number
+  std::vector<std::map<std::size_t, std::string>> names_;  ///< of each camera's depth images, by their number
   std::vector<std::string> color_folders_;                 ///< of each camera; empty: it has none
   std::vector<std::size_t> frames_;
 };

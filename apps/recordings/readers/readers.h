@@ -26,6 +26,14 @@ bool isRedwoodFolder(const std::string& folder);
 /** \brief depth/, color/ or image/, a trajectory .log, an intrinsics .json */
 std::unique_ptr<Recording> openRedwood(const std::string& folder, const RecordingOptions& options);
 
+bool isMvsnetFolder(const std::string& folder);
+/** \brief cams/NAME_cam.txt, images/NAME.jpg, depth_est/NAME.pfm, confidence/NAME.pfm, as MVSNet and its successors have them */
+std::unique_ptr<Recording> openMvsnet(const std::string& folder, const RecordingOptions& options);
+
+bool isColmapFolder(const std::string& folder);
+/** \brief sparse/, images/, stereo/depth_maps/NAME.{geometric,photometric}.bin: COLMAP's workspace of undistorted images */
+std::unique_ptr<Recording> openColmap(const std::string& folder, const RecordingOptions& options);
+
 bool isPcdFile(const std::string& path);
 /** \brief Organised PCD files, each a camera of the one instant. */
 std::unique_ptr<Recording> openPcd(const std::vector<std::string>& paths, const RecordingOptions& options);

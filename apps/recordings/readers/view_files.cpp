@@ -1,6 +1,7 @@
 #include "recordings/readers/view_files.h"
 
 #include "recordings/files/file_io.h"
+#include "recordings/files/float_image.h"
 #include "recordings/files/image_io.h"
 
 #include <filesystem>
@@ -33,6 +34,14 @@ std::string findImage(const std::string& folder, const std::string& stem) {
   return "";
 }
 
+std::string findFloatImage(const std::string& folder, const std::string& stem) {
+  for (const char* extension : {".pfm", ".npy"}) {
+    const std::string path = (fs::path(folder) / (stem + extension)).string();
+    if (isThere(path)) return path;
+  }
+  return "";
+}
+
 std::string colorFolder(const std::string& folder) {
   std::error_code error;
   for (const char* name : {"color", "rgb", "image"})
@@ -48,8 +57,14 @@ void loadView(const ViewFiles& files, const Camera& camera, std::optional<float>
     if (!files.depth_was_there) return;
     throw InputError(files.depth + ": is no longer there; it was when the recording was opened");
   }
-  readDepthPng(files.depth, images.depth16, sizeOf(files.depth, camera.name, camera.intrinsics));
-  view.depth16 = images.depth16.view();
+  const SizeCheck depth_size = sizeOf(files.depth, camera.name, camera.intrinsics);
+  if (isFloatImage(files.depth)) {
+    readFloatImage(files.depth, images.depth32, depth_size);
+    view.depth32 = images.depth32.view();
+  } else {
+    readDepthPng(files.depth, images.depth16, depth_size);
+    view.depth16 = images.depth16.view();
+  }
   if (!files.color.empty() && isThere(files.color)) {
     const bool own = camera.color.has_value();
     readColor(
@@ -58,9 +73,15 @@ void loadView(const ViewFiles& files, const Camera& camera, std::optional<float>
     view.color = images.color.view();
   }
   if (!files.confidence.empty() && isThere(files.confidence)) {
-    const float step = readConfidencePng(files.confidence, images.confidence, confidence_scale,
-                                         sizeOf(files.confidence, camera.name, camera.intrinsics));
-    images.assumed_confidence_step = confidence_scale ? 0.0f : step;
+    const SizeCheck size = sizeOf(files.confidence, camera.name, camera.intrinsics);
+    images.assumed_confidence_step = 0;
+    if (isFloatImage(files.confidence)) {
+      readFloatImage(files.confidence, images.confidence, size);
+      for (float& c : images.confidence.data) c *= confidence_scale.value_or(1.0f);
+    } else {
+      const float step = readConfidencePng(files.confidence, images.confidence, confidence_scale, size);
+      if (!confidence_scale) images.assumed_confidence_step = step;
+    }
     view.confidence = images.confidence.view();
   }
 }

@@ -67,7 +67,8 @@ struct ConsistencyEvaluator {
 
   FUSE_FLOW_HD Consistency operator()(const Vec3& p_W, const Vec3& normal, std::uint32_t i) const {
     Consistency result;
-    forEachOpinion(p_W, normal, i, [&result, this](const PixelAddress&, const ViewOpinion& said) { result.add(parameters, said); });
+    forEachOpinion(p_W, normal, i,
+                   [&result, this](const PixelAddress&, const ViewOpinion& said) { result.add(parameters, said); });
     return result;
   }
 
@@ -77,7 +78,8 @@ struct ConsistencyEvaluator {
     ViewOpinion said;
     PixelAddress address;
     if (views[0].present && ask(p_W, {}, 0, said, address)) result.add(parameters, said);
-    forEachOpinion(p_W, {}, 0, [&result, this](const PixelAddress&, const ViewOpinion& other) { result.add(parameters, other); });
+    forEachOpinion(p_W, {}, 0,
+                   [&result, this](const PixelAddress&, const ViewOpinion& other) { result.add(parameters, other); });
     return result;
   }
 

@@ -65,7 +65,8 @@ class ConsistencyEvaluator {
 
   Consistency operator()(const Vec3& p_W, const Vec3& normal, std::size_t i) const {
     Consistency result;
-    forEachOpinion(p_W, normal, i, [&](std::uint32_t, int, int, const ViewOpinion& opinion) { result.add(parameters_, opinion); });
+    forEachOpinion(p_W, normal, i,
+                   [&](std::uint32_t, int, int, const ViewOpinion& opinion) { result.add(parameters_, opinion); });
     return result;
   }
 
@@ -153,7 +154,9 @@ class ConsistencyEvaluator {
     if (parameters_.distance == DistanceForm::AlongRay) {
       points.addAlongRay(parameters_, noiseOf(j), (*depths_)[j], confidenceOf(j), place);
     } else {
-      points.add(parameters_, [&](std::size_t k, int u, int v, float z, float D) { return opinion(j, p[k], u, v, z, D); }, place);
+      points.add(
+          parameters_, [&](std::size_t k, int u, int v, float z, float D) { return opinion(j, p[k], u, v, z, D); },
+          place);
     }
     return before + 1 < enough || points.anyBelow(enough);
   }

@@ -61,8 +61,9 @@ inline void checkGivenConfidence(const FuseFlowParameters& parameters, const Rig
 inline void checkAgreement(const FuseFlowParameters& parameters, const RigFrame& frame) {
   const auto others = frame.cameras.empty() ? std::size_t{0} : frame.cameras.size() - 1;
   if (static_cast<std::size_t>(parameters.agreement.min_views) <= others) return;
-  throwBadArgument("fuse_flow::FuseFlow: min_agreeing_views is ", parameters.agreement.min_views, ", but beside each camera the rig has ",
-                   others, " other(s), so that every measurement would be dropped; must be at most that");
+  throwBadArgument("fuse_flow::FuseFlow: min_agreeing_views is ", parameters.agreement.min_views,
+                   ", but beside each camera the rig has ", others,
+                   " other(s), so that every measurement would be dropped; must be at most that");
 }
 
 }  // namespace detail

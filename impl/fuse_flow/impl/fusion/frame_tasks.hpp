@@ -50,8 +50,7 @@ class FrameTasks {
 
   /** \brief Views are begun as many at a time as keep all threads busy: their maps then stay in the caches from step to step.
    *  \param points_need_all whether the points of a view need the depth of all others */
-  void layOut(const std::vector<View>& views, const SmoothingParameters& smoothing, int threads,
-              bool points_need_all) {
+  void layOut(const std::vector<View>& views, const SmoothingParameters& smoothing, int threads, bool points_need_all) {
     smoothing_ = smoothing;
     passes_ = smoothingPasses(smoothing);
     tasks_.clear();

@@ -49,7 +49,7 @@ class Recording {
  public:
   virtual ~Recording() = default;
 
-  /** \brief "rig", "seven_scenes", "tum", "redwood" or "pcd". */
+  /** \brief "rig", "seven_scenes", "tum", "redwood", "mvsnet", "colmap" or "pcd". */
   virtual std::string kind() const = 0;
   /** \brief One more than the highest frame number. */
   virtual std::size_t frameCount() const = 0;
@@ -102,7 +102,8 @@ struct RecordingOptions {
   /** \brief One moving camera only: frame k uses views + k · slide, as long as all of them exist. 0: a single instant.
    */
   int slide{0};
-  /** \brief Metres per depth unit; replaces the value of the recording or of its format. */
+  /** \brief Metres per depth unit; replaces the value of the recording or of its format. In photographs with estimated depth ("mvsnet",
+   *  "colmap"), of positions too. */
   std::optional<float> depth_scale;
   /** \brief A file with the camera's intrinsics, for recordings of one moving camera; replaces the file beside the images, see
    *  readIntrinsicsFile(). Empty: none. */
