@@ -76,7 +76,8 @@ int main(int argc, char** argv) {
   Options options;
   CLI::App app("Writes a recording as organised PCD files, a folder a camera, named by time in microseconds.",
                "fuse_flow_export");
-  app.add_option("input", options.inputs, "a rig recording, or a 7-Scenes, TUM RGB-D or Redwood folder")->required();
+  app.add_option("input", options.inputs, "a rig recording, or a 7-Scenes, TUM RGB-D, Redwood, MVSNet or COLMAP folder")
+      ->required();
   app.add_option("-o,--output", options.output, "folder of the folders")->check(command_line::path())->required();
   app.add_option("--fps", options.frames_per_second, "frames per second; default: the recording's own times, else 30")
       ->check(command_line::numberFromTo(1e-3, 1e6));
