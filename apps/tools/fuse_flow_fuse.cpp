@@ -11,6 +11,7 @@
 #include "command_line/tool.h"
 #include "input_checks/color_check.h"
 #include "input_checks/depth_in_range.h"
+#include "input_checks/estimated_depth.h"
 #include "input_checks/noise_check.h"
 #include "input_checks/view_overlap.h"
 #include "recordings/range.h"
@@ -159,6 +160,9 @@ int run(const Options& options) {
   const std::unique_ptr<io::Method> method = io::makeMethod(options.method, options.method_options);
   const std::unique_ptr<io::Recording> recording =
       command_line::openRecording("fuse_flow_fuse", options.inputs, options.recording);
+  command_line::printWarnings(
+      "fuse_flow_fuse",
+      io::estimatedDepthAdvice(recording->kind(), options.method, options.method_options.parameters));
   const std::vector<std::size_t> frames = io::chooseFrames(*recording, options.frames);
 
   const auto files = std::make_shared<io::CloudFiles>(options.output, options.format, frames.size());

@@ -7,6 +7,7 @@
 #include "command_line/simulation_arguments.h"
 #include "command_line/tool.h"
 #include "drawing/display.h"
+#include "input_checks/estimated_depth.h"
 #include "viewer/capture.h"
 #include "viewer/controls/key_bindings.h"
 #include "viewer/viewer.h"
@@ -44,6 +45,9 @@ std::unique_ptr<viewing::FrameSource> makeSource(const Options& options) {
     recording.skip_damaged = true;
     std::unique_ptr<viewing::FrameSource> source = viewing::openSource(options.inputs, recording);
     command_line::printWarnings("fuse_flow_viewer", source->warnings());
+    command_line::printWarnings(
+        "fuse_flow_viewer",
+        io::estimatedDepthAdvice(source->kind(), "fuse_flow", options.viewer.method_options.parameters));
     return source;
   }
   simulation::SimulationOptions simulation = options.simulation;

@@ -21,6 +21,7 @@ class RecordedSource : public FrameSource {
   }
 
   std::string name() const override { return name_; }
+  std::string kind() const override { return recording_->kind(); }
   std::optional<std::size_t> frameCount() const override { return frames_.size(); }
   std::vector<std::string> warnings() const override { return recording_->warnings(); }
   std::optional<double> framesPerSecond() const override { return recording_->framesPerSecond(); }

@@ -18,6 +18,8 @@ class FrameSource {
 
   /** \brief For the window's title. */
   virtual std::string name() const = 0;
+  /** \brief See io::Recording::kind(); empty: cameras that are simulated. */
+  virtual std::string kind() const { return ""; }
   /** \brief Absent: it never ends. */
   virtual std::optional<std::size_t> frameCount() const = 0;
   /** \brief What was assumed or left out as it was opened, a line each. */
