@@ -88,6 +88,7 @@ ParameterOptions::ParameterOptions(CLI::App& app) {
   add(app, "--min-support", given_.min_support, "drop measurements that fewer neighbours continue, 1-8; 0: none");
   add(app, "--min-agreeing-views", given_.agreement.min_views,
       "drop measurements that fewer other views measure, too; 0: none");
+  option_of_["agreement_min_views"] = "--min-agreeing-views";
   add(app, "--agreement-pixels", given_.agreement.pixels, "there and back, they come back this near, pixels");
   add(app, "--agreement-relative", given_.agreement.relative, "and differ in depth by at most this share");
   ConfidenceParameters& c = given_.confidence;

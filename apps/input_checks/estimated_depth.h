@@ -2,6 +2,10 @@
 
 #include <fuse_flow/fusion/parameters.h>
 
+#include <fuse_flow/fusion/statistics.h>
+#include <fuse_flow/rig_frame.h>
+
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -11,5 +15,24 @@ namespace fuse_flow::io {
  *  \param kind of the recording, see Recording::kind()  \param method that fuses it, see makeMethod() */
 std::vector<std::string> estimatedDepthAdvice(const std::string& kind, const std::string& method,
                                               const FuseFlowParameters& parameters);
+
+/** \brief Finds out whether agreement of views (AgreementParameters) drops nearly all: then depth and poses do not fit. */
+class AgreementCheck {
+ public:
+  /** \param min_views of AgreementParameters; 0: nothing is looked at */
+  explicit AgreementCheck(int min_views) : min_views_(min_views) {}
+
+  /** \param statistics of the frame, fused */
+  void look(const RigFrame& frame, const FrameStatistics& statistics);
+
+  /** \brief A line for each thing that is wrong. */
+  std::vector<std::string> complaints() const;
+
+ private:
+  int min_views_;
+  std::size_t frames_{0};
+  std::size_t measured_{0}, kept_{0};  ///< measurements
+  std::size_t frames_of_few_{0};       ///< in which too few cameras have depth
+};
 
 }  // namespace fuse_flow::io

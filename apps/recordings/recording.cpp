@@ -25,8 +25,8 @@ std::unique_ptr<Recording> openFolder(const std::string& folder, const Recording
   if (isRigFolder(folder)) return openRig((fs::path(folder) / "rig.json").string(), options);
   if (isSevenScenesFolder(folder)) return openSevenScenes(folder, options);
   if (isTumFolder(folder)) return openTum(folder, options);
+  if (isMvsnetFolder(folder)) return openMvsnet(folder, options);  // a .log of its training does not make it Redwood's
   if (isRedwoodFolder(folder)) return openRedwood(folder, options);
-  if (isMvsnetFolder(folder)) return openMvsnet(folder, options);
   if (isColmapFolder(folder)) return openColmap(folder, options);
   throw InputError(folder + (fs::is_empty(folder) ? ": is an empty folder; " : ": is not a recording; ") + recognised);
 }

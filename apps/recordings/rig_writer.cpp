@@ -23,6 +23,9 @@ void RigWriter::write(std::size_t frame, const LoadedFrame& images) const {
   for (std::size_t k = 0; k < rig_.cameras.size(); ++k) {
     if (images.rig.views[k].missing()) continue;
     const fs::path camera = folder_ / rig_.cameras[k].camera.name;
+    if (images.images[k].depth16.empty())
+      throw OutputError((camera / "depth" / file).string() +
+                        ": its depth is in float, must be in 16-bit units to be written as PNG");
     writeDepthPng((camera / "depth" / file).string(), images.images[k].depth16);
     if (images.rig.views[k].color) writeColorPng((camera / "color" / file).string(), images.images[k].color);
   }

@@ -76,6 +76,8 @@ std::string whyNotFused(const pcl::PCLException& error) {
     return message + "; must be nearer (--max-range) or the cells larger (--cell-size)";
   if (message.find("ConfidenceForm::Given") != std::string::npos)
     return message + "; --confidence-form given needs confidence images of every camera";
+  if (message.find("agreement.min_views") != std::string::npos)
+    return message + "; that is --min-agreeing-views, 2 with --depth-source network";
   return message;
 }
 
@@ -117,7 +119,8 @@ class InputChecks {
                             parameters.confidence.form == ConfidenceForm::Given
                         ? std::optional(parameters.confidence.threshold)
                         : std::nullopt),
-        overlap_(parameters.preprocessing) {}
+        overlap_(parameters.preprocessing),
+        agreement_(method == "fuse_flow" ? parameters.agreement.min_views : 0) {}
 
   void look(const io::LoadedFrame& frame) {
     depth_.look(frame.rig);
@@ -126,11 +129,14 @@ class InputChecks {
     overlap_.look(frame.rig);
   }
   /** \brief After look(), with what the fusion has found. */
-  void lookAt(const RigFrame& rig, const FrameStatistics& statistics) { noise_.look(rig, statistics); }
+  void lookAt(const RigFrame& rig, const FrameStatistics& statistics) {
+    noise_.look(rig, statistics);
+    agreement_.look(rig, statistics);
+  }
   std::vector<std::string> complaints() const {
     std::vector<std::string> all;
     for (const std::vector<std::string>& some : {depth_.complaints(), confidence_.complaints(), noise_.complaints(),
-                                                 color_.complaints(), overlap_.complaints()})
+                                                 color_.complaints(), overlap_.complaints(), agreement_.complaints()})
       all.insert(all.end(), some.begin(), some.end());
     return all;
   }
@@ -141,6 +147,7 @@ class InputChecks {
   io::ConfidenceCheck confidence_;
   io::NoiseCheck noise_;
   io::OverlapCheck overlap_;
+  io::AgreementCheck agreement_;
 };
 
 io::QualityReport::Options reportOptions(const Options& options) {
@@ -161,8 +168,7 @@ int run(const Options& options) {
   const std::unique_ptr<io::Recording> recording =
       command_line::openRecording("fuse_flow_fuse", options.inputs, options.recording);
   command_line::printWarnings(
-      "fuse_flow_fuse",
-      io::estimatedDepthAdvice(recording->kind(), options.method, options.method_options.parameters));
+      "fuse_flow_fuse", io::estimatedDepthAdvice(recording->kind(), options.method, options.method_options.parameters));
   const std::vector<std::size_t> frames = io::chooseFrames(*recording, options.frames);
 
   const auto files = std::make_shared<io::CloudFiles>(options.output, options.format, frames.size());

@@ -45,9 +45,8 @@ std::unique_ptr<viewing::FrameSource> makeSource(const Options& options) {
     recording.skip_damaged = true;
     std::unique_ptr<viewing::FrameSource> source = viewing::openSource(options.inputs, recording);
     command_line::printWarnings("fuse_flow_viewer", source->warnings());
-    command_line::printWarnings(
-        "fuse_flow_viewer",
-        io::estimatedDepthAdvice(source->kind(), "fuse_flow", options.viewer.method_options.parameters));
+    command_line::printWarnings("fuse_flow_viewer", io::estimatedDepthAdvice(source->kind(), "fuse_flow",
+                                                                             options.viewer.method_options.parameters));
     return source;
   }
   simulation::SimulationOptions simulation = options.simulation;

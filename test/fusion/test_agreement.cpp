@@ -86,6 +86,19 @@ TEST(Agreement, AMissingCameraAgreesWithNothingNotEvenWithWhatItMeasuredBefore) 
   EXPECT_TRUE(scenes::fuse(scene.rig, agreementAlone(2)).empty());
 }
 
+TEST(Agreement, WhatHasNoConfidenceAtAllAgreesWithNothing) {
+  Scene scene = scenes::makeFlatScene(scenes::sameCameras(3, 60, 40, 50), {2, 2, 2});
+  const auto points = [&](float third) {
+    scene.confidence = {scenes::uniform(60, 40, 1), scenes::uniform(60, 40, 1), scenes::uniform(60, 40, third)};
+    scene.attach();
+    return scenes::fuse(scene.rig, agreementAlone(2)).size() / (60 * 40);
+  };
+  EXPECT_EQ(points(1), 3u);
+  EXPECT_EQ(points(0.1f), 2u);  // dropped by min_confidence, but it agrees
+  EXPECT_EQ(points(0), 0u);
+  EXPECT_EQ(points(NAN), 0u);
+}
+
 /** \brief In double precision, with matrices: how many other views measure the same; −1: it is close to the limits. */
 int agreeing(const Scene& scene, const AgreementParameters& p, std::size_t i, int u, int v) {
   const auto K = [&](std::size_t k) {
@@ -173,7 +186,7 @@ TEST(Agreement, KeepsWhatMatricesInDoublePrecisionSay) {
   }
 }
 
-TEST(Agreement, ThreadsDoNotMatterNorDoesSmoothing) {
+TEST(Agreement, ThreadsDoNotMatterHoweverManyPassesShareMaps) {
   // Large enough for several stretches; with passes, whose maps the views share.
   std::vector<fuse_flow::Camera> cameras = scenes::cameraRow(4, 400, 300, 380);
   Scene scene = scenes::makeScene(cameras, scenes::ballAndWall());
@@ -268,10 +281,16 @@ TEST(Agreement, WhoIsNotSureDoesNotContradict) {
 }
 
 TEST(Agreement, EstimatedDepthIsTheDefaultsButForWhatItSays) {
-  FuseFlowParameters p = FuseFlowParameters::estimatedDepth();
+  const FuseFlowParameters p = FuseFlowParameters::estimatedDepth();
   EXPECT_EQ(p.agreement.min_views, 2);
   EXPECT_FALSE(p.adapt_noise);
+  EXPECT_EQ(p.smoothing.tolerance, 4);
+  EXPECT_EQ(p.smoothing.wide_above, 0);
   EXPECT_TRUE(p.consistency.weigh_contradictions);
+  EXPECT_EQ(p.consistency.margin, 2);
+  EXPECT_EQ(p.consistency.max_views, 16);
+  EXPECT_EQ(p.consistency.max_candidates, 16);
+  EXPECT_EQ(p.aggregation.confirmation_reach, 0.04f);
   EXPECT_NO_THROW(checkParameters(p));
   EXPECT_EQ(FuseFlowParameters().agreement.min_views, 0);
   EXPECT_EQ(FuseFlowParameters::published().agreement.min_views, 0);

@@ -170,7 +170,7 @@ TEST(FuseFlowBadInput, ARigWithFewerOtherCamerasThanMustAgreeIsRefused) {
   parameters.agreement.min_views = 2;
   const Scene two = scenes::wall(2);
   expectMentions(messageOf([&] { scenes::fuse(two.rig, parameters); }),
-                 {"FuseFlow", "min_agreeing_views is 2", "1 other"});
+                 {"FuseFlow", "agreement.min_views is 2", "1 other"});
   EXPECT_NO_THROW(scenes::fuse(scenes::wall(3).rig, parameters));
 }
 
@@ -296,11 +296,11 @@ TEST(FuseFlowBadInput, AParameterOutOfItsRangeIsRefusedByClassNameAndValueAndCha
       {[=](auto& p) { p.max_noise = nan; }, {"FuseFlow", "max_noise", "nan"}},
       {[](auto& p) { p.min_support = 9; }, {"FuseFlow", "min_support", "9"}},
       {[](auto& p) { p.min_support = -1; }, {"FuseFlow", "min_support", "-1"}},
-      {[](auto& p) { p.agreement.min_views = -1; }, {"FuseFlow", "min_agreeing_views", "-1"}},
-      {[](auto& p) { p.agreement.min_views = 64; }, {"FuseFlow", "min_agreeing_views", "64"}},
-      {[](auto& p) { p.agreement.pixels = 0; }, {"FuseFlow", "agreement_pixels", "0"}},
-      {[](auto& p) { p.agreement.relative = 0; }, {"FuseFlow", "agreement_relative", "0"}},
-      {[](auto& p) { p.agreement.relative = 1.5f; }, {"FuseFlow", "agreement_relative", "1.5"}},
+      {[](auto& p) { p.agreement.min_views = -1; }, {"FuseFlow", "agreement.min_views", "-1"}},
+      {[](auto& p) { p.agreement.min_views = 64; }, {"FuseFlow", "agreement.min_views", "64"}},
+      {[](auto& p) { p.agreement.pixels = 0; }, {"FuseFlow", "agreement.pixels", "0"}},
+      {[](auto& p) { p.agreement.relative = 0; }, {"FuseFlow", "agreement.relative", "0"}},
+      {[](auto& p) { p.agreement.relative = 1.5f; }, {"FuseFlow", "agreement.relative", "1.5"}},
       {[](auto& p) { p.aggregation.min_weight = 2; }, {"AdaptiveHashFusion", "min_weight", "2"}},
       {[=](auto& p) { p.aggregation.weak_weight = nan; }, {"AdaptiveHashFusion", "weak_weight", "nan"}},
       {[](auto& p) { p.aggregation.confirmation_reach = -1; }, {"AdaptiveHashFusion", "confirmation_reach", "-1"}},

@@ -170,7 +170,7 @@ TEST(GpuChangingFrames, ScenesOfTenCentimetresAndOfAKilometre) {
     for (int k = 0; k < timesOver(40, 4); ++k) {
       SCOPED_TRACE(scale);
       frame.draw(random, 4, 40, scale);
-      FuseFlowParameters parameters = random_rig::parameters(random, scale);
+      FuseFlowParameters parameters = random_rig::parameters(random, scale, static_cast<int>(frame.rig.cameras.size()));
       fuse_flow::AggregationParameters& a = parameters.aggregation;
       for (float* length :
            {&a.cell_size, &a.min_cell_size, &a.confirmation_reach, &parameters.preprocessing.bilateral_sigma_r})

@@ -116,7 +116,8 @@ TEST(GpuSameAsHost, TheCamerasOfAPointAreThoseOfTheHost) {
       frame.rig.cameras.assign(9, fuse_flow::Camera(frame.rig.cameras[0]));
       frame.rig.views.assign(9, fuse_flow::DepthView(frame.rig.views[0]));
     }
-    const FuseFlowParameters parameters = random_rig::parameters(random);
+    const FuseFlowParameters parameters =
+        random_rig::parameters(random, 1.5, static_cast<int>(frame.rig.cameras.size()));
     host.setParameters(parameters);
     device.setParameters(parameters);
     pcl::PointCloud<PointT> expected, cloud;

@@ -6,9 +6,11 @@
 #include <fuse_flow/recordings/error.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
+#include <limits>
 #include <regex>
 #include <sstream>
 
@@ -68,7 +70,9 @@ Samples readNpyHeader(const std::string& path, const std::string& bytes) {
   const bool old = byte(6) == 1;
   const std::size_t begin = old ? 10 : 12;
   const std::size_t length = byte(8) + (byte(9) << 8) + (old ? 0 : (byte(10) << 16) + (byte(11) << 24));
-  if (length > 65535 || begin + length > bytes.size()) throw wrong("is cut short");
+  constexpr std::size_t longest = 4096;  // the expressions below go as deep as it is long
+  if (length > longest) throw wrong("has a header of " + std::to_string(length) + " bytes");
+  if (begin + length > bytes.size()) throw wrong("is cut short");
   const std::string header = bytes.substr(begin, length);
   std::smatch descr, order, shape;
   if (!std::regex_search(header, descr, std::regex(R"('descr':\s*'([<>|=])([a-z])(\d+)')")) ||
@@ -124,6 +128,9 @@ float numberAt(const char* at, bool swapped) {
   if (swapped) std::reverse(bytes, bytes + sizeof(Number));
   Number number;
   std::memcpy(&number, bytes, sizeof(Number));
+  constexpr auto most = static_cast<Number>(std::numeric_limits<float>::max());
+  if (number > most) return std::numeric_limits<float>::infinity();  // a cast would be undefined
+  if (number < -most) return -std::numeric_limits<float>::infinity();
   return static_cast<float>(number);
 }
 

@@ -6,18 +6,20 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 namespace fuse_flow::io {
 namespace {
 
-/** \brief The intrinsics of the same photograph in another size. Pixel (0, 0) reaches from −0.5 to 0.5. */
-Intrinsics resized(Intrinsics K, int width, int height) {
+/** \brief The intrinsics of the same photograph in another size. \param middle of the first pixel, to which coordinates count from the point that
+ *  stays: 0, or 0.5 where that is its corner */
+Intrinsics resized(Intrinsics K, int width, int height, float middle) {
   const float x = static_cast<float>(width) / static_cast<float>(K.width);
   const float y = static_cast<float>(height) / static_cast<float>(K.height);
   K.fx *= x;
   K.fy *= y;
-  K.cx = (K.cx + 0.5f) * x - 0.5f;
-  K.cy = (K.cy + 0.5f) * y - 0.5f;
+  K.cx = (K.cx + middle) * x - middle;
+  K.cy = (K.cy + middle) * y - middle;
   K.width = width;
   K.height = height;
   return K;
@@ -31,19 +33,27 @@ void checkSameShape(const std::string& path, int width, int height, const Intrin
                    std::to_string(K.width) + "x" + std::to_string(K.height) + ", must be of the same shape");
 }
 
+struct Size {
+  int width{0};
+  int height{0};
+};
+
 /** \brief How far the principal point is from the middle of an image, of its sides. */
-float aside(const Intrinsics& K, int width, int height) {
-  return std::abs(K.cx / static_cast<float>(width) - 0.5f) + std::abs(K.cy / static_cast<float>(height) - 0.5f);
+float aside(const Intrinsics& K, const Size& size) {
+  return std::abs(K.cx / static_cast<float>(size.width) - 0.5f) +
+         std::abs(K.cy / static_cast<float>(size.height) - 0.5f);
 }
 
 class PhotoRecording : public Recording {
  public:
-  PhotoRecording(Photos photos, float unit) : photos_(std::move(photos)), unit_(unit) {
+  PhotoRecording(Photos photos, const RecordingOptions& options)
+      : photos_(std::move(photos)), unit_(options.depth_scale.value_or(1.0f)), skip_damaged_(options.skip_damaged) {
     warnings_ = photos_.warnings;
-    for (Photo& photo : photos_.photos) cameras_.push_back(cameraOf(photo));
-    if (!assumed_.empty())
-      warnings_.push_back(
-          photos_.path + ": its camera files do not say of which size they are; by their principal points " + assumed_);
+    readSizes();
+    settleSizes();
+    for (std::size_t i = 0; i < photos_.photos.size(); ++i) cameras_.push_back(cameraOf(i));
+    if (!options.read_color)
+      for (Photo& photo : photos_.photos) photo.files.color.clear();
   }
 
   std::string kind() const override { return photos_.kind; }
@@ -59,33 +69,82 @@ class PhotoRecording : public Recording {
     out.damaged.clear();
     out.ended.clear();
     for (std::size_t i = 0; i < cameras_.size(); ++i) {
-      loadView(photos_.photos[i].files, std::nullopt, i, false, out);
-      for (float& z : out.images[i].depth32.data) z *= unit_;
+      loadView(photos_.photos[i].files, std::nullopt, i, skip_damaged_, out);
+      if (!out.rig.views[i].missing())
+        for (float& z : out.images[i].depth32.data) z *= unit_;
     }
   }
 
  private:
-  /** \brief In the size of its depth map. */
-  Camera cameraOf(const Photo& photo) {
-    Camera camera = photo.camera;
+  /** \brief Of depth and photographs, whether colour is wanted or not: the intrinsics depend on it. */
+  void readSizes() {
     FloatImage depth;
     ColorImage color;
-    readFloatImage(photo.files.depth, depth);
-    if (!photo.files.color.empty()) readColor(photo.files.color, color);
-    const bool other_size = !color.empty() && (color.width != depth.width || color.height != depth.height);
-    Intrinsics K = camera.intrinsics;
-    if (K.width == 0) {
-      const bool of_depth = color.empty() || aside(K, depth.width, depth.height) <= aside(K, color.width, color.height);
-      K.width = of_depth ? depth.width : color.width;
-      K.height = of_depth ? depth.height : color.height;
-      if (other_size) assumed_ = std::string("they are taken for those of the ") + (of_depth ? "depth maps" : "images");
+    for (const Photo& photo : photos_.photos) {
+      readFloatImage(photo.files.depth, depth);
+      depth_sizes_.push_back({depth.width, depth.height});
+      color_sizes_.emplace_back();
+      if (photo.files.color.empty()) continue;
+      readColor(photo.files.color, color);
+      color_sizes_.back() = {color.width, color.height};
     }
+  }
+
+  bool otherSize(std::size_t i) const {
+    return color_sizes_[i].width > 0 &&
+           (color_sizes_[i].width != depth_sizes_[i].width || color_sizes_[i].height != depth_sizes_[i].height);
+  }
+
+  /** \brief Whose intrinsics they are, where the format does not say: of all depth maps, or of all photographs. */
+  void settleSizes() {
+    float of_depth = 0, of_photo = 0;
+    bool unknown = false, differ = false;
+    for (std::size_t i = 0; i < photos_.photos.size(); ++i) {
+      const Intrinsics& K = photos_.photos[i].camera.intrinsics;
+      if (K.width > 0) continue;
+      unknown = true;
+      if (!otherSize(i)) continue;
+      differ = true;
+      of_depth += aside(K, depth_sizes_[i]);
+      of_photo += aside(K, color_sizes_[i]);
+    }
+    if (!unknown) return;
+    const bool photographs = differ && of_photo < of_depth;
+    if (differ)
+      warnings_.push_back(photos_.path +
+                          ": its camera files do not say of which size they are; by their principal "
+                          "points they are taken for those of the " +
+                          (photographs ? "images" : "depth maps"));
+    for (std::size_t i = 0; i < photos_.photos.size(); ++i) {
+      Intrinsics& K = photos_.photos[i].camera.intrinsics;
+      if (K.width > 0) continue;
+      if (photographs && color_sizes_[i].width == 0)
+        throw InputError(photos_.path + ": camera '" + photos_.photos[i].camera.name +
+                         "' is of a photograph that is not there, whose size must be known");
+      const Size size = photographs ? color_sizes_[i] : depth_sizes_[i];
+      K.width = size.width;
+      K.height = size.height;
+      if (aside(K, size) > 0.5f)
+        throw InputError(photos_.path + ": the principal point of camera '" + photos_.photos[i].camera.name +
+                         "' lies far from the middle of its image of " + std::to_string(size.width) + "x" +
+                         std::to_string(size.height) +
+                         "; is it of an image of another size, or a share of the sides instead of pixels?");
+    }
+  }
+
+  /** \brief In the size of its depth map. */
+  Camera cameraOf(std::size_t i) const {
+    const Photo& photo = photos_.photos[i];
+    Camera camera = photo.camera;
+    const Intrinsics K = camera.intrinsics;
+    const Size depth = depth_sizes_[i], color = color_sizes_[i];
+    const float middle = photos_.scaled_from_first_middle ? 0.0f : 0.5f;
     checkSameShape(photo.files.depth, depth.width, depth.height, K);
-    if (!color.empty()) checkSameShape(photo.files.color, color.width, color.height, K);
-    camera.intrinsics = resized(K, depth.width, depth.height);
-    if (other_size) {
+    camera.intrinsics = resized(K, depth.width, depth.height, middle);
+    if (color.width > 0) checkSameShape(photo.files.color, color.width, color.height, K);
+    if (otherSize(i)) {
       camera.color.emplace();
-      camera.color->intrinsics = resized(K, color.width, color.height);
+      camera.color->intrinsics = resized(K, color.width, color.height, middle);
     }
     camera.T_world_camera.translation() *= static_cast<double>(unit_);
     camera.depth_scale = unit_;
@@ -95,16 +154,37 @@ class PhotoRecording : public Recording {
 
   Photos photos_;
   float unit_;
-  std::string assumed_;  ///< what was, about the size of intrinsics
+  bool skip_damaged_;
+  std::vector<Size> depth_sizes_, color_sizes_;  ///< 0: there is no photograph
   std::vector<Camera> cameras_;
 };
+
+/** \brief A line where a folder of images is there, but not an image for each photograph. */
+void warnOfMissing(Photos& photos, const std::string& folder, const char* what, std::string ViewFiles::*file) {
+  const auto missing = std::count_if(photos.photos.begin(), photos.photos.end(),
+                                     [&](const Photo& photo) { return (photo.files.*file).empty(); });
+  if (folder.empty() || missing == 0) return;
+  photos.warnings.push_back(folder + ": " + std::to_string(missing) + " of " + std::to_string(photos.photos.size()) +
+                            " views have no " + what + " there under their name");
+}
 
 void refuse(const std::string& path, const RecordingOptions& options) {
   if (options.slide != 0) throw OptionError("--slide: " + path + ": its photographs are one instant, must be 0");
   if (!options.intrinsics.empty())
     throw OptionError("--intrinsics: " + path + ": its files tell them, must not be given");
-  if (options.pose_convention != PoseConvention::CameraToWorld)
-    throw OptionError("--pose-convention: " + path + ": the convention of its poses is known, must not be given");
+}
+
+/** \brief Cameras are named as their photographs are, which may lie in folders; each name is one of a folder, and there once. */
+void makeNamesSafe(std::vector<Photo>& photos) {
+  std::set<std::string> names;
+  for (Photo& photo : photos) {
+    std::string& name = photo.camera.name;
+    std::replace_if(
+        name.begin(), name.end(), [](char c) { return c == '/' || c == '\\'; }, '_');
+    if (name == "." || name == "..") name = "_";
+    const std::string first = name;
+    for (int k = 2; !names.insert(name).second; ++k) name = first + "_" + std::to_string(k);
+  }
 }
 
 }  // namespace
@@ -122,13 +202,14 @@ std::unique_ptr<Recording> openPhotos(Photos photos, const RecordingOptions& opt
       chosen.push_back(photos.photos[i]);
     photos.photos = std::move(chosen);
   }
-  if (!options.read_color)
-    for (Photo& photo : photos.photos) photo.files.color.clear();
+  if (options.read_color) warnOfMissing(photos, photos.color_folder, "photograph", &ViewFiles::color);
+  warnOfMissing(photos, photos.confidence_folder, "confidence", &ViewFiles::confidence);
+  makeNamesSafe(photos.photos);
   if (!options.depth_scale)
     photos.warnings.push_back(photos.path +
                               ": its unit of length is taken for the metre; if it is another, --depth-scale gives "
                               "metres for one unit, of depth and of positions alike");
-  return std::make_unique<PhotoRecording>(std::move(photos), options.depth_scale.value_or(1.0f));
+  return std::make_unique<PhotoRecording>(std::move(photos), options);
 }
 
 }  // namespace fuse_flow::io

@@ -13,7 +13,7 @@ namespace fuse_flow::io {
 /** \brief One photograph with its camera. */
 struct Photo {
   /** \brief Lengths are in the format's unit. Width 0: the format does not say whether its intrinsics are those of the photograph or of the depth
-   *  map; the one whose middle is nearer to the principal point is taken. */
+   *  map; for all photographs together the one whose middle is nearer to the principal points is taken. */
   Camera camera;
   ViewFiles files;
 };
@@ -23,8 +23,13 @@ struct Photo {
 struct Photos {
   std::string kind;
   std::string path;
-  std::vector<std::string> inputs;    ///< see Recording::inputs()
-  std::vector<Photo> photos;          ///< those with depth
+  std::vector<std::string> inputs;  ///< see Recording::inputs()
+  std::string color_folder;         ///< where photographs should be; empty: nowhere
+  std::string confidence_folder;    ///< the same of confidence
+  std::vector<Photo> photos;        ///< those with depth
+  /** \brief How the intrinsics of a smaller image follow: with all coordinates counted from the middle of the first pixel, as MVSNet does, or from
+   *  its corner, so that both images show the same. */
+  bool scaled_from_first_middle{false};
   std::size_t without_depth{0};       ///< how many have none, and are left out
   std::vector<std::string> warnings;  ///< a line each
 };

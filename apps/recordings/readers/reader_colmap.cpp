@@ -6,6 +6,7 @@
 
 #include <Eigen/Geometry>
 
+#include <cctype>
 #include <cmath>
 #include <cstring>
 #include <filesystem>
@@ -143,6 +144,14 @@ Cameras readCamerasText(const std::string& path) {
   return cameras;
 }
 
+/** \brief Whether a line is triples of numbers, or blank. */
+bool isPoints(const std::string& line) {
+  std::istringstream words(line);
+  std::size_t numbers = 0;
+  for (double number; words >> number;) ++numbers;
+  return words.eof() && numbers % 3 == 0;
+}
+
 /** \brief Two lines an image, the second for its points, which may be empty. */
 std::vector<Registered> readImagesText(const std::string& path) {
   std::vector<Registered> images;
@@ -158,7 +167,10 @@ std::vector<Registered> readImagesText(const std::string& path) {
       throw InputError(path + ": line " + std::to_string(k + 1) +
                        " beside comments is no image, must be number, quaternion, translation, camera, name, and a "
                        "line of points behind it, which may be empty");
-    if (image.name.back() == '\r') image.name.pop_back();
+    while (std::isspace(static_cast<unsigned char>(image.name.back()))) image.name.pop_back();
+    if (k + 1 < lines.size() && !isPoints(lines[k + 1]))
+      throw InputError(path + ": the line behind image " + image.name +
+                       " is not its points, x y and a number each; where it has none, an empty line must be there");
     image.T_camera_world = poseOf(path + ": image " + image.name, q, t);
     images.push_back(std::move(image));
   }
@@ -201,6 +213,7 @@ std::unique_ptr<Recording> openColmap(const std::string& folder, const Recording
   const Cameras cameras = binary ? readCamerasBinary(cameras_path) : readCamerasText(cameras_path);
   const std::vector<Registered> images = binary ? readImagesBinary(images_path) : readImagesText(images_path);
   for (const char* used : {"sparse", "images", "stereo"}) photos.inputs.push_back((fs::path(folder) / used).string());
+  photos.color_folder = (fs::path(folder) / "images").string();
   std::map<std::string, const Registered*> by_name;
   for (const Registered& image : images)
     if (!by_name.emplace(image.name, &image).second) throw InputError(images_path + ": names " + image.name + " twice");

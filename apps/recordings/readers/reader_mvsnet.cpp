@@ -1,5 +1,6 @@
 #include "recordings/calibration.h"
 #include "recordings/files/file_io.h"
+#include "recordings/files/float_image.h"
 #include "recordings/readers/photo_recording.h"
 #include "recordings/readers/readers.h"
 
@@ -12,19 +13,21 @@ namespace fuse_flow::io {
 namespace {
 
 constexpr const char* kCameraEnding = "_cam.txt";
+const std::vector<const char*> kDepthFolders = {"depth_est", "depths", "depth"};
 
 /** \brief What the name of a camera's file shares with its images: "00000003" of 00000003_cam.txt; empty: it is no such file. */
 std::string stemOf(const std::string& name) {
   const std::string ending = kCameraEnding;
-  if (name.size() <= ending.size() || name.compare(name.size() - ending.size(), ending.size(), ending) != 0) return "";
+  if (name[0] == '.' || name.size() <= ending.size() ||
+      name.compare(name.size() - ending.size(), ending.size(), ending) != 0)
+    return "";
   return name.substr(0, name.size() - ending.size());
 }
 
-/** \brief The first of some folders that is there; empty: none. */
+/** \brief The first of some folders that is there and not empty; empty: none. */
 std::string folderOf(const std::string& folder, const std::vector<const char*>& names) {
-  std::error_code error;
   for (const char* name : names)
-    if (const fs::path path = fs::path(folder) / name; fs::is_directory(path, error)) return path.string();
+    if (const std::string path = (fs::path(folder) / name).string(); !filesIn(path).empty()) return path;
   return "";
 }
 
@@ -50,9 +53,23 @@ Camera readCameraFile(const std::string& path) {
   return camera;
 }
 
+/** \brief Depth whose camera is not there is not used. */
+void warnOfOrphans(const std::string& depths, Photos& photos) {
+  std::size_t files = 0;
+  for (const std::string& name : filesIn(depths)) files += name[0] != '.' && isFloatImage(name) ? 1 : 0;
+  if (files > photos.photos.size())
+    photos.warnings.push_back(depths + ": " + std::to_string(files - photos.photos.size()) + " of " +
+                              std::to_string(files) +
+                              " depth maps have no camera in cams, or another beside them, and are left out");
+}
+
 }  // namespace
 
 bool isMvsnetFolder(const std::string& folder) {
+  // Some write cams into COLMAP's workspace, whose depth lies elsewhere.
+  if (isColmapFolder(folder) && isThere((fs::path(folder) / "stereo" / "depth_maps").string()) &&
+      folderOf(folder, kDepthFolders).empty())
+    return false;
   for (const std::string& name : filesIn((fs::path(folder) / "cams").string()))
     if (!stemOf(name).empty()) return true;
   return false;
@@ -61,11 +78,14 @@ bool isMvsnetFolder(const std::string& folder) {
 std::unique_ptr<Recording> openMvsnet(const std::string& folder, const RecordingOptions& options) {
   Photos photos;
   photos.kind = "mvsnet";
+  photos.scaled_from_first_middle = true;
   photos.path = folder;
   const std::string cams = (fs::path(folder) / "cams").string();
-  const std::string depths = folderOf(folder, {"depth_est", "depths", "depth"});
+  const std::string depths = folderOf(folder, kDepthFolders);
   const std::string images = folderOf(folder, {"images", "image", "color"});
   const std::string confidences = folderOf(folder, {"confidence", "confidence_est", "conf"});
+  photos.color_folder = images;
+  photos.confidence_folder = confidences;
   for (const std::string& used : {cams, depths, images, confidences})
     if (!used.empty()) photos.inputs.push_back(used);
   if (depths.empty())
@@ -82,11 +102,16 @@ std::unique_ptr<Recording> openMvsnet(const std::string& folder, const Recording
     }
     photo.files.depth_was_there = true;
     if (!images.empty()) photo.files.color = findImage(images, stem);
-    if (!confidences.empty()) photo.files.confidence = findFloatImage(confidences, stem);
+    if (!confidences.empty()) photo.files.confidence = findConfidence(confidences, stem);
     photo.camera = readCameraFile((fs::path(cams) / name).string());
     photo.camera.name = stem;
     photos.photos.push_back(std::move(photo));
   }
+  if (photos.photos.empty())
+    throw InputError(depths +
+                     ": has no depth map of the cameras in cams, must have one named such as 00000000.pfm or "
+                     ".npy for 00000000_cam.txt");
+  warnOfOrphans(depths, photos);
   return openPhotos(std::move(photos), options);
 }
 

@@ -1,4 +1,5 @@
 #include "recordings/files/file_io.h"
+#include "recordings/files/float_image.h"
 #include "recordings/range.h"
 #include "recordings/readers/name_number.h"
 #include "recordings/readers/readers.h"
@@ -11,6 +12,7 @@
 #include <filesystem>
 #include <map>
 #include <set>
+#include <sstream>
 
 namespace fs = std::filesystem;
 
@@ -55,6 +57,7 @@ class RigRecording : public Recording {
     warnings_ = rig.warnings;
     warnOfGaps();
     warnOfSingles();
+    warnOfScales();
   }
 
   std::string kind() const override { return "rig"; }
@@ -86,8 +89,7 @@ class RigRecording : public Recording {
         files.color = findImage(color_folders_[i], stem);
         if (files.color.empty()) files.color = findImage(color_folders_[i], frameStem(frame));
       }
-      files.confidence = findFloatImage((camera / "confidence").string(), stem);
-      if (files.confidence.empty()) files.confidence = (camera / "confidence" / (stem + ".png")).string();
+      files.confidence = findConfidence((camera / "confidence").string(), stem);
       loadView(files, confidence_scales_[i], i, skip_damaged_, out);
       if (out.rig.views[i].depth32)
         for (float& z : out.images[i].depth32.data) z *= cameras_[i].depth_scale;
@@ -140,6 +142,17 @@ class RigRecording : public Recording {
     warnings_.push_back(folder_.string() +
                         ": no two cameras have a depth image of the same number; images of one instant must have the "
                         "same number in every camera's folder");
+  }
+
+  /** \brief Depth in float is mostly in metres. */
+  void warnOfScales() {
+    for (std::size_t i = 0; i < cameras_.size(); ++i) {
+      if (names_[i].empty() || !isFloatImage(names_[i].begin()->second) || cameras_[i].depth_scale == 1.0f) continue;
+      std::ostringstream line;
+      line << "camera '" << cameras_[i].name << "': its depth in float is multiplied by its depth_scale, "
+           << cameras_[i].depth_scale << "; if it is in metres, that must be 1";
+      warnings_.push_back(line.str());
+    }
   }
 
   fs::path folder_;

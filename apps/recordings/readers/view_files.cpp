@@ -5,6 +5,8 @@
 #include "recordings/files/image_io.h"
 
 #include <filesystem>
+#include <initializer_list>
+#include <sstream>
 
 namespace fs = std::filesystem;
 
@@ -19,6 +21,27 @@ SizeCheck sizeOf(const std::string& path, const std::string& camera, const Intri
   };
 }
 
+/** \brief The first that exists; else "". */
+std::string findFile(const std::string& folder, const std::string& stem,
+                     std::initializer_list<const char*> extensions) {
+  for (const char* extension : extensions) {
+    const std::string path = (fs::path(folder) / (stem + extension)).string();
+    if (isThere(path)) return path;
+  }
+  return "";
+}
+
+/** \brief Throws where confidence is not from 0 to 1. */
+void checkConfidence(const std::string& path, const FloatImage& confidence) {
+  for (const float c : confidence.data)
+    if (c > 1.001f) {
+      std::ostringstream message;
+      message << path << ": has a confidence of " << c << ", must be 0 to 1";
+      if (c <= 255) message << "; of a rig recording confidence_scale in rig.json may say what one step is";
+      throw InputError(message.str());
+    }
+}
+
 }  // namespace
 
 std::string frameStem(std::size_t frame) {
@@ -27,19 +50,16 @@ std::string frameStem(std::size_t frame) {
 }
 
 std::string findImage(const std::string& folder, const std::string& stem) {
-  for (const char* extension : {".png", ".jpg", ".jpeg"}) {
-    const std::string path = (fs::path(folder) / (stem + extension)).string();
-    if (isThere(path)) return path;
-  }
-  return "";
+  return findFile(folder, stem, {".png", ".jpg", ".jpeg", ".PNG", ".JPG", ".JPEG"});
 }
 
 std::string findFloatImage(const std::string& folder, const std::string& stem) {
-  for (const char* extension : {".pfm", ".npy"}) {
-    const std::string path = (fs::path(folder) / (stem + extension)).string();
-    if (isThere(path)) return path;
-  }
-  return "";
+  return findFile(folder, stem, {".pfm", ".npy", ".PFM", ".NPY"});
+}
+
+std::string findConfidence(const std::string& folder, const std::string& stem) {
+  const std::string in_float = findFloatImage(folder, stem);
+  return in_float.empty() ? findFile(folder, stem, {".png", ".PNG"}) : in_float;
 }
 
 std::string colorFolder(const std::string& folder) {
@@ -59,9 +79,11 @@ void loadView(const ViewFiles& files, const Camera& camera, std::optional<float>
   }
   const SizeCheck depth_size = sizeOf(files.depth, camera.name, camera.intrinsics);
   if (isFloatImage(files.depth)) {
+    images.depth16.resize(0, 0);
     readFloatImage(files.depth, images.depth32, depth_size);
     view.depth32 = images.depth32.view();
   } else {
+    images.depth32.resize(0, 0);
     readDepthPng(files.depth, images.depth16, depth_size);
     view.depth16 = images.depth16.view();
   }
@@ -78,6 +100,7 @@ void loadView(const ViewFiles& files, const Camera& camera, std::optional<float>
     if (isFloatImage(files.confidence)) {
       readFloatImage(files.confidence, images.confidence, size);
       for (float& c : images.confidence.data) c *= confidence_scale.value_or(1.0f);
+      checkConfidence(files.confidence, images.confidence);
     } else {
       const float step = readConfidencePng(files.confidence, images.confidence, confidence_scale, size);
       if (!confidence_scale) images.assumed_confidence_step = step;

@@ -18,17 +18,20 @@ struct ViewFiles {
 /** \brief How a rig recording names the files of a frame, without the extension: "000042". */
 std::string frameStem(std::size_t frame);
 
-/** \brief folder/stem.png, .jpg or .jpeg, whichever exists; else "". */
+/** \brief folder/stem.png, .jpg or .jpeg, also in capitals, whichever exists; else "". */
 std::string findImage(const std::string& folder, const std::string& stem);
 
-/** \brief folder/stem.pfm or .npy, whichever exists; else "". */
+/** \brief folder/stem.pfm or .npy, also in capitals, whichever exists; else "". */
 std::string findFloatImage(const std::string& folder, const std::string& stem);
+
+/** \brief The same, or .png. */
+std::string findConfidence(const std::string& folder, const std::string& stem);
 
 /** \brief A camera's folder of colour images: color, or, where there is none, rgb or image; "" if it has neither. */
 std::string colorFolder(const std::string& folder);
 
-/** \brief Reads what is there into images and points view at it. Depth is a 16-bit PNG, or metres in a file of readFloatImage(); so is
- *  confidence. Without a depth file the view is missing, whatever
+/** \brief Reads what is there into images and points view at it. Depth is a 16-bit PNG, or a file of readFloatImage() in units that the caller makes
+ *  metres of. Confidence is a PNG, or such a file of numbers from 0 to 1. Without a depth file the view is missing, whatever
  *  else exists. Throws InputError on a damaged file, on an image whose size is not its camera's, and where the depth file is gone.
  *  \param confidence_scale confidence per step of its image; absent: the largest value of the file's type is 1 */
 void loadView(const ViewFiles& files, const Camera& camera, std::optional<float> confidence_scale, LoadedView& images,

@@ -8,7 +8,8 @@ namespace fuse_flow {
  *  stereo method always answers, and is wrong in patches: what it says counts where other views say the same. */
 struct AgreementParameters {
   /** \brief A measurement is dropped if fewer other views than this measure the same; [0, kMaxAgreeingViews], 0: none is dropped. All views
-   *  of the frame are asked, the nearest ones first. */
+   *  of the frame are asked, the nearest ones first, whatever their confidence, unless it is 0. Where cameras are missing from a frame, fewer can
+   *  agree. */
   int min_views{0};
   /** \brief A pixel's point, moved to the depth that another view has there and projected back, comes back at most so far from the pixel,
    *  pixels; > 0. */
@@ -17,7 +18,7 @@ struct AgreementParameters {
   float relative{0.01f};
 };
 
-/** \brief Most that AgreementParameters::min_views may be. */
+/** \brief Most that AgreementParameters::min_views may be: rigs of 64 cameras have so many others. */
 constexpr int kMaxAgreeingViews = 63;
 
 /** \brief Whether another view measures the same as a pixel, there and back, as multi-view stereo compares views (Schönberger et al.,

@@ -18,4 +18,26 @@ TEST(EstimatedDepthAdvice, IsGivenWherePhotographsAreFusedAsDepthCameras) {
   for (const char* kind : {"rig", "tum", "pcd", ""}) EXPECT_TRUE(estimatedDepthAdvice(kind, "fuse_flow", {}).empty());
 }
 
+TEST(AgreementCheck, ComplainsWhereNearlyAllIsDroppedOrTooFewCamerasAreThere) {
+  const float pixel = 1;
+  fuse_flow::RigFrame frame;
+  frame.views.resize(4);
+  for (fuse_flow::DepthView& view : frame.views) view.depth32 = {&pixel, 1, 1};
+  fuse_flow::FrameStatistics statistics;
+  statistics.measured_points = 1000;
+  const auto complaints = [&](int min_views, std::size_t kept) {
+    fuse_flow::io::AgreementCheck check(min_views);
+    statistics.gated_points = kept;
+    check.look(frame, statistics);
+    return check.complaints();
+  };
+  EXPECT_TRUE(complaints(2, 100).empty());
+  EXPECT_TRUE(complaints(0, 0).empty());
+  ASSERT_EQ(complaints(2, 99).size(), 1u);
+  EXPECT_NE(complaints(2, 99)[0].find("99 of 1000"), std::string::npos);
+  frame.views[0] = frame.views[1] = {};
+  ASSERT_EQ(complaints(2, 0).size(), 1u);
+  EXPECT_NE(complaints(2, 0)[0].find("1 of 1 frames too few cameras"), std::string::npos);
+}
+
 }  // namespace

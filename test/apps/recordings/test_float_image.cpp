@@ -47,10 +47,19 @@ TEST_F(FloatImages, TheTopRowComesFirstWhateverTheFileAndItsOrderOfBytes) {
   expectRead("a.geometric.bin", colmapMap(5, 3, values()));
 }
 
+TEST_F(FloatImages, HeadersOfVersion2AreRead) {
+  const std::string header = "{'descr': '<f4', 'fortran_order': False, 'shape': (3, 5), }\n";
+  expectRead("a.npy", std::string("\x93NUMPY\x02\x00", 8) + static_cast<char>(header.size()) + std::string(3, '\0') +
+                          header + floats(5, 3, values()));
+}
+
 TEST_F(FloatImages, NumbersThatAreNoDepthStayAsTheyAre) {
   io::FloatImage image;
   io::readFloatImage(write("a.pfm", pfm(2, 1, [](int u, int) { return u == 0 ? NAN : -INFINITY; })), image);
   EXPECT_TRUE(std::isnan(image.at(0, 0)));
+  EXPECT_EQ(image.at(1, 0), -INFINITY);
+  io::readFloatImage(write("a.npy", npy("<f8", "(1, 2)", rawBytes(1e300) + rawBytes(-1e300))), image);
+  EXPECT_EQ(image.at(0, 0), INFINITY);
   EXPECT_EQ(image.at(1, 0), -INFINITY);
 }
 
@@ -69,6 +78,11 @@ TEST_F(FloatImages, WhatIsNoneIsRefusedInOneLineThatSaysWhatItMustBe) {
   EXPECT_TRUE(refused("shape.npy", npy("<f4", "(2, 3, 5)", ""), {"2, 3, 5", "height x width"}));
   EXPECT_TRUE(refused("line.npy", npy("<f4", "(15,)", ""), {"15,"}));
   EXPECT_TRUE(refused("header.npy", npy("<f4", "(3, 5)", "").substr(0, 40), {"cut short"}));
+  const std::string spaces(40000, ' ');
+  EXPECT_TRUE(refused("long.npy",
+                      std::string("\x93NUMPY\x01\x00\x60\xea", 10) +
+                          "{'descr': '<f4', 'fortran_order': False, 'shape': (3," + spaces + "5)}" + spaces,
+                      {"header of 60000 bytes"}));
   EXPECT_TRUE(refused("data.npy", npy("<f4", "(3, 5)", "1234"), {"132 bytes", "188"}));
   EXPECT_TRUE(refused("text.bin", "depth", {"no depth map of COLMAP"}));
   EXPECT_TRUE(refused("normals.bin", "5&3&3&", {"3 channels"}));

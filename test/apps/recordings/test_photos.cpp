@@ -17,13 +17,13 @@ PixelValue depthOf(const RoomView& view, double unit = 1) {
 }
 
 /** \brief The same camera with images of twice the size. */
-RoomView twiceAsLarge(RoomView view) {
+RoomView twiceAsLarge(RoomView view, double first_middle = 0.5) {
   view.width *= 2;
   view.height *= 2;
   view.fx *= 2;
   view.fy *= 2;
-  view.cx = 2 * view.cx + 0.5;
-  view.cy = 2 * view.cy + 0.5;
+  view.cx = 2 * (view.cx + first_middle) - first_middle;
+  view.cy = 2 * (view.cy + first_middle) - first_middle;
   return view;
 }
 
@@ -55,11 +55,10 @@ void expectRoom(io::Recording& recording, std::size_t views) {
 }
 
 /** \brief The same where photographs are twice as large as their depth: a colour camera of its own, in the same place. */
-void expectRoomInLargePhotographs(io::Recording& recording, const RoomView& level) {
+void expectRoomInLargePhotographs(io::Recording& recording, const RoomView& large) {
   io::LoadedFrame frame;
   recording.read(0, frame);
   EXPECT_NO_THROW(checkRigFrame(frame.rig));
-  const RoomView large = twiceAsLarge(level);
   for (std::size_t view = 0; view < frame.rig.views.size(); ++view) {
     EXPECT_EQ(frame.rig.views[view].color.width, large.width);
     ASSERT_TRUE(frame.rig.cameras[view].color);
@@ -85,6 +84,7 @@ class Mvsnet : public IoTest {
     IoTest::SetUp();
     for (int i = 0; i < 3; ++i) writeView(i, view(i));
   }
+  static constexpr double kFirstMiddle = 0;  // coordinates count from it
   static RoomView view(int i) { return i == 0 ? levelView() : cornerView(i - 1); }
   static std::string stem(int i) { return "0000000" + std::to_string(i); }
 
@@ -140,14 +140,28 @@ TEST_F(Mvsnet, ARotationOfFewDigitsBecomesTheNearest) {
 
 TEST_F(Mvsnet, PhotographsMayBeLargerThanTheirDepthAndTheCamerasBeOfEither) {
   EXPECT_FALSE(warns(*open(folder_), "of which size"));
-  for (int i = 0; i < 3; ++i) write("images/" + stem(i) + ".png", twiceAsLarge(view(i)).colorPng());
+  for (int i = 0; i < 3; ++i) write("images/" + stem(i) + ".png", twiceAsLarge(view(i), kFirstMiddle).colorPng());
   const auto of_depth = open(folder_);
   EXPECT_TRUE(warns(*of_depth, "taken for those of the depth maps"));
-  expectRoomInLargePhotographs(*of_depth, view(0));
-  for (int i = 0; i < 3; ++i) write("cams/" + stem(i) + "_cam.txt", cameraText(twiceAsLarge(view(i))));
+  expectRoomInLargePhotographs(*of_depth, twiceAsLarge(view(0), 0));
+  for (int i = 0; i < 3; ++i) write("cams/" + stem(i) + "_cam.txt", cameraText(twiceAsLarge(view(i), kFirstMiddle)));
   const auto of_images = open(folder_);
   EXPECT_TRUE(warns(*of_images, "taken for those of the images"));
-  expectRoomInLargePhotographs(*of_images, view(0));
+  expectRoomInLargePhotographs(*of_images, twiceAsLarge(view(0), 0));
+  // Their size is needed even where colour is not wanted.
+  io::RecordingOptions options;
+  options.read_color = false;
+  io::LoadedFrame frame;
+  open(folder_, options)->read(0, frame);
+  for (std::size_t i = 0; i < 3; ++i) {
+    EXPECT_FALSE(frame.rig.views[i].color);
+    EXPECT_TRUE(showsRoom(frame, i));
+  }
+  // One photograph that is not there does not make its camera another.
+  fs::remove(folder_ / "images" / "00000001.png");
+  EXPECT_TRUE(refuses([&] { open(folder_); }, {"camera '00000001'", "photograph that is not there"}));
+  fs::remove_all(folder_ / "images");
+  EXPECT_TRUE(refuses([&] { open(folder_); }, {"principal point", "64x48", "another size"}));
 }
 
 TEST_F(Mvsnet, PhotographsWithoutDepthAreLeftOutAndItIsSaid) {
@@ -197,9 +211,38 @@ TEST_F(Mvsnet, OptionsThatDoNotFitAreRefused) {
   options = {};
   options.intrinsics = "camera.json";
   EXPECT_TRUE(refuses<io::OptionError>([&] { open(folder_, options); }, {"--intrinsics"}));
-  options = {};
+}
+
+TEST_F(Mvsnet, WhatIsNotFoundIsSaid) {
+  fs::rename(folder_ / "images" / "00000000.png", folder_ / "images" / "00000000.PNG");
+  EXPECT_FALSE(warns(*open(folder_), "photograph"));
+  fs::rename(folder_ / "images" / "00000000.PNG", folder_ / "images" / "rect_0.png");
+  fs::remove(folder_ / "confidence" / "00000001.pfm");
+  EXPECT_TRUE(warns(*open(folder_), "1 of 3 views have no photograph there"));
+  EXPECT_TRUE(warns(*open(folder_), "1 of 3 views have no confidence there"));
+  fs::remove(folder_ / "cams" / "00000001_cam.txt");
+  write("cams/._00000002_cam.txt", "what another system writes");
+  EXPECT_TRUE(warns(*open(folder_), "1 of 3 depth maps have no camera"));
+  EXPECT_FALSE(warns(*open(folder_), "have no depth map"));
+  write("train.log", "epoch 1\n");
+  EXPECT_EQ(open(folder_)->kind(), "mvsnet");
+}
+
+TEST_F(Mvsnet, ConfidenceIsFrom0To1) {
+  write("confidence/00000001.pfm", pfm(64, 48, [](int, int) { return 255.0f; }));
+  io::LoadedFrame frame;
+  EXPECT_TRUE(refuses([&] { open(folder_)->read(0, frame); }, {"00000001.pfm", "255", "0 to 1"}));
+}
+
+TEST_F(Mvsnet, PosesThatAreCameraToWorldCanBeSaidToBe) {
+  for (int i = 0; i < 3; ++i) {
+    RoomView inverted = view(i);
+    inverted.T_world_camera = inverted.T_world_camera.inverse();
+    write("cams/" + stem(i) + "_cam.txt", cameraText(inverted));
+  }
+  io::RecordingOptions options;
   options.pose_convention = io::PoseConvention::WorldToCamera;
-  EXPECT_TRUE(refuses<io::OptionError>([&] { open(folder_, options); }, {"--pose-convention"}));
+  expectRoom(*open(folder_, options), 3);
 }
 
 // ---- COLMAP
@@ -216,6 +259,7 @@ class Colmap : public IoTest {
     }
     writeText();
   }
+  static constexpr double kFirstMiddle = 0.5;  // coordinates count from the corner of the first pixel
   static RoomView view(int i) { return i == 0 ? levelView() : cornerView(i - 1); }
   static std::string name(int i) { return i == 2 ? "left/b.png" : "a" + std::to_string(i) + ".png"; }
   static Eigen::Quaterniond rotation(int i) { return Eigen::Quaterniond(view(i).T_world_camera.linear().transpose()); }
@@ -255,7 +299,7 @@ class Colmap : public IoTest {
 TEST_F(Colmap, PointsLieOnTheWallsOfTheRoomFromText) {
   const auto recording = open(folder_);
   EXPECT_EQ(recording->kind(), "colmap");
-  EXPECT_EQ(recording->viewName(2), "left/b.png");
+  EXPECT_EQ(recording->viewName(2), "left_b.png");
   expectRoom(*recording, 3);
 }
 
@@ -283,9 +327,9 @@ TEST_F(Colmap, PhotometricDepthServesWhereNothingElseIsThere) {
 
 TEST_F(Colmap, DepthMayBeSmallerThanTheImages) {
   // max_image_size of patch_match_stereo: the model is of the images.
-  for (int i = 0; i < 3; ++i) write("images/" + name(i), twiceAsLarge(view(i)).colorPng());
+  for (int i = 0; i < 3; ++i) write("images/" + name(i), twiceAsLarge(view(i), kFirstMiddle).colorPng());
   writeText("7 PINHOLE 128 96 48 40 59 52\n");
-  expectRoomInLargePhotographs(*open(folder_), view(0));
+  expectRoomInLargePhotographs(*open(folder_), twiceAsLarge(view(0)));
 }
 
 TEST_F(Colmap, WhatIsWrongIsRefusedInOneLine) {
@@ -301,6 +345,8 @@ TEST_F(Colmap, WhatIsWrongIsRefusedInOneLine) {
   EXPECT_TRUE(refusal({"images.txt", "a0.png", "quaternion of length 1"}));
   write("sparse/images.txt", "1 1 0 0 0 0 0 7 a0.png\n\n");
   EXPECT_TRUE(refusal({"images.txt", "is no image"}));
+  write("sparse/images.txt", "1 1 0 0 0 0 0 0 7 a0.png\n2 1 0 0 0 0 0 0 7 a1.png\n");
+  EXPECT_TRUE(refusal({"images.txt", "behind image a0.png", "empty line"}));
   writeBinary(12);
   EXPECT_TRUE(refusal({"cameras.bin", "number 12"}));
   writeBinary();
@@ -313,11 +359,70 @@ TEST_F(Colmap, WhatIsWrongIsRefusedInOneLine) {
   EXPECT_TRUE(refusal({folder_.string(), "no depth maps", "patch_match_stereo"}));
 }
 
-TEST_F(Colmap, ACastleThatColmapWroteIsRecognised) {
+/** \brief The points of points3D.txt, and the numbers of the images that see each. */
+struct SparsePoint {
+  Eigen::Vector3d p;
+  std::vector<int> images;
+};
+
+std::vector<SparsePoint> readSparsePoints(const fs::path& file) {
+  std::vector<SparsePoint> points;
+  std::ifstream lines(file);
+  for (std::string line; std::getline(lines, line);) {
+    if (line.empty() || line[0] == '#') continue;
+    std::istringstream words(line);
+    double skipped = 0;
+    SparsePoint point;
+    words >> skipped >> point.p.x() >> point.p.y() >> point.p.z();
+    for (int k = 0; k < 4; ++k) words >> skipped;
+    for (int image = 0; words >> image >> skipped;) point.images.push_back(image);
+    points.push_back(point);
+  }
+  return points;
+}
+
+TEST_F(Colmap, ColmapsPointsFallIntoThePhotographsThatSeeThem) {
   const fs::path sceaux = fs::path(FUSE_FLOW_TEST_SHARED_DATA) / "sceaux";
   if (!fs::exists(sceaux)) GTEST_SKIP() << sceaux << " is not there";
-  // Its depth is not: then each image must say so, which shows that its cameras and poses were understood.
   EXPECT_TRUE(refuses([&] { open(sceaux); }, {"sceaux", "no depth maps"}));
+  // With depth of any kind its cameras are those that COLMAP wrote.
+  fs::create_directories(folder_ / "castle" / "stereo" / "depth_maps");
+  for (const char* part : {"images", "sparse"}) fs::create_directory_symlink(sceaux / part, folder_ / "castle" / part);
+  for (const fs::directory_entry& photo : fs::directory_iterator(sceaux / "images"))
+    write("castle/stereo/depth_maps/" + photo.path().filename().string() + ".geometric.bin",
+          colmapMap(960, 713, [](int, int) { return 1.0f; }));
+  const auto recording = open(folder_ / "castle");
+  ASSERT_EQ(recording->cameras().size(), 11u);  // their names are in the order of their numbers
+  std::size_t seen = 0, of = 0;
+  for (const SparsePoint& point : readSparsePoints(sceaux / "sparse" / "points3D.txt"))
+    for (const int image : point.images) {
+      const Camera& camera = recording->cameras().at(static_cast<std::size_t>(image - 1));
+      const Eigen::Vector3d p = camera.T_world_camera.inverse() * point.p;
+      const Pixel pixel =
+          project(camera.intrinsics, {static_cast<float>(p.x()), static_cast<float>(p.y()), static_cast<float>(p.z())});
+      seen += p.z() > 0 && pixel.u > -0.5f && pixel.v > -0.5f && pixel.u < 959.5f && pixel.v < 712.5f ? 1 : 0;
+      ++of;
+    }
+  EXPECT_GT(of, 40000u);
+  EXPECT_GT(static_cast<double>(seen), 0.999 * static_cast<double>(of));
+}
+
+TEST_F(Colmap, CamerasBesideItDoNotHideItsDepth) {
+  write("cams/00000000_cam.txt", "extrinsic");
+  EXPECT_EQ(open(folder_)->kind(), "colmap");
+}
+
+TEST_F(Colmap, ADamagedViewCanBeLeftOut) {
+  io::RecordingOptions options;
+  options.skip_damaged = true;
+  const auto recording = open(folder_, options);
+  write("stereo/depth_maps/a1.png.geometric.bin", "64&48&1&");
+  io::LoadedFrame frame;
+  recording->read(0, frame);
+  ASSERT_EQ(frame.damaged.size(), 1u);
+  EXPECT_EQ(frame.damaged[0].view, 1u);
+  EXPECT_TRUE(frame.rig.views[1].missing());
+  EXPECT_TRUE(showsRoom(frame, 0));
 }
 
 // ---- Rigs
@@ -343,6 +448,7 @@ TEST_F(Mvsnet, ARigMayHaveDepthInFloat) {
     write("rig/rig.json", rig(metres ? "1" : "0.001"));
     write("rig/left/depth/000000.pfm", pfm(64, 48, depthOf(view, metres ? 1 : 0.001)));
     const auto recording = open(folder_ / "rig");
+    EXPECT_EQ(warns(*recording, "multiplied by its depth_scale, 0.001"), !metres);
     expectRoom(*recording, 1);
     io::LoadedFrame frame;
     recording->read(0, frame);

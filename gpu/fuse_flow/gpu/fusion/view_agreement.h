@@ -3,6 +3,7 @@
 #include <fuse_flow/gpu/sensors/device_view.h>
 #include <fuse_flow/gpu/sensors/tiles.h>
 #include <fuse_flow/math/agreement.h>
+#include <fuse_flow/math/consistency.h>
 
 namespace fuse_flow {
 namespace gpu {
@@ -22,7 +23,8 @@ struct KeepAgreed {
     const float* depths = z;
     const auto model = [&view, views](int k) { return &views[view.neighbours[k]].model; };
     const auto depth = [&view, views, depths](int k, int u, int v) {
-      return depths[views[view.neighbours[k]].indexOf(u, v)];
+      const DeviceView& other = views[view.neighbours[k]];
+      return confidenceAt(other.confidence, u, v) > 0 ? depths[other.indexOf(u, v)] : 0.0f;
     };
     const Vec3 p_W = view.model.T_world_camera * pointOnRay(view.ray(a.u, a.v), depths[index]);
     const bool agreed = isAgreed(parameters, view.model, {static_cast<float>(a.u), static_cast<float>(a.v)},

@@ -122,7 +122,7 @@ class FrameDepths {
     return scratch_[kScratchMaps * scratch + static_cast<std::uint32_t>(map > kept ? map - 1 : map)];
   }
 
-  /** \brief Of a view; the second is for twicing. */
+  /** \brief Of a view, beside the map that it keeps; only with twicing all of them. */
   static constexpr std::uint32_t kScratchMaps = 2;
 
   const RigFrame* frame_{nullptr};

@@ -61,7 +61,7 @@ inline void checkGivenConfidence(const FuseFlowParameters& parameters, const Rig
 inline void checkAgreement(const FuseFlowParameters& parameters, const RigFrame& frame) {
   const auto others = frame.cameras.empty() ? std::size_t{0} : frame.cameras.size() - 1;
   if (static_cast<std::size_t>(parameters.agreement.min_views) <= others) return;
-  throwBadArgument("fuse_flow::FuseFlow: min_agreeing_views is ", parameters.agreement.min_views,
+  throwBadArgument("fuse_flow::FuseFlow: agreement.min_views is ", parameters.agreement.min_views,
                    ", but beside each camera the rig has ", others,
                    " other(s), so that every measurement would be dropped; must be at most that");
 }
@@ -188,7 +188,7 @@ class FrameMeasurements {
   /** \brief What too few other views measure, too, weighs nothing. */
   void agreement(const Row& row) const {
     if (!detail::asksForAgreement(*parameters_)) return;
-    keepAgreed(parameters_->agreement, *rig_, depths_->refined(), row.view, row.v, row.weights);
+    keepAgreed(parameters_->agreement, *rig_, depths_->refined(), frame_->views, row.view, row.v, row.weights);
   }
 
   /** \brief Eq. 8: where the measurements lie in the world. \returns how many become points */

@@ -49,10 +49,10 @@ inline void checkParameters(const FuseFlowParameters& p) {
   detail::checkLengthOrNone("fuse_flow::FuseFlow", "max_noise", p.max_noise);
   detail::checkRange("fuse_flow::FuseFlow", "min_support", p.min_support, 0, 8);
   detail::checkRange("fuse_flow::FuseFlow", "min_confidence", p.min_confidence, 0.0f, 1.0f);
-  detail::checkRange("fuse_flow::FuseFlow", "min_agreeing_views", p.agreement.min_views, 0, kMaxAgreeingViews);
-  detail::checkPositive("fuse_flow::FuseFlow", "agreement_pixels", p.agreement.pixels);
-  detail::checkPositive("fuse_flow::FuseFlow", "agreement_relative", p.agreement.relative);
-  detail::checkRange("fuse_flow::FuseFlow", "agreement_relative", p.agreement.relative, 0.0f, 1.0f);
+  detail::checkRange("fuse_flow::FuseFlow", "agreement.min_views", p.agreement.min_views, 0, kMaxAgreeingViews);
+  detail::checkPositive("fuse_flow::FuseFlow", "agreement.pixels", p.agreement.pixels);
+  detail::checkPositive("fuse_flow::FuseFlow", "agreement.relative", p.agreement.relative);
+  detail::checkRange("fuse_flow::FuseFlow", "agreement.relative", p.agreement.relative, 0.0f, 1.0f);
   if (p.crop_box && (p.crop_box->isEmpty() || !p.crop_box->min().allFinite() || !p.crop_box->max().allFinite()))
     detail::throwBadArgument("fuse_flow::FuseFlow: crop_box is empty or not finite");
 }

@@ -3,6 +3,7 @@
 #include <fuse_flow/impl/sensors/depth_map.hpp>
 #include <fuse_flow/impl/sensors/rig_geometry.hpp>
 #include <fuse_flow/math/agreement.h>
+#include <fuse_flow/math/consistency.h>
 
 #include <cstddef>
 #include <vector>
@@ -10,17 +11,20 @@
 namespace fuse_flow {
 namespace host {
 
-/** \brief What too few other views measure, too, weighs nothing any more. \param depths D^r of all views  \param i the view of row v
- *  \param weights of the row's pixels */
+/** \brief What too few other views measure, too, weighs nothing any more. \param depths D^r of all views  \param views whose confidence says where
+ *  there is no depth  \param i the view of row v  \param weights of the row's pixels */
 inline void keepAgreed(const AgreementParameters& p, const RigGeometry& rig, const std::vector<DepthMap>& depths,
-                       std::size_t i, int v, float* weights) {
+                       const std::vector<DepthView>& views, std::size_t i, int v, float* weights) {
   const ViewGeometry& view = rig[i];
   const std::vector<std::uint32_t>& others = view.neighbours;
   const auto model = [&](int k) -> const ViewModel* {
     const std::uint32_t j = others[static_cast<std::size_t>(k)];
     return depths[j].empty() ? nullptr : &rig[j];
   };
-  const auto depth = [&](int k, int u_j, int v_j) { return depths[others[static_cast<std::size_t>(k)]].row(v_j)[u_j]; };
+  const auto depth = [&](int k, int u_j, int v_j) {
+    const std::uint32_t j = others[static_cast<std::size_t>(k)];
+    return confidenceAt(views[j].confidence, u_j, v_j) > 0 ? depths[j].row(v_j)[u_j] : 0.0f;
+  };
   const float* z = depths[i].row(v);
   for (int u = 0; u < depths[i].width(); ++u) {
     if (!(weights[u] > 0)) continue;

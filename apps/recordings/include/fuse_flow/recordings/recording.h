@@ -115,7 +115,7 @@ struct RecordingOptions {
   /** \brief False: colour images are not opened. */
   bool read_color{true};
   /** \brief A camera with a file that cannot be read is missing from that frame, see LoadedFrame::damaged; false: read()
-   *  throws. PCD files are read as they are opened, and then it throws always. */
+   *  throws. PCD files, and depth of "mvsnet" and "colmap", are read as they are opened, and then it throws always. */
   bool skip_damaged{false};
 };
 
