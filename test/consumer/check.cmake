@@ -9,6 +9,9 @@ function(run)
     message(FATAL_ERROR "failed with ${status}: ${ARGN}")
   endif()
 endfunction()
+if(NOT launcher)  # …-NOTFOUND, where there is no ccache
+  set(launcher "")
+endif()
 set(how -G ${generator} -DCMAKE_C_COMPILER=${c_compiler} -DCMAKE_CXX_COMPILER=${cxx_compiler}
         -DCMAKE_CXX_COMPILER_LAUNCHER=${launcher})
 function(configure from to build_type)
