@@ -29,7 +29,7 @@ std::vector<std::string> AgreementCheck::complaints() const {
   if (frames_of_few_ > 0)
     lines.push_back("in " + std::to_string(frames_of_few_) + " of " + std::to_string(frames_) +
                     " frames too few cameras have depth for " + option);
-  if (frames_of_few_ < frames_ && measured_ > 0 && kept_ < measured_ / 10)
+  if (!cropped_ && frames_of_few_ < frames_ && measured_ > 0 && kept_ < measured_ / 10)
     lines.push_back(std::to_string(kept_) + " of " + std::to_string(measured_) + " measurements are left: " + option +
                     " drops what fewer other views measure, too; do depth and poses fit (one unit, poses not inverted, "
                     "rows not upside down, depth along the axis and not along the ray)?");

@@ -19,8 +19,9 @@ std::vector<std::string> estimatedDepthAdvice(const std::string& kind, const std
 /** \brief Finds out whether agreement of views (AgreementParameters) drops nearly all: then depth and poses do not fit. */
 class AgreementCheck {
  public:
-  /** \param min_views of AgreementParameters; 0: nothing is looked at */
-  explicit AgreementCheck(int min_views) : min_views_(min_views) {}
+  /** \param method that fuses, see makeMethod(); of others than ours nothing is looked at */
+  AgreementCheck(const std::string& method, const FuseFlowParameters& parameters)
+      : min_views_(method == "fuse_flow" ? parameters.agreement.min_views : 0), cropped_(parameters.crop_box) {}
 
   /** \param statistics of the frame, fused */
   void look(const RigFrame& frame, const FrameStatistics& statistics);
@@ -30,6 +31,7 @@ class AgreementCheck {
 
  private:
   int min_views_;
+  bool cropped_;  ///< then much may be dropped for another reason
   std::size_t frames_{0};
   std::size_t measured_{0}, kept_{0};  ///< measurements
   std::size_t frames_of_few_{0};       ///< in which too few cameras have depth

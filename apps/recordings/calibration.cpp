@@ -71,7 +71,7 @@ Intrinsics intrinsicsOf(const std::string& owner, const std::vector<double>& m) 
   return K;
 }
 
-int side(const std::string& path, const char* key, double value) {
+int imageSide(const std::string& path, const char* key, double value) {
   if (value >= 0 && value <= 65535 && value == std::floor(value)) return static_cast<int>(value);
   std::ostringstream message;
   message << path << ": " << key << " is " << value << ", must be a whole number of pixels, 65535 at most";

@@ -18,7 +18,7 @@ Eigen::Isometry3d nearlyRigidPose(const std::string& owner, const std::vector<do
 Intrinsics intrinsicsOf(const std::string& owner, const std::vector<double>& row_major);
 
 /** \brief A number of pixels; 0 where it is left out. Throws InputError for what is none. \param key what messages call it */
-int side(const std::string& path, const char* key, double value);
+int imageSide(const std::string& path, const char* key, double value);
 
 /** \brief k1 k2 p1 p2 [k3 [k4 k5 k6]], the order of OpenCV and ROS. Throws InputError for another number of coefficients. */
 Distortion distortionOf(const std::string& path, const std::vector<double>& k);

@@ -27,8 +27,8 @@ Intrinsics colmapIntrinsics(const std::string& path, const std::string& model, d
     throw InputError(path + ": the camera of model " + model + " has " + std::to_string(p.size()) +
                      " parameters, must be " + std::to_string(wanted));
   Intrinsics K;
-  K.width = side(path, "width", width);
-  K.height = side(path, "height", height);
+  K.width = imageSide(path, "width", width);
+  K.height = imageSide(path, "height", height);
   K.fx = static_cast<float>(p[0]);
   K.fy = static_cast<float>(p[focal_lengths - 1]);
   // COLMAP's first pixel reaches from 0 to 1, ours from -0.5 to 0.5.

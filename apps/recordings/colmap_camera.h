@@ -12,12 +12,13 @@ namespace fuse_flow::io {
 Intrinsics colmapIntrinsics(const std::string& path, const std::string& model, double width, double height,
                             const std::vector<double>& parameters);
 
-/** \brief The name of a camera model by its number in COLMAP's binary files, and how many parameters it has. Throws InputError for a number
- *  that has none. */
+/** \brief A camera model of COLMAP's binary files. */
 struct ColmapModel {
   std::string name;
-  std::size_t parameters;
+  std::size_t parameters;  ///< how many it has
 };
+
+/** \brief The model of a number. Throws InputError for a number that has none. \param path of messages */
 ColmapModel colmapModel(const std::string& path, int number);
 
 }  // namespace fuse_flow::io

@@ -81,8 +81,8 @@ std::optional<Intrinsics> fromJson(const std::string& path) {
     } else {
       return std::nullopt;
     }
-    K.width = side(path, "width", json.value("width", 0.0));
-    K.height = side(path, "height", json.value("height", 0.0));
+    K.width = imageSide(path, "width", json.value("width", 0.0));
+    K.height = imageSide(path, "height", json.value("height", 0.0));
     for (const char* key : {"distortion", "distortion_coefficients", "coeffs"})
       if (json.contains(key)) K.distortion = distortionOf(path, flatNumbers(json[key]));
     for (const char* key : {"distortion_model", "model"})
@@ -130,9 +130,9 @@ std::optional<Intrinsics> fromYaml(const std::string& path, std::string text) {
     if (!matrix.IsDefined() || matrix.IsNull()) return std::nullopt;
     Intrinsics K = fromMatrix(path, yamlNumbers(matrix));
     if (const YAML::Node node = firstOf(root, "image_width", "width"); node.IsScalar())
-      K.width = side(path, "image_width", node.as<double>());
+      K.width = imageSide(path, "image_width", node.as<double>());
     if (const YAML::Node node = firstOf(root, "image_height", "height"); node.IsScalar())
-      K.height = side(path, "image_height", node.as<double>());
+      K.height = imageSide(path, "image_height", node.as<double>());
     if (const YAML::Node node = firstOf(root, "distortion_coefficients", "Distortion_Coefficients", "D", "d");
         node.IsDefined() && !node.IsNull())
       K.distortion = distortionOf(path, yamlNumbers(node));

@@ -120,7 +120,7 @@ class InputChecks {
                         ? std::optional(parameters.confidence.threshold)
                         : std::nullopt),
         overlap_(parameters.preprocessing),
-        agreement_(method == "fuse_flow" ? parameters.agreement.min_views : 0) {}
+        agreement_(method, parameters) {}
 
   void look(const io::LoadedFrame& frame) {
     depth_.look(frame.rig);

@@ -10,6 +10,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
+#include <iterator>
 #include <limits>
 #include <regex>
 #include <sstream>
@@ -41,22 +42,36 @@ int sideOf(const std::string& path, const std::string& digits) {
   return std::stoi(digits);
 }
 
+/** \brief The words of a header in text, and how long it is; none where a file begins otherwise. */
+struct HeaderWords {
+  std::vector<std::string> words;
+  std::size_t length{0};
+};
+
+HeaderWords matchHeader(const std::string& bytes, const std::regex& header) {
+  const std::string start = bytes.substr(0, 256);
+  std::smatch match;
+  if (!std::regex_search(start, match, header, std::regex_constants::match_continuous)) return {};
+  HeaderWords found;
+  found.words.assign(std::next(match.begin()), match.end());
+  found.length = static_cast<std::size_t>(match.length(0));
+  return found;
+}
+
 /** \brief "Pf", width and height, and a number whose sign says the order of the bytes, each behind white space; then the bottom row. */
 Samples readPfmHeader(const std::string& path, const std::string& bytes) {
   static const std::regex header(R"((P[fF])\s+(\d+)\s+(\d+)\s+([-+]?[0-9.eE+-]+)[ \t\r]*\n)");
-  std::cmatch match;
-  const std::string start = bytes.substr(0, 256);
-  if (!std::regex_search(start.c_str(), match, header, std::regex_constants::match_continuous))
-    throw InputError(path + ": is no PFM, must begin with Pf, width, height and the scale");
-  if (match[1] == "PF") throw InputError(path + ": is a PFM of three channels, must be of one (Pf)");
+  const auto [words, length] = matchHeader(bytes, header);
+  if (words.empty()) throw InputError(path + ": is no PFM, must begin with Pf, width, height and the scale");
+  if (words[0] == "PF") throw InputError(path + ": is a PFM of three channels, must be of one (Pf)");
   Samples samples;
-  samples.width = sideOf(path, match[2]);
-  samples.height = sideOf(path, match[3]);
-  const double scale = std::strtod(match[4].str().c_str(), nullptr);
+  samples.width = sideOf(path, words[1]);
+  samples.height = sideOf(path, words[2]);
+  const double scale = std::strtod(words[3].c_str(), nullptr);
   if (scale == 0) throw InputError(path + ": has the scale 0, whose sign must say the order of its bytes");
   samples.big_endian = scale > 0;
   samples.bottom_first = true;
-  samples.begin = static_cast<std::size_t>(match.length(0));
+  samples.begin = length;
   return samples;
 }
 
@@ -101,16 +116,13 @@ Samples readNpyHeader(const std::string& path, const std::string& bytes) {
 /** \brief "width&height&channels&", then the top row. */
 Samples readColmapHeader(const std::string& path, const std::string& bytes) {
   static const std::regex header(R"((\d+)&(\d+)&(\d+)&)");
-  std::cmatch match;
-  const std::string start = bytes.substr(0, 64);
-  if (!std::regex_search(start.c_str(), match, header, std::regex_constants::match_continuous))
-    throw InputError(path + ": is no depth map of COLMAP, must begin with width&height&1&");
-  if (match[3] != "1")
-    throw InputError(path + ": has " + cutShort(match[3].str()) + " channels, must be a depth map, of 1");
+  const auto [words, length] = matchHeader(bytes, header);
+  if (words.empty()) throw InputError(path + ": is no depth map of COLMAP, must begin with width&height&1&");
+  if (words[2] != "1") throw InputError(path + ": has " + cutShort(words[2]) + " channels, must be a depth map, of 1");
   Samples samples;
-  samples.width = sideOf(path, match[1]);
-  samples.height = sideOf(path, match[2]);
-  samples.begin = static_cast<std::size_t>(match.length(0));
+  samples.width = sideOf(path, words[0]);
+  samples.height = sideOf(path, words[1]);
+  samples.begin = length;
   return samples;
 }
 
@@ -150,6 +162,11 @@ const std::vector<std::string>& floatImageExtensions() {
 bool isFloatImage(const std::string& path) {
   const std::vector<std::string>& known = floatImageExtensions();
   return std::find(known.begin(), known.end(), extensionOf(path)) != known.end();
+}
+
+ImageSize floatImageSize(const std::string& path) {
+  const Samples samples = readHeader(path, readFileStart(path, 8192));
+  return {samples.width, samples.height};
 }
 
 void readFloatImage(const std::string& path, FloatImage& image, const SizeCheck& check) {

@@ -56,24 +56,46 @@ class SilenceVtk {
   int display_;
 };
 
-vtkSmartPointer<vtkImageData> decodeJpeg(const std::string& path, const std::string& bytes, const SizeCheck& check) {
-  const SilenceVtk silence;
-  vtkNew<vtkJPEGReader> reader;
-  vtkNew<ErrorCatcher> catcher;
-  reader->AddObserver(vtkCommand::ErrorEvent, catcher);
-  reader->AddObserver(vtkCommand::WarningEvent, catcher);
-  reader->SetMemoryBuffer(bytes.data());
-  reader->SetMemoryBufferLength(static_cast<vtkIdType>(bytes.size()));
-  reader->UpdateInformation();  // by the decoder itself: what else reads the header could be led to another
-  const int* extent = reader->GetDataExtent();
-  if (check && !catcher->failed() && reader->GetErrorCode() == 0)
-    check(extent[1] - extent[0] + 1, extent[3] - extent[2] + 1);
-  reader->Update();
-  vtkSmartPointer<vtkImageData> image = reader->GetOutput();
-  if (catcher->failed() || reader->GetErrorCode() != 0 || !image || !image->GetPointData()->GetScalars())
-    throw InputError(path + ": is damaged and cannot be decoded, must be a whole JPEG");
-  return image;
-}
+/** \brief A JPEG whose header has been read by the decoder itself: what else reads it could be led to another size. */
+class Jpeg {
+ public:
+  /** \param bytes must stay */
+  Jpeg(const std::string& path, const std::string& bytes) : path_(path) {
+    checkJpeg(path, bytes);
+    reader_->AddObserver(vtkCommand::ErrorEvent, catcher_);
+    reader_->AddObserver(vtkCommand::WarningEvent, catcher_);
+    reader_->SetMemoryBuffer(bytes.data());
+    reader_->SetMemoryBufferLength(static_cast<vtkIdType>(bytes.size()));
+    reader_->UpdateInformation();
+    throwIfDamaged();
+  }
+
+  ImageSize size() const {
+    const int* extent = reader_->GetDataExtent();
+    return {extent[1] - extent[0] + 1, extent[3] - extent[2] + 1};
+  }
+
+  vtkSmartPointer<vtkImageData> decode() {
+    reader_->Update();
+    throwIfDamaged();
+    vtkSmartPointer<vtkImageData> image = reader_->GetOutput();
+    if (!image || !image->GetPointData()->GetScalars()) throwDamaged();
+    return image;
+  }
+
+ private:
+  void throwIfDamaged() const {
+    if (catcher_->failed() || reader_->GetErrorCode() != 0) throwDamaged();
+  }
+  [[noreturn]] void throwDamaged() const {
+    throw InputError(path_ + ": is damaged and cannot be decoded, must be a whole JPEG");
+  }
+
+  std::string path_;
+  SilenceVtk silence_;
+  vtkNew<vtkJPEGReader> reader_;
+  vtkNew<ErrorCatcher> catcher_;
+};
 
 /** \brief Of grey the one channel three times; alpha is dropped. */
 void copyColorRow(const std::uint8_t* from, int channels, Rgb8* to, int width) {
@@ -93,8 +115,9 @@ void readColorPng(const std::string& path, const std::string& bytes, ColorImage&
 }
 
 void readColorJpeg(const std::string& path, const std::string& bytes, ColorImage& image, const SizeCheck& check) {
-  checkJpeg(path, bytes);
-  const auto source = decodeJpeg(path, bytes, check);
+  Jpeg jpeg(path, bytes);
+  if (check) check(jpeg.size().width, jpeg.size().height);
+  const auto source = jpeg.decode();
   const int channels = source->GetNumberOfScalarComponents();
   if (channels != 1 && channels != 3)  // a printer's four inks
     throw InputError(path + ": is a JPEG of " + std::to_string(channels) + " channels, must be grey or RGB");
@@ -158,6 +181,13 @@ void readColor(const std::string& path, ColorImage& image, const SizeCheck& chec
     readColorPng(path, bytes, image, check);
   else
     readColorJpeg(path, bytes, image, check);
+}
+
+ImageSize colorSize(const std::string& path) {
+  const std::string bytes = readFile(path);
+  if (!isPng(bytes)) return Jpeg(path, bytes).size();
+  const PngHeader header = checkPng(path, bytes);
+  return {header.width, header.height};
 }
 
 float readConfidencePng(const std::string& path, FloatImage& image, std::optional<float> scale,

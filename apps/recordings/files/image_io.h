@@ -8,6 +8,12 @@
 
 namespace fuse_flow::io {
 
+/** \brief Pixels. */
+struct ImageSize {
+  int width{0};
+  int height{0};
+};
+
 /** \brief Checks the width and height that a file claims, pixels, before memory is allocated for them; throws if they are wrong. */
 using SizeCheck = std::function<void(int width, int height)>;
 
@@ -18,6 +24,9 @@ void readDepthPng(const std::string& path, DepthImage& image, const SizeCheck& c
 /** \brief Reads an 8-bit PNG or JPEG, chosen by content; grey is spread over the three channels, alpha dropped. Throws
  *  InputError. */
 void readColor(const std::string& path, ColorImage& image, const SizeCheck& check = {});
+
+/** \brief The size of an image of readColor(), without decoding it. Throws InputError. */
+ImageSize colorSize(const std::string& path);
 
 /** \brief Reads an 8-bit or 16-bit grey PNG. Throws InputError.
  *  \param scale confidence per step; absent: the largest value of the file's type, 255 or 65535, is 1

@@ -33,13 +33,8 @@ void checkSameShape(const std::string& path, int width, int height, const Intrin
                    std::to_string(K.width) + "x" + std::to_string(K.height) + ", must be of the same shape");
 }
 
-struct Size {
-  int width{0};
-  int height{0};
-};
-
 /** \brief How far the principal point is from the middle of an image, of its sides. */
-float aside(const Intrinsics& K, const Size& size) {
+float aside(const Intrinsics& K, const ImageSize& size) {
   return std::abs(K.cx / static_cast<float>(size.width) - 0.5f) +
          std::abs(K.cy / static_cast<float>(size.height) - 0.5f);
 }
@@ -78,15 +73,9 @@ class PhotoRecording : public Recording {
  private:
   /** \brief Of depth and photographs, whether colour is wanted or not: the intrinsics depend on it. */
   void readSizes() {
-    FloatImage depth;
-    ColorImage color;
     for (const Photo& photo : photos_.photos) {
-      readFloatImage(photo.files.depth, depth);
-      depth_sizes_.push_back({depth.width, depth.height});
-      color_sizes_.emplace_back();
-      if (photo.files.color.empty()) continue;
-      readColor(photo.files.color, color);
-      color_sizes_.back() = {color.width, color.height};
+      depth_sizes_.push_back(floatImageSize(photo.files.depth));
+      color_sizes_.push_back(photo.files.color.empty() ? ImageSize() : colorSize(photo.files.color));
     }
   }
 
@@ -121,7 +110,7 @@ class PhotoRecording : public Recording {
       if (photographs && color_sizes_[i].width == 0)
         throw InputError(photos_.path + ": camera '" + photos_.photos[i].camera.name +
                          "' is of a photograph that is not there, whose size must be known");
-      const Size size = photographs ? color_sizes_[i] : depth_sizes_[i];
+      const ImageSize size = photographs ? color_sizes_[i] : depth_sizes_[i];
       K.width = size.width;
       K.height = size.height;
       if (aside(K, size) > 0.5f)
@@ -137,7 +126,7 @@ class PhotoRecording : public Recording {
     const Photo& photo = photos_.photos[i];
     Camera camera = photo.camera;
     const Intrinsics K = camera.intrinsics;
-    const Size depth = depth_sizes_[i], color = color_sizes_[i];
+    const ImageSize depth = depth_sizes_[i], color = color_sizes_[i];
     const float middle = photos_.scaled_from_first_middle ? 0.0f : 0.5f;
     checkSameShape(photo.files.depth, depth.width, depth.height, K);
     camera.intrinsics = resized(K, depth.width, depth.height, middle);
@@ -155,7 +144,7 @@ class PhotoRecording : public Recording {
   Photos photos_;
   float unit_;
   bool skip_damaged_;
-  std::vector<Size> depth_sizes_, color_sizes_;  ///< 0: there is no photograph
+  std::vector<ImageSize> depth_sizes_, color_sizes_;  ///< 0: there is no photograph
   std::vector<Camera> cameras_;
 };
 

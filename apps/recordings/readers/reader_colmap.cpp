@@ -217,6 +217,7 @@ std::unique_ptr<Recording> openColmap(const std::string& folder, const Recording
   std::map<std::string, const Registered*> by_name;
   for (const Registered& image : images)
     if (!by_name.emplace(image.name, &image).second) throw InputError(images_path + ": names " + image.name + " twice");
+  std::size_t photometric = 0;
   for (const auto& [name, image] : by_name) {
     Photo photo;
     photo.files.depth = depthMapOf(folder, name);
@@ -233,6 +234,7 @@ std::unique_ptr<Recording> openColmap(const std::string& folder, const Recording
                        " has a lens with distortion; depth maps are of images that colmap image_undistorter has "
                        "undistorted: its output folder must be given");
     photo.files.depth_was_there = true;
+    if (photo.files.depth.find(".photometric.bin") != std::string::npos) ++photometric;
     if (const std::string color = (fs::path(folder) / "images" / name).string(); isThere(color))
       photo.files.color = color;
     photo.camera.name = name;
@@ -240,6 +242,11 @@ std::unique_ptr<Recording> openColmap(const std::string& folder, const Recording
     photo.camera.T_world_camera = image->T_camera_world.inverse();
     photos.photos.push_back(std::move(photo));
   }
+  if (photometric > 0)
+    photos.warnings.push_back(folder + ": " + std::to_string(photometric) + " of " +
+                              std::to_string(photos.photos.size()) +
+                              " depth maps are photometric, there is no geometric one; COLMAP has not compared them "
+                              "with other views");
   if (photos.photos.empty())
     throw InputError(folder +
                      ": has no depth maps in stereo/depth_maps; depth is not estimated here, colmap "

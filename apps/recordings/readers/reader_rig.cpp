@@ -23,8 +23,7 @@ namespace {
 std::map<std::size_t, std::string> numberedImages(const fs::path& folder) {
   std::map<std::size_t, std::string> names;
   for (const std::string& name : filesIn(folder.string())) {
-    const std::string extension = fs::path(name).extension().string();
-    if (extension != ".png" && extension != ".pfm" && extension != ".npy") continue;
+    if (fs::path(name).extension() != ".png" && !isFloatImage(name)) continue;
     const std::string stem = fs::path(name).stem().string();
     const std::optional<std::size_t> number = wholeNumber(stem);
     if (!number) continue;

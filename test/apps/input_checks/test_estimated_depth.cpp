@@ -25,14 +25,20 @@ TEST(AgreementCheck, ComplainsWhereNearlyAllIsDroppedOrTooFewCamerasAreThere) {
   for (fuse_flow::DepthView& view : frame.views) view.depth32 = {&pixel, 1, 1};
   fuse_flow::FrameStatistics statistics;
   statistics.measured_points = 1000;
-  const auto complaints = [&](int min_views, std::size_t kept) {
-    fuse_flow::io::AgreementCheck check(min_views);
+  FuseFlowParameters parameters;
+  const auto complaints = [&](int min_views, std::size_t kept, const char* method = "fuse_flow") {
+    parameters.agreement.min_views = min_views;
+    fuse_flow::io::AgreementCheck check(method, parameters);
     statistics.gated_points = kept;
     check.look(frame, statistics);
     return check.complaints();
   };
   EXPECT_TRUE(complaints(2, 100).empty());
   EXPECT_TRUE(complaints(0, 0).empty());
+  EXPECT_TRUE(complaints(2, 0, "voxel_grid").empty());
+  parameters.crop_box = Eigen::AlignedBox3f(Eigen::Vector3f::Zero(), Eigen::Vector3f::Ones());
+  EXPECT_TRUE(complaints(2, 0).empty());  // the box may have dropped it
+  parameters.crop_box.reset();
   ASSERT_EQ(complaints(2, 99).size(), 1u);
   EXPECT_NE(complaints(2, 99)[0].find("99 of 1000"), std::string::npos);
   frame.views[0] = frame.views[1] = {};

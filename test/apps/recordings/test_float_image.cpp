@@ -17,7 +17,10 @@ class FloatImages : public IoTest {
   }
   void expectRead(const std::string& name, const std::string& bytes) const {
     io::FloatImage image;
-    io::readFloatImage(write(name, bytes), image);
+    const std::string file = write(name, bytes);
+    EXPECT_EQ(io::floatImageSize(file).width, 5) << name;
+    EXPECT_EQ(io::floatImageSize(file).height, 3) << name;
+    io::readFloatImage(file, image);
     ASSERT_EQ(image.width, 5) << name;
     ASSERT_EQ(image.height, 3) << name;
     for (int v = 0; v < 3; ++v)

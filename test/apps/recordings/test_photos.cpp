@@ -299,6 +299,7 @@ class Colmap : public IoTest {
 TEST_F(Colmap, PointsLieOnTheWallsOfTheRoomFromText) {
   const auto recording = open(folder_);
   EXPECT_EQ(recording->kind(), "colmap");
+  EXPECT_FALSE(warns(*recording, "photometric"));
   EXPECT_EQ(recording->viewName(2), "left_b.png");
   expectRoom(*recording, 3);
 }
@@ -322,7 +323,9 @@ TEST_F(Colmap, PhotometricDepthServesWhereNothingElseIsThere) {
     fs::remove(folder_ / "stereo" / "depth_maps" / (name(i) + ".geometric.bin"));
     write("stereo/depth_maps/" + name(i) + ".photometric.bin", colmapMap(64, 48, depthOf(view(i))));
   }
-  expectRoom(*open(folder_), 3);
+  const auto recording = open(folder_);
+  EXPECT_TRUE(warns(*recording, "3 of 3 depth maps are photometric"));
+  expectRoom(*recording, 3);
 }
 
 TEST_F(Colmap, DepthMayBeSmallerThanTheImages) {
@@ -454,6 +457,9 @@ TEST_F(Mvsnet, ARigMayHaveDepthInFloat) {
     recording->read(0, frame);
     EXPECT_EQ(frame.rig.views[0].confidence.row(3)[4], 0.75f);
   }
+  fs::rename(folder_ / "rig/left/depth/000000.pfm", folder_ / "rig/left/depth/000000.PFM");
+  expectRoom(*open(folder_ / "rig"), 1);
+  fs::rename(folder_ / "rig/left/depth/000000.PFM", folder_ / "rig/left/depth/000000.pfm");
   write("rig/left/depth/000000.png", view.depthPng());
   EXPECT_TRUE(refuses([&] { open(folder_ / "rig"); }, {"000000.pfm and 000000.png", "one depth image"}));
 }
