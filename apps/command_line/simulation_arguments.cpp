@@ -14,7 +14,7 @@ std::string listed(const std::vector<std::string>& names) {
 }
 
 SimulationArguments::SimulationArguments(CLI::App& app) {
-  const std::string rigs = "ring-N or walls-N, N from 1 to 64, or with -narrow behind it";
+  const std::string rigs = simulation::rigNames();
   add(app.add_option("--rig", options_.rig, rigs)->check(makeCheck(rigs, simulation::isRigName)));
   add(app.add_option("--sensor", options_.sensor, listed(simulation::sensorNames()))
           ->check(oneOf(simulation::sensorNames())));
@@ -50,6 +50,18 @@ SimulationArguments::SimulationArguments(CLI::App& app) {
   given_.push_back(
       app.add_option("--out-of-step", out_of_step_ms_, "the cameras expose one after the other within this, ms")
           ->check(nonNegativeNumber()));
+  given_.push_back(app.add_option("--image-noise", options_.faults.image.noise,
+                                  "standard deviation of further noise of the colour images, grey levels, [0, 100]")
+                       ->check(numberFromTo(0, 100)));
+  given_.push_back(app.add_option("--exposure", options_.faults.image.exposure,
+                                  "each camera's gain is off by a constant factor in 1 +- this, [0, 0.9], and its "
+                                  "black level by up to 20 grey levels times this")
+                       ->check(numberFromTo(0, 0.9)));
+  given_.push_back(
+      app.add_option(
+             "--vignetting", options_.faults.image.vignetting,
+             "share of the brightness lost at the corners of the colour images, each camera from 0 to this, [0, 1]")
+          ->check(numberFromTo(0, 1)));
 }
 
 void SimulationArguments::add(CLI::Option* option) { given_.push_back(option->capture_default_str()); }

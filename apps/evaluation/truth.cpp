@@ -291,10 +291,17 @@ void writeTruth(const std::string& recording, const Simulator& simulator) {
                {"drop_rate", o.faults.drop_rate},
                {"out_of_sync", o.faults.out_of_sync},
                {"out_of_step", o.faults.out_of_step},
+               {"image_noise", o.faults.image.noise},
+               {"exposure", o.faults.image.exposure},
+               {"vignetting", o.faults.image.vignetting},
                {"min_range", simulator.sensor().minRange()},
                {"max_range", simulator.sensor().maxRange()}};
-  for (std::size_t k = 0; k < simulator.cameras().size(); ++k)
+  for (std::size_t k = 0; k < simulator.cameras().size(); ++k) {
+    const ImageErrors& errors = simulator.imageErrors(k);
     json["exposure_delays"].push_back(simulator.exposureDelay(k));
+    json["image_errors"].push_back(
+        {{"gain", errors.gain}, {"black_level", errors.black_level}, {"vignetting", errors.vignetting}});
+  }
   for (const Object& object : simulator.fixedObjects()) json["objects"].push_back(objectJson(object, false));
   for (const Object& object : simulator.movingObjects(0)) json["objects"].push_back(objectJson(object, true));
   io::RigDescription rig{{}, o.frames_per_second};

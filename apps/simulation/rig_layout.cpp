@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <regex>
 
@@ -18,24 +19,29 @@ using Eigen::Vector3d;
 
 constexpr double kFromWall = 0.15;  // a camera's own depth, metres
 
+enum class Shape { Ring, Walls, Arc };
+
 struct Layout {
-  bool walls;
+  Shape shape;
   int cameras;
-  bool narrow;
+  bool narrow;  // rings and walls
+  bool level;   // arcs
 };
 
 std::optional<Layout> parse(const std::string& rig) {
   std::smatch match;
-  if (!std::regex_match(rig, match, std::regex("(ring|walls)-([0-9]{1,2})(-narrow)?"))) return std::nullopt;
-  const int cameras = std::stoi(match[2]);
-  if (cameras < 1 || cameras > 64) return std::nullopt;
-  return Layout{match[1] == "walls", cameras, match[3].matched};
+  if (!std::regex_match(rig, match, std::regex("(?:(ring|walls)-([0-9]{1,2})(-narrow)?|arc-([0-9]{1,2})(-level)?)")))
+    return std::nullopt;
+  const bool arc = match[4].matched;
+  const int cameras = std::stoi(match[arc ? 4 : 2]);
+  if (cameras < (arc ? 2 : 1) || cameras > 64) return std::nullopt;
+  const Shape shape = arc ? Shape::Arc : match[1] == "walls" ? Shape::Walls : Shape::Ring;
+  return Layout{shape, cameras, match[3].matched, match[5].matched};
 }
 
 Layout layoutOf(const std::string& rig) {
   if (const std::optional<Layout> layout = parse(rig)) return *layout;
-  throw io::InputError("rig '" + rig +
-                       "' is not known; must be ring-N or walls-N, N from 1 to 64, or with -narrow behind it");
+  throw io::InputError("rig '" + rig + "' is not known; must be " + rigNames());
 }
 
 /** \brief Where camera k looks: the middle of the subject, or a part of it that is its own. */
@@ -51,13 +57,45 @@ Vector3d target(const Layout& layout, int k, const Vector3d& from, const Aligned
   return centre + 0.5 * side * width * sideways + 0.5 * height * half.z() * Vector3d::UnitZ();
 }
 
+/** \brief How far from the vertical axis of the subject cameras stand where there is space, metres. */
+double wideRadius(const AlignedBox3d& subject) { return 0.5 * subject.sizes().head<2>().norm() + 1.1; }
+
 Vector3d onRing(const Layout& layout, int k, const AlignedBox3d& subject) {
   const double step = layout.cameras <= 3 ? kPi / 3 : 2 * kPi / layout.cameras;
   const double angle = 0.3 + k * step;  // not along the walls
-  const double across = subject.sizes().head<2>().norm();
-  const double radius = (layout.narrow ? 0.6 : 1.0) * (0.5 * across + 1.1);
+  const double radius = (layout.narrow ? 0.6 : 1.0) * wideRadius(subject);
   const double lift = k % 2 == 0 ? 0.15 : 0.45;  // of the radius, above the middle of the subject
   return subject.center() + radius * Vector3d(portable::cos(angle), portable::sin(angle), lift);
+}
+
+/** \brief From the middle of the subject to camera k of an arc of radius 1. */
+Vector3d arcDirection(const Layout& layout, int k) {
+  // Seen from the subject, neighbours are 12° apart by their azimuths and heights, second neighbours by their azimuths:
+  // views that are farther apart show a surface too differently to be matched.
+  const double step = std::min(6 * kPi / 180, 2 * kPi / layout.cameras);
+  // The middle of the arc is near the x axis, along which the rooms are longest, but not along the walls.
+  const double angle = 0.1 + (k - 0.5 * (layout.cameras - 1)) * step;
+  const double lift = layout.level ? 0.3 : k % 2 == 0 ? 0.2 : 0.4;
+  return {portable::cos(angle), portable::sin(angle), lift};
+}
+
+/** \brief How many times a vector from inside of a box fits into it. */
+double reach(const Vector3d& from, const Vector3d& direction, const Vector3d& low, const Vector3d& high) {
+  double times = std::numeric_limits<double>::infinity();
+  for (int axis = 0; axis < 3; ++axis) {
+    const double side = direction[axis] > 0 ? high[axis] : low[axis];
+    if (std::fabs(direction[axis]) > 0) times = std::min(times, (side - from[axis]) / direction[axis]);
+  }
+  return times;
+}
+
+/** \brief One radius for all cameras: in a small room a smaller one keeps the angles between them, where moving each to
+ *  the wall would not. */
+double arcRadius(const Layout& layout, const AlignedBox3d& subject, const Vector3d& low, const Vector3d& high) {
+  double radius = wideRadius(subject);
+  for (int k = 0; k < layout.cameras; ++k)
+    radius = std::min(radius, reach(subject.center(), arcDirection(layout, k), low, high));
+  return radius;
 }
 
 Vector3d onWalls(const Layout& layout, int k, const AlignedBox3d& room) {
@@ -93,14 +131,29 @@ Eigen::Isometry3d lookAt(const Vector3d& from, const Vector3d& at) {
 
 bool isRigName(const std::string& rig) { return parse(rig).has_value(); }
 
+std::string rigNames() {
+  return "ring-N or walls-N, N from 1 to 64, or with -narrow behind it; or arc-N, N from 2 to 64, or with -level";
+}
+
 std::vector<Eigen::Isometry3d> placeCameras(const std::string& rig, const Scene& scene) {
   const Layout layout = layoutOf(rig);
   const AlignedBox3d subject = scene.subject().cast<double>();
   const AlignedBox3d room = scene.room().cast<double>();
   const Vector3d low = room.min().array() + kFromWall, high = room.max().array() - kFromWall;
+  const double arc_radius = layout.shape == Shape::Arc ? arcRadius(layout, subject, low, high) : 0;
+  const auto placeOf = [&](int k) -> Vector3d {
+    switch (layout.shape) {
+      case Shape::Walls:
+        return onWalls(layout, k, room);
+      case Shape::Arc:
+        return subject.center() + arc_radius * arcDirection(layout, k);
+      default:
+        return onRing(layout, k, subject);
+    }
+  };
   std::vector<Eigen::Isometry3d> poses;
   for (int k = 0; k < layout.cameras; ++k) {
-    const Vector3d place = layout.walls ? onWalls(layout, k, room) : onRing(layout, k, subject);
+    const Vector3d place = placeOf(k);
     const Vector3d inside = place.cwiseMax(low).cwiseMin(high);
     poses.push_back(lookAt(inside, target(layout, k, inside, subject)));
   }

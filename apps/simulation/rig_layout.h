@@ -9,10 +9,14 @@
 
 namespace fuse_flow::simulation {
 
-/** \brief Poses of the cameras of a rig in a scene. Names are LAYOUT-N[-narrow], N from 1 to 64:
- *  - ring: on a circle around the subject, looking at its middle, in turn lower and higher; up to three cameras stand
- *    60° apart, more share the circle evenly.
- *  - walls: along the four walls, 2.2 m up, looking at the middle of the subject.
+/** \brief Poses of the cameras of a rig in a scene. Names are LAYOUT-N, with N from 1 to 64:
+ *  - ring-N[-narrow]: on a circle around the subject, looking at its middle, in turn lower and higher; up to three
+ *    cameras stand 60° apart, more share the circle evenly.
+ *  - walls-N[-narrow]: along the four walls, 2.2 m up, looking at the middle of the subject.
+ *  - arc-N[-level], N from 2: as cameras for multi-view stereo stand, on an arc around the subject, looking at its
+ *    middle, in turn lower and higher; from one to the next are 6° of azimuth (less where N of them would not fit on a
+ *    circle). Seen from the middle of the subject, neighbours and second neighbours are 10 to 12° apart. In a level rig
+ *    all have the same height; neighbours are 6° apart, and all baselines are parallel to the floor.
  *
  *  Cameras overlap widely: each sees most of the subject. In a narrow rig they stand closer and look at different parts
  *  of it, so that neighbours share a strip. Throws io::InputError on another name. */
@@ -20,6 +24,9 @@ std::vector<Eigen::Isometry3d> placeCameras(const std::string& rig, const Scene&
 
 /** \brief Whether placeCameras() knows it. */
 bool isRigName(const std::string& rig);
+
+/** \brief The names in words, for messages. */
+std::string rigNames();
 
 /** \brief A camera at a place looking at a point, its x axis level; optical frame → world. */
 Eigen::Isometry3d lookAt(const Eigen::Vector3d& from, const Eigen::Vector3d& at);

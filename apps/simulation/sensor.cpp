@@ -315,17 +315,21 @@ Vector3f litColor(const Material& material, const Vector3f& n, const Vector3f& r
 }
 
 void renderColor(const RayScene& scene, const Intrinsics& K, const Eigen::Isometry3d& T_world_camera,
-                 const ShotNumber& shot, int threads, io::ColorImage& color) {
+                 const ShotNumber& shot, int threads, const ImageErrors& errors, io::ColorImage& color) {
   color.resize(K.width, K.height);
   const PixelRays rays(K, T_world_camera);
   ShotNumber own = shot;
   own.seed += 0x5bd1e995;  // not the depth image's noise
+  // Variances of independent noise add up; 2 grey levels are every camera's.
+  const float deviation = std::sqrt(2.0f * 2.0f + errors.noise * errors.noise);
   forEachPixel(K, own, threads, [&](int u, int v, Random& random) {
     const RayHit hit = scene.intersect(rays.origin(), rays.direction(static_cast<float>(u), static_cast<float>(v)));
     const Vector3f c =
         hit ? litColor(scene.object(hit.object).material, hit.normal, hit.rest) : Vector3f(Vector3f::Zero());
+    const float factor = errors.gain * errors.fallOff(K, u, v);
     const auto channel = [&](float value) {
-      return static_cast<std::uint8_t>(std::clamp(value + 2.0f * static_cast<float>(random.gaussian()), 0.0f, 255.0f));
+      const float level = factor * value + errors.black_level + deviation * static_cast<float>(random.gaussian());
+      return static_cast<std::uint8_t>(std::clamp(level, 0.0f, 255.0f));
     };
     color.at(u, v) = {channel(c.x()), channel(c.y()), channel(c.z())};
   });

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "simulation/image_errors.h"
 #include "simulation/surfaces/ray_scene.h"
 
 #include <fuse_flow/camera.h>
@@ -50,8 +51,8 @@ std::vector<std::string> sensorNames();
 /** \brief Colour of a surface point under the scene's light, which does not depend on who looks: channels 0 … 255. */
 Eigen::Vector3f litColor(const Material& material, const Eigen::Vector3f& normal, const Eigen::Vector3f& rest);
 
-/** \brief The colour image that is registered to a depth camera. */
+/** \brief The colour image that is registered to a depth camera. Its noise has 2 grey levels, and what the errors say. */
 void renderColor(const RayScene& scene, const Intrinsics& intrinsics, const Eigen::Isometry3d& T_world_camera,
-                 const ShotNumber& shot, int threads, io::ColorImage& color);
+                 const ShotNumber& shot, int threads, const ImageErrors& errors, io::ColorImage& color);
 
 }  // namespace fuse_flow::simulation

@@ -44,6 +44,10 @@ void check(const SimulationOptions& o) {
           "in [0, 1]");
   require(o.faults.out_of_step >= 0 && o.faults.out_of_step <= 1, "time out of step in seconds", o.faults.out_of_step,
           "in [0, 1]");
+  const ImageErrorSpread& image = o.faults.image;
+  require(image.noise >= 0 && image.noise <= 100, "image noise in grey levels", image.noise, "in [0, 100]");
+  require(image.exposure >= 0 && image.exposure <= 0.9, "spread of the exposure", image.exposure, "in [0, 0.9]");
+  require(image.vignetting >= 0 && image.vignetting <= 1, "vignetting", image.vignetting, "in [0, 1]");
 }
 
 Eigen::Vector3d randomDirection(Random& random) {
@@ -108,6 +112,7 @@ Simulator::Simulator(const SimulationOptions& options) : options_(options), rays
     bias_.push_back(options_.faults.depth_bias * (2 * random.uniform() - 1));
     const double step = poses.size() > 1 ? static_cast<double>(k) / static_cast<double>(poses.size() - 1) - 0.5 : 0;
     delay_.push_back(options_.faults.out_of_sync * (2 * random.uniform() - 1) + options_.faults.out_of_step * step);
+    image_errors_.push_back(options_.faults.image.draw(Random(options_.seed, kOnce, k, 2)));
   }
   Random random(options_.seed, kOnce, poses.size(), 0);
   bumped_pose_ = disturbed(poses.back(), options_.faults.bump, options_.faults.bump_rotation, random);
@@ -171,7 +176,7 @@ void Simulator::measure(std::size_t frame, io::LoadedFrame& out) {
     DepthView& view = out.rig.views[k];
     view.depth16 = images.depth16.view();
     if (!options_.color) continue;
-    renderColor(rays_, true_cameras_[k].intrinsics, pose, shot, options_.threads, images.color);
+    renderColor(rays_, true_cameras_[k].intrinsics, pose, shot, options_.threads, image_errors_[k], images.color);
     view.color = images.color.view();
   }
 }

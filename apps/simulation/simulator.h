@@ -1,5 +1,6 @@
 #pragma once
 
+#include "simulation/image_errors.h"
 #include "simulation/scene.h"
 #include "simulation/sensor.h"
 #include "simulation/surfaces/ray_scene.h"
@@ -37,6 +38,8 @@ struct Faults {
   /** \brief The exposures of a frame are spread evenly over this, seconds: the first camera's is half of it before the frame's
    *  nominal time, the last one's half of it after. As of cameras that nothing synchronises. */
   double out_of_step{0};
+  /** \brief Of the colour images. */
+  ImageErrorSpread image;
 };
 
 struct SimulationOptions {
@@ -74,6 +77,8 @@ class Simulator {
   const Eigen::Isometry3d& truePose(std::size_t frame, std::size_t camera) const;
   /** \brief How much later than at a frame's nominal time a camera exposes, seconds. */
   double exposureDelay(std::size_t camera) const { return delay_[camera]; }
+  /** \brief What is wrong with a camera's colour images. */
+  const ImageErrors& imageErrors(std::size_t camera) const { return image_errors_[camera]; }
   const std::vector<Object>& fixedObjects() const { return fixed_; }
   /** \brief At the frame's nominal time, with velocities. */
   std::vector<Object> movingObjects(std::size_t frame) const;
@@ -97,6 +102,7 @@ class Simulator {
   Eigen::Isometry3d bumped_pose_;
   std::vector<double> bias_;
   std::vector<double> delay_;
+  std::vector<ImageErrors> image_errors_;
   std::vector<Object> fixed_;
   RayScene rays_;
   double at_{-1e9};

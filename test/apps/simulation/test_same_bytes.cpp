@@ -48,6 +48,7 @@ TEST_P(OnEveryProcessor, ASimulatedRecordingHasTheSameBytesForAnyNumberOfThreads
   SimulationOptions options;
   options.scale = 0.12;
   options.rig = "ring-2";
+  options.faults.image = {3, 0.15, 0.3};
   const std::pair<const char*, const char*> rigs[] = {{"person", "structured_light"},
                                                       {"room", "active_stereo"},
                                                       {"table", "time_of_flight"},

@@ -4,10 +4,12 @@
 #include "simulation/rig_layout.h"
 #include "simulation/scene.h"
 #include "simulation/scenes/person_body.h"
+#include "simulation/sensor.h"
 #include "simulation/surfaces/ray_scene.h"
 
 #include <fuse_flow/recordings/error.h>
 
+#include <cmath>
 #include <map>
 #include <memory>
 #include <random>
@@ -83,16 +85,19 @@ TEST_P(EveryScene, IsTheSameForTheSameSeedOnly) {
 TEST_P(EveryScene, LeavesRoomForTheCameras) {
   RayScene rays;
   rays.setFixed(scene().fixedObjects());
-  for (const std::string layout : {"ring-", "walls-"}) {
-    for (int count = 1; count <= 16; ++count) {
-      for (const Eigen::Isometry3d& pose : placeCameras(layout + std::to_string(count), scene())) {
-        const Vector3f at = pose.translation().cast<float>();
-        const NearestHit hit = rays.nearest(at);
-        EXPECT_GT(hit.signed_distance, 0.04f) << layout << count << " stands in " << rays.object(hit.object).name;
-        const Vector3f forward = pose.linear().col(2).cast<float>();
-        const RayHit ahead = rays.intersect(at, forward);
-        EXPECT_GT(ahead.t, 0.3f) << layout << count << " sees only " << rays.object(ahead.object).name;
-      }
+  std::vector<std::string> rigs{"arc-17", "arc-24", "arc-32", "arc-48", "arc-64", "arc-64-level"};
+  for (int count = 1; count <= 16; ++count)
+    for (const std::string layout : {"ring-", "walls-"}) rigs.push_back(layout + std::to_string(count));
+  for (int count = 2; count <= 16; ++count)
+    for (const std::string end : {"", "-level"}) rigs.push_back("arc-" + std::to_string(count) + end);
+  for (const std::string& rig : rigs) {
+    for (const Eigen::Isometry3d& pose : placeCameras(rig, scene())) {
+      const Vector3f at = pose.translation().cast<float>();
+      const NearestHit hit = rays.nearest(at);
+      EXPECT_GT(hit.signed_distance, 0.04f) << rig << " stands in " << rays.object(hit.object).name;
+      const Vector3f forward = pose.linear().col(2).cast<float>();
+      const RayHit ahead = rays.intersect(at, forward);
+      EXPECT_GT(ahead.t, 0.3f) << rig << " sees only " << rays.object(ahead.object).name;
     }
   }
 }
@@ -101,6 +106,22 @@ INSTANTIATE_TEST_SUITE_P(Scenes, EveryScene, testing::ValuesIn(sceneNames()),
                          [](const auto& scene) { return scene.param; });
 
 TEST(Scenes, OfAnotherNameAreRefused) { EXPECT_THROW(makeScene("moon", 1), fuse_flow::io::InputError); }
+
+TEST(Scenes, OfSmallThingsAreWhollyInViewOfEveryCameraOfAnArc) {
+  const fuse_flow::Intrinsics K = makeSensor("ideal")->intrinsics();
+  for (const std::string name : {"table", "hand"}) {
+    const Eigen::AlignedBox3f subject = sceneOnce(name).subject();
+    for (const std::string rig : {"arc-16", "arc-16-level"})
+      for (const Eigen::Isometry3d& pose : placeCameras(rig, sceneOnce(name)))
+        for (int corner = 0; corner < 8; ++corner) {
+          const auto which = static_cast<Eigen::AlignedBox3f::CornerType>(corner);
+          const Vector3f p = pose.inverse().cast<float>() * subject.corner(which);
+          EXPECT_GT(p.z(), 0.3f) << name << ", " << rig;
+          EXPECT_LT(std::fabs(p.x() / p.z() * K.fx), K.cx) << name << ", " << rig;
+          EXPECT_LT(std::fabs(p.y() / p.z() * K.fy), K.cy) << name << ", " << rig;
+        }
+  }
+}
 
 TEST(Scenes, OnlyPeopleMove) {
   for (const std::string& name : sceneNames()) {
