@@ -18,10 +18,11 @@ namespace bench {
  *  provides, camera by camera: depth of all, then colour of all. */
 class Room {
  public:
-  Room(int cameras, int width, int height) : width_(width), height_(height) {
+  /** \brief Cameras all around the room; or on an arc, 6° apart at two heights, as multi-view stereo needs them. */
+  Room(int cameras, int width, int height, bool on_arc = false) : width_(width), height_(height) {
     for (int i = 0; i < cameras; ++i) {
-      const double angle = 2 * M_PI * (i + 0.37) / cameras;
-      const double height_of_camera = 1.3 + 0.9 * ((i * 5) % 8) / 7.0;
+      const double angle = on_arc ? 0.3 + i * M_PI / 30 : 2 * M_PI * (i + 0.37) / cameras;
+      const double height_of_camera = on_arc ? 1.3 + 0.3 * (i % 2) : 1.3 + 0.9 * ((i * 5) % 8) / 7.0;
       const Eigen::Vector3d eye(2.6 * std::cos(angle), 2.1 * std::sin(angle), height_of_camera);
       const Eigen::Vector3d target(-0.6 * std::cos(angle), -0.5 * std::sin(angle), 0.9);
       fuse_flow::Camera camera;

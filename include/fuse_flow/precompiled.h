@@ -4,7 +4,7 @@
 
 /** \file
  *  \brief Header-only is the default. But the frame pipeline takes some seconds to compile, and the classes that find poses take half a
- *  minute, because they consist of large Eigen expressions. The library FuseFlow::compiled contains them. A program that links it is
+ *  minute, because they consist of large Eigen expressions. The library FuseFlow::compiled contains them, and multi-view stereo. A program that links it is
  *  compiled with FUSE_FLOW_PRECOMPILED; these headers then have only declarations. The compiled pipeline works with any point type.
  *  ExtrinsicEstimation and ExtrinsicTracking are compiled for PointFused and pcl::PointXYZ. To use other point types without the library,
  *  define FUSE_FLOW_PRECOMPILED for all sources and compile the classes once:
@@ -13,7 +13,8 @@
  *  #define FUSE_FLOW_PRECOMPILING  // in this source alone
  *  #include <fuse_flow/calibration/coarse_alignment.h>
  *  #include <fuse_flow/calibration/extrinsic_tracking.h>
- *  #include <fuse_flow/fuse_flow.h>  // if the program fuses
+ *  #include <fuse_flow/fuse_flow.h>                  // if the program fuses
+ *  #include <fuse_flow/stereo/multi_view_stereo.h>  // if it has stereo
  *  template class fuse_flow::ExtrinsicEstimation<MyPoint>;
  *  template class fuse_flow::ExtrinsicTracking<MyPoint>;
  *  \endcode

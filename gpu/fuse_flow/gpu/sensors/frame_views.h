@@ -2,6 +2,7 @@
 
 #include <fuse_flow/gpu/runtime/copy_threads.h>
 #include <fuse_flow/gpu/runtime/execution.h>
+#include <fuse_flow/gpu/runtime/memory_of.h>
 #include <fuse_flow/gpu/runtime/stream_copy.h>
 #include <fuse_flow/gpu/sensors/device_view.h>
 #include <fuse_flow/gpu/sensors/tiles.h>
@@ -18,24 +19,6 @@
 
 namespace fuse_flow {
 namespace gpu {
-
-/** \brief Where memory is, as far as an upload cares. */
-enum class Memory { Pageable, Pinned, Device };
-
-inline Memory memoryOf(const void* data) {
-#if FUSE_FLOW_CUDA
-  cudaPointerAttributes attributes{};
-  if (cudaPointerGetAttributes(&attributes, data) != cudaSuccess) {
-    (void)cudaGetLastError();
-    return Memory::Pageable;
-  }
-  if (attributes.type == cudaMemoryTypeDevice || attributes.type == cudaMemoryTypeManaged) return Memory::Device;
-  return attributes.type == cudaMemoryTypeHost ? Memory::Pinned : Memory::Pageable;
-#else
-  (void)data;
-  return Memory::Device;  // the device is the CPU
-#endif
-}
 
 /** \brief Cameras and images of a frame on the device. Geometry is uploaded when the calibration changes; images that are on
  *  the device stay where they are, pinned ones are fetched by the copy engine, others go through a pinned staging buffer. */

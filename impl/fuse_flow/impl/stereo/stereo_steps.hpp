@@ -1,0 +1,502 @@
+#pragma once
+
+#include <fuse_flow/depth_view.h>
+#include <fuse_flow/math/stereo/matching_cost.h>
+#include <fuse_flow/math/stereo/propagation.h>
+#include <fuse_flow/stereo/parameters.h>
+
+/** \file
+ *  \brief The steps of multi-view stereo, each for one pixel of one view: what the CPU and the GPU both run. */
+
+namespace fuse_flow {
+namespace detail {
+
+/** \brief Another view that a view is matched with. */
+struct StereoSource {
+  std::uint32_t view;                 ///< its number
+  ViewWarp warp;                      ///< rays of the view → its pixels
+  RigidTransform T_reference_source;  ///< its frame → the view's frame, metres
+};
+
+/** \brief One view at one size of its image. */
+struct StereoLevel {
+  Intrinsics K;            ///< of an ideal lens
+  float pixel_x, pixel_y;  ///< 1/fx, 1/fy
+  GreyImage image;
+  int sources;  ///< 0: the view has no image, or none sees the same
+  StereoSource source[kMaxStereoSources];
+  float min_inverse_depth;         ///< 1/m
+  float max_inverse_depth;         ///< 1/m
+  float pixels_per_inverse_depth;  ///< by which the image in the farthest source moves, pixels · m
+  int planes;                      ///< of the sweep
+  InversePlane* plane;             ///< of each pixel
+  InversePlane* before;            ///< before this pass: what other views compare with
+  float* cost;                     ///< of `plane`
+
+  FUSE_FLOW_HD Ray ray(int u, int v) const {
+    return {(static_cast<float>(u) - K.cx) / K.fx, (static_cast<float>(v) - K.cy) / K.fy};
+  }
+  FUSE_FLOW_HD std::size_t indexOf(int u, int v) const {
+    return static_cast<std::size_t>(v) * static_cast<std::size_t>(K.width) + static_cast<std::size_t>(u);
+  }
+};
+
+/** \brief A pixel of a view. */
+struct StereoPixel {
+  std::uint32_t view;
+  int u, v;
+};
+
+/** \brief The pixels of all views in one row, one number for each. */
+struct StereoGrid {
+  const StereoLevel* levels;   ///< of the views
+  const std::uint32_t* first;  ///< number of the first pixel of each view, and of all
+  std::uint32_t views;
+
+  FUSE_FLOW_HD std::uint32_t viewOf(std::uint32_t index) const {
+    std::uint32_t low = 0, high = views;
+    while (low + 1 < high) {
+      const std::uint32_t middle = (low + high) / 2;
+      if (first[middle] <= index) {
+        low = middle;
+      } else {
+        high = middle;
+      }
+    }
+    return low;
+  }
+  FUSE_FLOW_HD StereoPixel pixel(std::uint32_t index) const {
+    const std::uint32_t view = viewOf(index);
+    const std::uint32_t inside = index - first[view], width = static_cast<std::uint32_t>(levels[view].K.width);
+    return {view, static_cast<int>(inside % width), static_cast<int>(inside / width)};
+  }
+};
+
+/** \brief What the cost of a plane depends on. */
+struct StereoForm {
+  WindowForm window;
+  int best_sources;
+  float geometric_weight;  ///< 0: other views' depth is not asked
+  float geometric_limit;
+  float min_incidence;
+};
+
+/** \brief A pixel whose planes are compared. */
+struct StereoCandidate {
+  const StereoLevel* levels;  ///< of all views
+  const StereoLevel& level;   ///< of the pixel's view
+  Ray ray;
+  ReferenceWindow window;
+  const StereoForm& form;
+
+  /** \brief How far from its pixel a point comes back from a source, by way of the source's depth, pixels; at most the limit. */
+  FUSE_FLOW_HD float geometricError(const StereoSource& source, const LocalWarp& warp) const {
+    const StereoLevel& other = levels[source.view];
+    const float limit = form.geometric_limit;
+    if (!warp.in_front) return limit;
+    const float x = warp.u + 0.5f, y = warp.v + 0.5f;
+    if (!(x >= 0 && y >= 0 && x < static_cast<float>(other.K.width) && y < static_cast<float>(other.K.height)))
+      return limit;
+    const InversePlane& plane = other.before[other.indexOf(static_cast<int>(x), static_cast<int>(y))];
+    const Ray there{(warp.u - other.K.cx) / other.K.fx, (warp.v - other.K.cy) / other.K.fy};
+    const float inverse_depth = inverseDepth(plane, there);
+    if (!(inverse_depth > 0)) return limit;
+    const Vec3 p = source.T_reference_source * pointOnRay(there, 1.0f / inverse_depth);
+    if (!(p.z > 0)) return limit;
+    const float du = (p.x / p.z - ray.x) * level.K.fx, dv = (p.y / p.z - ray.y) * level.K.fy;
+    const float error = std::sqrt(du * du + dv * dv);
+    return error < limit ? error : limit;
+  }
+
+  FUSE_FLOW_HD float costOf(const InversePlane& plane, float geometric_weight) const {
+    BestCosts best;
+    for (int k = 0; k < level.sources; ++k) {
+      const StereoSource& source = level.source[k];
+      const LocalWarp warp = localWarp(source.warp, plane, ray, level.pixel_x, level.pixel_y);
+      float cost = matchingCost(window, form.window, warp, levels[source.view].image);
+      if (geometric_weight > 0 && cost < kWorstCost) {
+        cost += geometric_weight * geometricError(source, warp);
+        cost = cost < kWorstCost ? cost : kWorstCost;
+      }
+      best.add(cost);
+    }
+    return best.mean(form.best_sources < level.sources ? form.best_sources : level.sources);
+  }
+  FUSE_FLOW_HD float costOf(const InversePlane& plane) const { return costOf(plane, form.geometric_weight); }
+
+  /** \brief Whether a plane is in the range of depth, and is not seen too much from the side. */
+  FUSE_FLOW_HD bool possible(const InversePlane& plane) const {
+    const float w = inverseDepth(plane, ray);
+    return w >= level.min_inverse_depth && w <= level.max_inverse_depth &&
+           incidenceCosine(plane, ray, w) >= form.min_incidence;
+  }
+};
+
+FUSE_FLOW_HD StereoCandidate candidateAt(const StereoGrid& grid, const StereoForm& form, const StereoPixel& at) {
+  const StereoLevel& level = grid.levels[at.view];
+  return {grid.levels, level, level.ray(at.u, at.v), referenceWindow(level.image, at.u, at.v, form.window), form};
+}
+
+/** \brief Grey levels of the image without distortion. */
+struct MakeGreyImage {
+  StereoGrid grid;
+  const ImageView<Rgb8>* colors;  ///< of the views
+  const Intrinsics* lenses;       ///< of the colour images
+  std::uint8_t* const* grey;      ///< to fill, of the views
+
+  FUSE_FLOW_HD void operator()(std::uint32_t index) const {
+    const StereoPixel at = grid.pixel(index);
+    const StereoLevel& level = grid.levels[at.view];
+    const ImageView<Rgb8>& color = colors[at.view];
+    std::uint8_t& to = grey[at.view][level.indexOf(at.u, at.v)];
+    if (!color) {
+      to = 0;
+      return;
+    }
+    const Intrinsics& lens = lenses[at.view];
+    const auto level_at = [&](int u, int v) {
+      const Rgb8 c = color.row(v)[u];
+      return greyOf(c.r, c.g, c.b);
+    };
+    if (isIdeal(lens.distortion)) {
+      to = level_at(at.u, at.v);
+      return;
+    }
+    const Ray ray = distort(lens.distortion, level.ray(at.u, at.v));
+    const float u = lens.fx * ray.x + lens.cx, v = lens.fy * ray.y + lens.cy;
+    const float right = static_cast<float>(lens.width - 1), low = static_cast<float>(lens.height - 1);
+    if (!(u >= 0 && v >= 0 && u <= right && v <= low)) {
+      to = 0;
+      return;
+    }
+    const int a = static_cast<int>(u), b = static_cast<int>(v);
+    const int a1 = a + 1 < lens.width ? a + 1 : a, b1 = b + 1 < lens.height ? b + 1 : b;
+    const float across = u - static_cast<float>(a), along = v - static_cast<float>(b);
+    const auto mix = [](float x, float y, float t) { return x + t * (y - x); };
+    const auto f = [&](int x, int y) { return static_cast<float>(static_cast<int>(level_at(x, y))); };
+    to = static_cast<std::uint8_t>(
+        static_cast<int>(mix(mix(f(a, b), f(a1, b), across), mix(f(a, b1), f(a1, b1), across), along) + 0.5f));
+  }
+};
+
+/** \brief An image of half the width and height: the means of 2 × 2 pixels. */
+struct HalveGreyImage {
+  StereoGrid grid;            ///< of the smaller images
+  const StereoLevel* larger;  ///< of the views
+  std::uint8_t* const* grey;  ///< to fill, of the views
+
+  FUSE_FLOW_HD void operator()(std::uint32_t index) const {
+    const StereoPixel at = grid.pixel(index);
+    const GreyImage& from = larger[at.view].image;
+    const std::uint8_t* row = from.pixels + static_cast<std::size_t>(2 * at.v) * static_cast<std::size_t>(from.width) +
+                              static_cast<std::size_t>(2 * at.u);
+    const int sum = row[0] + row[1] + row[from.width] + row[from.width + 1];
+    grey[at.view][grid.levels[at.view].indexOf(at.u, at.v)] = static_cast<std::uint8_t>((sum + 2) / 4);
+  }
+};
+
+/** \brief GreyImage::quads. */
+struct MakeQuads {
+  StereoGrid grid;
+  std::uint32_t* const* quads;  ///< to fill, of the views
+
+  FUSE_FLOW_HD void operator()(std::uint32_t index) const {
+    const StereoPixel at = grid.pixel(index);
+    const GreyImage& image = grid.levels[at.view].image;
+    quads[at.view][grid.levels[at.view].indexOf(at.u, at.v)] =
+        quadOf(image.pixels, image.width, image.height, at.u, at.v);
+  }
+};
+
+/** \brief Of planes that face the camera, evenly spaced in inverse depth, the one that matches best; for one of 2 × 2 pixels, which all get
+ *  it. */
+struct SweepPlanes {
+  StereoGrid grid;  ///< of blocks of 2 × 2 pixels
+  StereoForm form;
+
+  FUSE_FLOW_HD void operator()(std::uint32_t index) const {
+    const std::uint32_t view = grid.viewOf(index);
+    const StereoLevel& level = grid.levels[view];
+    if (level.sources == 0) return;
+    const std::uint32_t columns = static_cast<std::uint32_t>(level.K.width + 1) / 2, inside = index - grid.first[view];
+    const int u = 2 * static_cast<int>(inside % columns), v = 2 * static_cast<int>(inside / columns);
+    const InversePlane best = bestOf(candidateAt(grid, form, {view, u, v}));
+    for (int b = v; b < v + 2 && b < level.K.height; ++b)
+      for (int a = u; a < u + 2 && a < level.K.width; ++a) level.plane[level.indexOf(a, b)] = best;
+  }
+
+ private:
+  FUSE_FLOW_HD static InversePlane bestOf(const StereoCandidate& candidate) {
+    const StereoLevel& level = candidate.level;
+    const float range = level.max_inverse_depth - level.min_inverse_depth;
+    InversePlane best{0, 0, level.min_inverse_depth};
+    float best_cost = 2 * kWorstCost;
+    for (int k = 0; k < level.planes; ++k) {
+      const float share = (static_cast<float>(k) + 0.5f) / static_cast<float>(level.planes);
+      const InversePlane plane{0, 0, level.min_inverse_depth + share * range};
+      const float cost = candidate.costOf(plane, 0);
+      if (cost < best_cost) {
+        best_cost = cost;
+        best = plane;
+      }
+    }
+    return best;
+  }
+};
+
+/** \brief Slopes of what the sweep has found, before the first pass: of each pixel the plane through its depth that fits its neighbours best
+ *  which lie within a step and a half of the sweep for each pixel that they are away. */
+struct FitSlopes {
+  StereoGrid grid;
+
+  FUSE_FLOW_HD void operator()(std::uint32_t index) const {
+    const StereoPixel at = grid.pixel(index);
+    const StereoLevel& level = grid.levels[at.view];
+    if (level.sources == 0) return;
+    constexpr int reach = 3;
+    const float step = 1.5f * (level.max_inverse_depth - level.min_inverse_depth) / static_cast<float>(level.planes);
+    const std::size_t place = level.indexOf(at.u, at.v);
+    const float here = level.before[place].w;
+    float by_column = 0, by_row = 0, columns = 0, rows = 0;
+    for (int b = -reach; b <= reach; ++b)
+      for (int a = -reach; a <= reach; ++a) {
+        const int u = at.u + a, v = at.v + b;
+        if (u < 0 || v < 0 || u >= level.K.width || v >= level.K.height) continue;
+        const float rise = level.before[level.indexOf(u, v)].w - here;
+        const int away = (a < 0 ? -a : a) > (b < 0 ? -b : b) ? (a < 0 ? -a : a) : (b < 0 ? -b : b);
+        if (std::fabs(rise) > step * static_cast<float>(away)) continue;
+        const float column = static_cast<float>(a), row = static_cast<float>(b);
+        by_column += column * rise;
+        by_row += row * rise;
+        columns += column * column;
+        rows += row * row;
+      }
+    const Ray ray = level.ray(at.u, at.v);
+    const InversePlane plane = planeThrough(ray, here, columns > 0 ? by_column / columns * level.K.fx : 0.0f,
+                                            rows > 0 ? by_row / rows * level.K.fy : 0.0f);
+    if (incidenceCosine(plane, ray, here) >= min_incidence) level.plane[place] = plane;
+  }
+
+  float min_incidence;
+};
+
+/** \brief The planes of the level before: four pixels take over that of the one they have become. */
+struct TakePlanesOver {
+  StereoGrid grid;
+  const StereoLevel* smaller;  ///< of the views
+
+  FUSE_FLOW_HD void operator()(std::uint32_t index) const {
+    const StereoPixel at = grid.pixel(index);
+    const StereoLevel& level = grid.levels[at.view];
+    const StereoLevel& from = smaller[at.view];
+    if (level.sources == 0) return;
+    const int u = at.u / 2 < from.K.width ? at.u / 2 : from.K.width - 1;
+    const int v = at.v / 2 < from.K.height ? at.v / 2 : from.K.height - 1;
+    level.plane[level.indexOf(at.u, at.v)] = from.plane[from.indexOf(u, v)];
+  }
+};
+
+/** \brief Keeps the planes before a pass, and what they cost now: other views' depth has changed. */
+struct BeginPass {
+  StereoGrid grid;
+  FUSE_FLOW_HD void operator()(std::uint32_t index) const {
+    const StereoPixel at = grid.pixel(index);
+    const StereoLevel& level = grid.levels[at.view];
+    if (level.sources == 0) return;
+    const std::size_t place = level.indexOf(at.u, at.v);
+    level.before[place] = level.plane[place];
+  }
+};
+
+/** \brief What the planes cost. */
+struct CostPlanes {
+  StereoGrid grid;
+  StereoForm form;
+
+  FUSE_FLOW_HD void operator()(std::uint32_t index) const {
+    const StereoPixel at = grid.pixel(index);
+    const StereoLevel& level = grid.levels[at.view];
+    if (level.sources == 0) return;
+    const std::size_t place = level.indexOf(at.u, at.v);
+    level.cost[place] = candidateAt(grid, form, at).costOf(level.plane[place]);
+  }
+};
+
+/** \brief Pixels of one colour of a checkerboard try the planes of pixels of the other colour, and changes of their own. */
+struct PropagatePlanes {
+  StereoGrid grid;  ///< of half the columns: pixels of one colour
+  StereoForm form;
+  int color;
+  std::uint32_t seed;
+  std::uint32_t pass;  ///< number of the pass over all levels
+  float reach;         ///< largest random change of depth, pixels in the farthest source
+  int areas;           ///< whose planes are tried, see candidateOffset(): kNearAreas or kPropagationAreas
+
+  FUSE_FLOW_HD void operator()(std::uint32_t index) const {
+    const std::uint32_t view = grid.viewOf(index);
+    const StereoLevel& level = grid.levels[view];
+    if (level.sources == 0) return;
+    const std::uint32_t columns = static_cast<std::uint32_t>(level.K.width + 1) / 2, inside = index - grid.first[view];
+    const int v = static_cast<int>(inside / columns);
+    const int u = 2 * static_cast<int>(inside % columns) + ((v + color) & 1);
+    if (u >= level.K.width) return;
+    improve({view, u, v}, level);
+  }
+
+ private:
+  /** \brief Of an area the plane that costs its own pixel least. \returns whether the area is in the image */
+  FUSE_FLOW_HD static bool cheapestOf(const StereoLevel& level, int area, int u, int v, InversePlane& plane) {
+    const int n = area < kNearAreas ? kNearOffsets : kFarOffsets;
+    std::size_t place = 0;
+    float cheapest = 2 * kWorstCost;
+    for (int k = 0; k < n; ++k) {
+      const PixelOffset offset = candidateOffset(area, k);
+      const int a = u + offset.u, b = v + offset.v;
+      if (a < 0 || b < 0 || a >= level.K.width || b >= level.K.height) continue;
+      const std::size_t there = level.indexOf(a, b);
+      const float cost = level.cost[there];
+      if (cost < cheapest) {
+        cheapest = cost;
+        place = there;
+      }
+    }
+    if (cheapest > kWorstCost) return false;
+    plane = level.plane[place];
+    return true;
+  }
+
+  FUSE_FLOW_HD void improve(const StereoPixel& at, const StereoLevel& level) const {
+    const StereoCandidate candidate = candidateAt(grid, form, at);
+    const Ray ray = candidate.ray;
+    const std::size_t place = level.indexOf(at.u, at.v);
+    InversePlane best = level.plane[place];
+    float best_cost = level.cost[place];
+    PixelRandom random(seed, at.view, static_cast<std::uint32_t>(place), pass);
+    const float step = 1.0f / level.pixels_per_inverse_depth;  // of inverse depth, one pixel
+    // One after the other: the planes of eight areas; four random changes, each half as large as the one before; and the depths a quarter
+    // of a pixel nearer and farther, through whose costs a parabola goes, to its lowest point.
+    constexpr int changes = 4;
+    const int attempts = areas + changes + 3;
+    constexpr float quarter = 0.25f;
+    float nearer_cost = 0, farther_cost = 0, change = reach;
+    for (int attempt = 0; attempt < attempts; ++attempt) {
+      const float w = inverseDepth(best, ray);
+      InversePlane plane;
+      if (attempt < areas) {
+        if (!cheapestOf(level, attempt, at.u, at.v, plane)) continue;
+      } else if (attempt < areas + changes) {
+        const int k = attempt - areas;
+        const float dw = k == 1 ? 0.0f : change * step * random.next();
+        const float slope = k == 0 ? 0.0f : 0.5f * change * w;
+        const float x = best.x + slope * random.next(), y = best.y + slope * random.next();
+        plane = planeThrough(ray, w + dw, x, y);
+        change *= 0.5f;
+      } else {
+        const int k = attempt - areas - changes;
+        float shift = k == 0 ? quarter : -quarter;
+        if (k == 2) {
+          const float bend = nearer_cost - 2 * best_cost + farther_cost;
+          if (!(bend > 1e-6f)) break;
+          shift = clampTo(0.5f * (farther_cost - nearer_cost) / bend, -1.0f, 1.0f) * quarter;
+        }
+        plane = planeThrough(ray, w + shift * step, best.x, best.y);
+        if (k < 2) {  // to measure, not to keep
+          const float cost = candidate.costOf(plane);
+          if (k == 0) {
+            nearer_cost = cost;
+          } else {
+            farther_cost = cost;
+          }
+          continue;
+        }
+      }
+      if (!candidate.possible(plane)) continue;
+      const float cost = candidate.costOf(plane);
+      if (cost < best_cost) {
+        best_cost = cost;
+        best = plane;
+      }
+    }
+    level.plane[place] = best;
+    level.cost[place] = best_cost;
+  }
+};
+
+/** \brief Where what was found goes, in the pixels of the colour image. */
+struct StereoOutput {
+  float* depth;
+  float* confidence;
+  Vec3* normals;
+  RigidTransform T_world_camera;
+};
+
+/** \brief Within what two views say the same: as in AgreementParameters. */
+struct AgreementLimits {
+  float pixels{1.0f};     ///< there and back
+  float relative{0.01f};  ///< of the depth
+};
+
+/** \brief Depth, confidence and normal of each pixel of the colour images. */
+struct WriteStereoDepth {
+  StereoGrid grid;             ///< of the images without distortion
+  const std::uint32_t* first;  ///< number of the first pixel of each view's colour image, and of all
+  StereoForm form;
+  const Intrinsics* lenses;  ///< of the colour images
+  const StereoOutput* outputs;
+  AgreementLimits agreement{};
+
+  FUSE_FLOW_HD void operator()(std::uint32_t index) const {
+    const StereoGrid colors{grid.levels, first, grid.views};
+    const std::uint32_t view = colors.viewOf(index);
+    const StereoLevel& level = grid.levels[view];
+    const Intrinsics& lens = lenses[view];
+    const StereoOutput& to = outputs[view];
+    const std::uint32_t place = index - first[view], width = static_cast<std::uint32_t>(lens.width);
+    const int u = static_cast<int>(place % width), v = static_cast<int>(place / width);
+    to.depth[place] = 0;
+    to.confidence[place] = 0;
+    to.normals[place] = Vec3{};
+    if (level.sources == 0) return;
+    const Ray ray = unproject(lens, {static_cast<float>(u), static_cast<float>(v)});
+    const float x = level.K.fx * ray.x + level.K.cx + 0.5f, y = level.K.fy * ray.y + level.K.cy + 0.5f;
+    if (!(x >= 0 && y >= 0 && x < static_cast<float>(level.K.width) && y < static_cast<float>(level.K.height))) return;
+    const StereoPixel at{view, static_cast<int>(x), static_cast<int>(y)};
+    const InversePlane plane = level.plane[level.indexOf(at.u, at.v)];
+    const float w = inverseDepth(plane, ray);
+    if (!(w >= level.min_inverse_depth && w <= level.max_inverse_depth)) return;
+    StereoCandidate candidate = candidateAt(grid, form, at);
+    candidate.ray = ray;
+    to.depth[place] = 1.0f / w;
+    to.normals[place] = rotate(to.T_world_camera, normalOf(plane));
+    to.confidence[place] = confidenceOf(candidate, plane, w);
+  }
+
+ private:
+  /** \brief How alike the windows are, halved if only one of several other views agrees, 0 if none does. */
+  FUSE_FLOW_HD float confidenceOf(const StereoCandidate& candidate, const InversePlane& plane, float w) const {
+    const StereoLevel& level = candidate.level;
+    int agreeing = 0;
+    for (int k = 0; k < level.sources; ++k) {
+      const StereoSource& source = level.source[k];
+      const LocalWarp warp = localWarp(source.warp, plane, candidate.ray, level.pixel_x, level.pixel_y);
+      agreeing += agrees(candidate, source, warp, w) ? 1 : 0;
+    }
+    const float likeness = 1.0f - candidate.costOf(plane, 0);
+    if (agreeing == 0 || !(likeness > 0)) return 0;
+    return agreeing == 1 && level.sources > 1 ? 0.5f * likeness : likeness;
+  }
+
+  FUSE_FLOW_HD bool agrees(const StereoCandidate& candidate, const StereoSource& source, const LocalWarp& warp,
+                           float w) const {
+    const StereoLevel& other = grid.levels[source.view];
+    if (!(candidate.geometricError(source, warp) <= agreement.pixels)) return false;
+    const Ray there{(warp.u - other.K.cx) / other.K.fx, (warp.v - other.K.cy) / other.K.fy};
+    const InversePlane& plane =
+        other.before[other.indexOf(static_cast<int>(warp.u + 0.5f), static_cast<int>(warp.v + 0.5f))];
+    const Vec3 p = source.T_reference_source * pointOnRay(there, 1.0f / inverseDepth(plane, there));
+    return std::fabs(p.z * w - 1) <= agreement.relative;
+  }
+};
+
+}  // namespace detail
+}  // namespace fuse_flow
