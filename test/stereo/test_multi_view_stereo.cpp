@@ -1,6 +1,7 @@
 #include "../refusal.h"
 #include "textured_rig.h"
 
+#include <fuse_flow/fuse_flow.h>
 #include <fuse_flow/point_types.h>
 
 #include <gtest/gtest.h>

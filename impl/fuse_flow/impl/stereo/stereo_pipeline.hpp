@@ -45,13 +45,21 @@ class StereoPipeline {
   Backend backend;
   StereoParameters parameters;
 
+  /** \brief What comes before the search: who is matched with whom, and the images in all sizes. */
+  void prepareImages(const RigFrame& frame) {
+    prepare(ColorViews(frame));
+    uploadImages(frame);
+    makeImages();
+  }
+  /** \brief After prepareImages(): how many sizes there are. */
+  std::size_t sizes() const { return levels_.size(); }
+  /** \brief The views at one size, 0: the largest; in the device's memory. */
+  const StereoLevel* levels(std::size_t size) { return level_table_.data() + views() * size; }
+
   /** \brief Finds the planes of all pixels, and writes depth, confidence and normals to device memory, row by row, one view after the
    *  other. */
   void run(const RigFrame& frame) {
-    const ColorViews color(frame);
-    prepare(color);
-    uploadImages(frame);
-    makeImages();
+    prepareImages(frame);
     const std::size_t coarsest = levels_.size() - 1;
     backend.forEach(blocks_.back(), SweepPlanes{gridOf(coarsest, block_table_.data()), form(0)});
     backend.forEach(pixels(coarsest), BeginPass{grid(coarsest)});
