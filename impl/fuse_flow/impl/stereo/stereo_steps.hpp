@@ -472,7 +472,8 @@ struct WriteStereoDepth {
   }
 
  private:
-  /** \brief How alike the windows are, halved if only one of several other views agrees, 0 if none does. */
+  /** \brief The root of how alike the windows are, halved if only one of several other views agrees, 0 if none does. The root, so that a
+   *  threshold of a half takes what correlates by a quarter: where two other views agree, most of that is right. */
   FUSE_FLOW_HD float confidenceOf(const StereoCandidate& candidate, const InversePlane& plane, float w) const {
     const StereoLevel& level = candidate.level;
     int agreeing = 0;
@@ -483,7 +484,8 @@ struct WriteStereoDepth {
     }
     const float likeness = 1.0f - candidate.costOf(plane, 0);
     if (agreeing == 0 || !(likeness > 0)) return 0;
-    return agreeing == 1 && level.sources > 1 ? 0.5f * likeness : likeness;
+    const float confidence = std::sqrt(likeness);
+    return agreeing == 1 && level.sources > 1 ? 0.5f * confidence : confidence;
   }
 
   FUSE_FLOW_HD bool agrees(const StereoCandidate& candidate, const StereoSource& source, const LocalWarp& warp,
