@@ -60,7 +60,8 @@ struct FuseFlowParameters {
 
   /** \brief For depth that a network or multi-view stereo estimated from colour images, at least three cameras. Two other views must measure the
    *  same (AgreementParameters), the confidence of contradicting pixels counts, and noise is not measured in the frame: errors of such depth are
-   *  smooth patches, in which neighbouring pixels differ by a quarter of the error. Fused points move up to 40 mm to what views confirm. Give the
+   *  smooth patches, in which neighbouring pixels differ by a quarter of the error. Neither range nor noise drops depth, since the unit of length of photographs may be
+   *  any. Fused points move up to 40 mm to what views confirm. Give the
    *  confidence that came with the depth as DepthView::confidence. doc/notes/estimated_depth.md says how it was chosen. */
   static FuseFlowParameters estimatedDepth();
 };

@@ -27,6 +27,8 @@ inline FuseFlowParameters FuseFlowParameters::published() {
 
 inline FuseFlowParameters FuseFlowParameters::estimatedDepth() {
   FuseFlowParameters p;
+  p.preprocessing.max_range = 1000;  // the unit of photographs may be any
+  p.max_noise = 0;
   p.agreement.min_views = 2;
   p.adapt_noise = false;
   p.smoothing.tolerance = 4;
