@@ -34,4 +34,8 @@ io::MethodOptions MethodArguments::options() const {
   return result;
 }
 
+std::string MethodArguments::assumeStereo(std::size_t views) {
+  return method_ == "fuse_flow" ? parameters_->assumeStereo(views) : "";
+}
+
 }  // namespace fuse_flow::command_line

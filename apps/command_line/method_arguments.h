@@ -23,6 +23,10 @@ class MethodArguments {
   const std::string& method() const { return method_; }
   /** \brief Throws OptionError. */
   io::MethodOptions options() const;
+  /** \brief See ParameterOptions::assumeStereo(); empty for methods that ask for no parameters of ours. */
+  std::string assumeStereo(std::size_t views);
+  /** \brief See --depth-source. */
+  const std::string& depthSource() const { return parameters_->depthSource(); }
 
  private:
   std::string method_{"fuse_flow"};

@@ -1,6 +1,7 @@
 #include "command_line/option_checks.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cerrno>
 #include <cfloat>
 #include <cmath>
@@ -98,6 +99,28 @@ CLI::Validator path() {
 }
 
 CLI::Validator threadCount() { return wholeNumber(0, 1024); }
+
+std::string withOptionNames(const std::string& message, const std::map<std::string, std::string>& option_of) {
+  const std::size_t owner = message.find("fuse_flow::");
+  const std::size_t begin = owner == std::string::npos ? 0 : message.find(": ", owner) + 2;
+  std::string result, word;
+  const std::string text = message.substr(begin) + "  ";
+  for (std::size_t k = 0; k + 1 < text.size(); ++k) {
+    const char c = text[k];
+    const bool member = c == '.' && !word.empty() && std::isalpha(static_cast<unsigned char>(text[k + 1]));
+    if (std::isalnum(static_cast<unsigned char>(c)) || c == '_' || member) {
+      word += c;
+      continue;
+    }
+    std::string parameter = word;  // noise.floor is --noise-floor
+    std::replace(parameter.begin(), parameter.end(), '.', '_');
+    const auto option = option_of.find(parameter);
+    result += (option == option_of.end() ? word : option->second) + c;
+    word.clear();
+  }
+  result.pop_back();
+  return result;
+}
 
 std::string joinedList(std::string list) {
   std::replace(list.begin(), list.end(), '\n', ',');

@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 
 #include <functional>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -28,6 +29,10 @@ CLI::Validator trueOrFalse();
 CLI::Validator path();
 /** \brief More than any machine has cores. */
 CLI::Validator threadCount();
+
+/** \brief A message of the library in words of the command line: "fuse_flow::ConfidenceEstimation: threshold is 2, …" as "--tau is 2, …".
+ *  \param option_of what the library calls a parameter, and its option; of noise.floor, noise_floor */
+std::string withOptionNames(const std::string& message, const std::map<std::string, std::string>& option_of);
 
 /** \brief A list that CLI11 joined line by line, as a config file's is split at its commas: with commas again. */
 std::string joinedList(std::string list);

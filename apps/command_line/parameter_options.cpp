@@ -9,6 +9,11 @@
 #include <sstream>
 
 namespace fuse_flow::command_line {
+namespace {
+
+constexpr int kTwoViewsAgreeing = 1;  // the other one
+
+}  // namespace
 
 /** \brief A member of given_, found again in another FuseFlowParameters by its place. */
 template <typename Value>
@@ -56,11 +61,12 @@ void ParameterOptions::addEnum(CLI::App& app, const std::string& name, Enum& mem
   overrideWhenGiven(option, member);
 }
 
-ParameterOptions::ParameterOptions(CLI::App& app) {
+ParameterOptions::ParameterOptions(CLI::App& app) : app_(app) {
   CLI::Option* published =
       app.add_flag("--published", published_, "start from the paper's own forms instead of our defaults");
   app.add_option("--depth-source", depth_source_,
-                 "what made the depth; stereo, network: start from what suits depth estimated from colour images")
+                 "what made the depth; stereo, network: start from what suits depth estimated from colour images; "
+                 "stereo where all of it is estimated by this program")
       ->check(CLI::IsMember({"camera", "stereo", "network"}))
       ->capture_default_str()
       ->excludes(published);
@@ -150,10 +156,28 @@ ParameterOptions::ParameterOptions(CLI::App& app) {
       ->group("Parameters");
 }
 
+std::string ParameterOptions::assumeStereo(std::size_t views) {
+  const auto given = [this](const char* option) { return app_.get_option(option)->count() > 0; };
+  if (published_ || (given("--depth-source") && depth_source_ == "camera")) return "";
+  std::ostringstream options;
+  const auto assume = [&](const char* option, const auto& value) {
+    if (given(option)) return false;
+    options << (options.str().empty() ? "" : " ") << option << ' ' << value;
+    return true;
+  };
+  assume("--depth-source", "stereo");
+  depth_source_ = "stereo";
+  of_two_views_ = views == 2;
+  if (!of_two_views_) return options.str();
+  if (assume("--min-agreeing-views", kTwoViewsAgreeing)) options << ", as two views can agree with one another alone";
+  return options.str();
+}
+
 FuseFlowParameters ParameterOptions::parameters() const {
   FuseFlowParameters result = published_                  ? FuseFlowParameters::published()
                               : depth_source_ == "camera" ? FuseFlowParameters()
                                                           : FuseFlowParameters::estimatedDepth();
+  if (of_two_views_) result.agreement.min_views = kTwoViewsAgreeing;
   for (const auto& apply : overrides_) apply(result);
   if (crop_box_.size() == 6) {
     for (std::size_t axis = 0; axis < 3; ++axis)
@@ -165,7 +189,7 @@ FuseFlowParameters ParameterOptions::parameters() const {
   try {
     checkParameters(result);
   } catch (const pcl::PCLException& error) {
-    throw io::OptionError(inWordsOfTheCommandLine(error.what()));
+    throw io::OptionError(withOptionNames(error.what(), option_of_));
   }
   // Cells have numbers of 20 bits: a room would not fit.
   if (result.aggregation.cell_size < 1e-4f) {
@@ -173,28 +197,6 @@ FuseFlowParameters ParameterOptions::parameters() const {
     message << "--cell-size is " << result.aggregation.cell_size << ", must be 0.0001 m or more";
     throw io::OptionError(message.str());
   }
-  return result;
-}
-
-std::string ParameterOptions::inWordsOfTheCommandLine(const std::string& message) const {
-  const std::size_t owner = message.find("fuse_flow::");
-  const std::size_t begin = owner == std::string::npos ? 0 : message.find(": ", owner) + 2;
-  std::string result, word;
-  const std::string text = message.substr(begin) + "  ";
-  for (std::size_t k = 0; k + 1 < text.size(); ++k) {
-    const char c = text[k];
-    const bool member = c == '.' && !word.empty() && std::isalpha(static_cast<unsigned char>(text[k + 1]));
-    if (std::isalnum(static_cast<unsigned char>(c)) || c == '_' || member) {
-      word += c;
-      continue;
-    }
-    std::string parameter = word;  // noise.floor is --noise-floor
-    std::replace(parameter.begin(), parameter.end(), '.', '_');
-    const auto option = option_of_.find(parameter);
-    result += (option == option_of_.end() ? word : option->second) + c;
-    word.clear();
-  }
-  result.pop_back();
   return result;
 }
 

@@ -22,9 +22,14 @@ class ParameterOptions {
    *  the command line does. */
   FuseFlowParameters parameters() const;
 
+  /** \brief From here on parameters() begins with what suits depth that was estimated from colour images, unless the command line says what made
+   *  it.  \param views how many have depth; two can only agree with one another
+   *  \returns the options that would do the same; empty: the command line says it */
+  std::string assumeStereo(std::size_t views);
+  /** \brief What made the depth: camera, stereo or network. */
+  const std::string& depthSource() const { return depth_source_; }
+
  private:
-  /** \brief "fuse_flow::ConfidenceEstimation: threshold is 2, …" as "--tau is 2, …". */
-  std::string inWordsOfTheCommandLine(const std::string& message) const;
   template <typename Value>
   void add(CLI::App& app, const std::string& name, Value& member, const std::string& help);
   template <typename Enum>
@@ -33,7 +38,9 @@ class ParameterOptions {
   template <typename Value>
   void overrideWhenGiven(CLI::Option* option, const Value& member);
 
+  const CLI::App& app_;
   bool published_{false};
+  bool of_two_views_{false};  ///< the depth
   std::string depth_source_{"camera"};
   FuseFlowParameters given_;
   std::vector<float> crop_box_;

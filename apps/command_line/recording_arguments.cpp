@@ -30,9 +30,16 @@ void printWarnings(const std::string& tool, const std::vector<std::string>& warn
 }
 
 std::unique_ptr<io::Recording> openRecording(const std::string& tool, const std::vector<std::string>& inputs,
-                                             const io::RecordingOptions& options) {
+                                             const io::RecordingOptions& options, const io::StereoOptions& stereo) {
   std::unique_ptr<io::Recording> recording = io::openRecording(inputs, options);
+  recording = io::withStereo(std::move(recording), inputs.front(), stereo);
   printWarnings(tool, recording->warnings());
+  std::size_t missing = 0;
+  const std::size_t all = recording->cameras().size();
+  for (std::size_t k = 0; k < all; ++k) missing += recording->hasDepth(k) ? 0 : 1;
+  if (missing > 0 && !stereo.estimate)
+    printWarnings(tool, {std::to_string(missing) + " of " + std::to_string(all) +
+                         " cameras have colour images alone, no depth, and are missing"});
   return recording;
 }
 

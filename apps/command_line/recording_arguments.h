@@ -1,5 +1,7 @@
 #pragma once
 
+#include "stereo/stereo_recording.h"
+
 #include <fuse_flow/recordings/recording.h>
 
 #include <CLI/CLI.hpp>
@@ -16,9 +18,9 @@ void addCalibrationOptions(CLI::App& app, io::RecordingOptions& options);
 /** \brief Says on the standard error stream what was assumed or left out, a line each. \param tool its name */
 void printWarnings(const std::string& tool, const std::vector<std::string>& warnings);
 
-/** \brief openRecording() of io, and then printWarnings(). */
+/** \brief openRecording() of io, withStereo(), and then printWarnings(). */
 std::unique_ptr<io::Recording> openRecording(const std::string& tool, const std::vector<std::string>& inputs,
-                                             const io::RecordingOptions& options);
+                                             const io::RecordingOptions& options, const io::StereoOptions& stereo);
 
 /** \brief Which recording, and how to look at it, on the command line. */
 class RecordingArguments {

@@ -182,7 +182,9 @@ nlohmann::json Report::json() const {
   for (std::size_t s = 0; s < std::size(kStages); ++s)
     total["milliseconds"][kStages[s].name] = {{"median", number(percentile(times[s], 0.5))},
                                               {"p95", number(percentile(times[s], 0.95))}};
-  return {{"method", method_}, {"total", total}, {"frames", frames}};
+  nlohmann::json result = {{"method", method_}, {"total", total}, {"frames", frames}};
+  result.update(notes_);
+  return result;
 }
 
 std::string Report::summary() const {

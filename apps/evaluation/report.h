@@ -6,6 +6,7 @@
 
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace fuse_flow::io {
@@ -32,6 +33,9 @@ class Report {
   void addFrame(std::size_t frame, const FrameStatistics& statistics, const std::optional<ReprojectionQuality>& quality,
                 const std::optional<SurfaceQuality>& surface = std::nullopt);
 
+  /** \brief Adds an entry to json(). */
+  void note(const std::string& key, nlohmann::json value) { notes_[key] = std::move(value); }
+
   /** \brief Per frame and in total; medians and 95th percentiles of the times; the
    *  quality over the points and measurements of all frames, null if there are none. */
   nlohmann::json json() const;
@@ -49,6 +53,7 @@ class Report {
   std::string method_;
   std::vector<std::string> cameras_;
   std::vector<Frame> frames_;
+  nlohmann::json notes_ = nlohmann::json::object();
 };
 
 /** \brief A JSON file's text. Names of files need not be UTF-8, which JSON is: what is not becomes "�". */

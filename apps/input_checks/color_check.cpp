@@ -71,13 +71,13 @@ std::vector<std::string> ColorCheck::complaints() const {
   return lines;
 }
 
-void ConfidenceCheck::look(const LoadedFrame& frame) {
+void ConfidenceCheck::look(const LoadedFrame& frame, const std::vector<bool>& estimated) {
   cameras_.resize(frame.rig.cameras.size());
   for (std::size_t i = 0; i < cameras_.size(); ++i) {
     Seen& seen = cameras_[i];
     const Camera& camera = frame.rig.cameras[i];
     const DepthView& view = frame.rig.views[i];
-    if (!view.confidence || view.missing()) continue;
+    if (!view.confidence || view.missing() || (!estimated.empty() && estimated[i])) continue;
     seen.name = camera.name;
     seen.step = frame.images[i].assumed_confidence_step;
     for (int v = 0; v < view.height(); ++v)

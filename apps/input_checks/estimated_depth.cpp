@@ -6,11 +6,10 @@ namespace fuse_flow::io {
 
 std::vector<std::string> estimatedDepthAdvice(const std::string& kind, const std::string& method,
                                               const FuseFlowParameters& parameters) {
-  const bool estimated = kind == "mvsnet" || kind == "colmap";
+  const bool stereo = kind == "stereo", estimated = stereo || kind == "mvsnet" || kind == "colmap";
   if (!estimated || method != "fuse_flow" || parameters.agreement.min_views > 0) return {};
-  return {
-      "the depth of this recording was estimated from photographs, and is fused as a depth camera's; --depth-source "
-      "network drops what too few views agree on"};
+  return {"depth of this recording is estimated from photographs, and is fused as a depth camera's; --depth-source " +
+          std::string(stereo ? "stereo" : "network") + " drops what too few views agree on"};
 }
 
 void AgreementCheck::look(const RigFrame& frame, const FrameStatistics& statistics) {

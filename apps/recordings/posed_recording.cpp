@@ -22,6 +22,8 @@ class MovedRecording : public Recording {
   std::vector<std::size_t> frames() const override { return recording_->frames(); }
   std::optional<double> framesPerSecond() const override { return recording_->framesPerSecond(); }
   const std::vector<Camera>& cameras() const override { return cameras_; }
+  bool hasDepth(std::size_t camera) const override { return recording_->hasDepth(camera); }
+  bool hasColor(std::size_t camera) const override { return recording_->hasColor(camera); }
   std::optional<float> confidenceScale(std::size_t camera) const override {
     return recording_->confidenceScale(camera);
   }

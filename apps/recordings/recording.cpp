@@ -17,7 +17,8 @@ namespace {
 constexpr const char* recognised =
     "recognised are a rig recording (rig.json), 7-Scenes (frame-000000.pose.txt), TUM RGB-D (depth.txt, "
     "groundtruth.txt), "
-    "Redwood/Open3D (depth/, a .log), MVSNet (cams/, depth_est/), COLMAP (sparse/, images/, stereo/) and organised "
+    "Redwood/Open3D (depth/, a .log), MVSNet (cams/, images/, depth_est/), COLMAP (sparse/, images/, stereo/) and "
+    "organised "
     ".pcd "
     "files";
 

@@ -204,9 +204,12 @@ RigCamera parseCamera(const Entry& entry, const std::string& name) {
   RigCamera result;
   result.camera.name = name;
   result.camera.intrinsics = parseIntrinsics(entry);
-  const float depth_scale = result.camera.depth_scale = static_cast<float>(entry.positive("depth_scale"));
-  if (!std::isfinite(depth_scale) || depth_scale == 0)
-    entry.fail("depth_scale", "is " + quoted(entry.object["depth_scale"]) + ", must be metres per unit, like 0.001");
+  result.has_depth_scale = entry.has("depth_scale");
+  if (result.has_depth_scale) {
+    const float depth_scale = result.camera.depth_scale = static_cast<float>(entry.positive("depth_scale"));
+    if (!std::isfinite(depth_scale) || depth_scale == 0)
+      entry.fail("depth_scale", "is " + quoted(entry.object["depth_scale"]) + ", must be metres per unit, like 0.001");
+  }
   if (entry.has("confidence_scale")) {
     result.confidence_scale = static_cast<float>(entry.positive("confidence_scale"));
     if (!(*result.confidence_scale > 0 && *result.confidence_scale <= 1))
@@ -318,7 +321,7 @@ void writeRigJson(const std::string& path, const RigDescription& rig) {
     Json entry;
     entry["name"] = rig_camera.camera.name;
     putIntrinsics(entry, rig_camera.camera.intrinsics);
-    entry["depth_scale"] = shortest(rig_camera.camera.depth_scale);
+    if (rig_camera.has_depth_scale) entry["depth_scale"] = shortest(rig_camera.camera.depth_scale);
     if (rig_camera.confidence_scale) entry["confidence_scale"] = shortest(*rig_camera.confidence_scale);
     entry["T_world_camera"] = poseNumbers(rig_camera.camera.T_world_camera);
     if (rig_camera.camera.color) {

@@ -1,6 +1,7 @@
 #include <fuse_flow/recordings/rig_writer.h>
 
 #include "recordings/files/file_io.h"
+#include "recordings/files/float_image.h"
 #include "recordings/files/image_io.h"
 #include "recordings/readers/view_files.h"
 
@@ -9,25 +10,54 @@
 namespace fs = std::filesystem;
 
 namespace fuse_flow::io {
+namespace {
+
+/** \param stem path without an extension */
+void writeDepth(const fs::path& stem, const RigCamera& camera, const DepthView& view, const LoadedView& images) {
+  const std::string png = stem.string() + ".png", npy = stem.string() + ".npy";
+  if (!camera.has_depth_scale)
+    throw OutputError(png + ": its camera has no depth_scale, and so no depth, must have one");
+  if (view.depth16) {
+    writeDepthPng(png, images.depth16);
+  } else if (camera.camera.depth_scale == 1.0f) {
+    writeNpy(npy, images.depth32);
+  } else {
+    throw OutputError(npy + ": its depth is in float, in metres, and its depth_scale " +
+                      std::to_string(camera.camera.depth_scale) + ", must be 1");
+  }
+}
+
+/** \brief In steps of the camera's confidence_scale, by which a reader multiplies. */
+void writeConfidence(const std::string& path, const RigCamera& camera, FloatImage confidence) {
+  makeFolderOf(path);
+  if (camera.confidence_scale)
+    for (float& c : confidence.data) c /= *camera.confidence_scale;
+  writeNpy(path, confidence);
+}
+
+}  // namespace
 
 RigWriter::RigWriter(const std::string& folder, RigDescription rig, bool color)
     : folder_(folder), rig_(std::move(rig)) {
   for (const RigCamera& entry : rig_.cameras) {
-    makeFolder(folder_ / entry.camera.name / "depth");
+    if (entry.has_depth_scale) makeFolder(folder_ / entry.camera.name / "depth");
     if (color) makeFolder(folder_ / entry.camera.name / "color");
   }
 }
 
 void RigWriter::write(std::size_t frame, const LoadedFrame& images) const {
-  const std::string file = frameStem(frame) + ".png";
+  const std::string stem = frameStem(frame);
   for (std::size_t k = 0; k < rig_.cameras.size(); ++k) {
-    if (images.rig.views[k].missing()) continue;
-    const fs::path camera = folder_ / rig_.cameras[k].camera.name;
-    if (images.images[k].depth16.empty())
-      throw OutputError((camera / "depth" / file).string() +
-                        ": its depth is in float, must be in 16-bit units to be written as PNG");
-    writeDepthPng((camera / "depth" / file).string(), images.images[k].depth16);
-    if (images.rig.views[k].color) writeColorPng((camera / "color" / file).string(), images.images[k].color);
+    const DepthView& view = images.rig.views[k];
+    const RigCamera& camera = rig_.cameras[k];
+    if (camera.has_depth_scale && view.missing()) continue;
+    const fs::path folder = folder_ / camera.camera.name;
+    const auto file = [&](const char* kind, const char* extension) {
+      return (folder / kind / (stem + extension)).string();
+    };
+    if (!view.missing()) writeDepth(folder / "depth" / stem, camera, view, images.images[k]);
+    if (view.color) writeColorPng(file("color", ".png"), images.images[k].color);
+    if (view.confidence) writeConfidence(file("confidence", ".npy"), camera, images.images[k].confidence);
   }
 }
 

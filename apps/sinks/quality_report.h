@@ -3,6 +3,9 @@
 #include "evaluation/report.h"
 #include "sinks/frame_sink.h"
 
+#include <string>
+#include <utility>
+
 namespace fuse_flow::io {
 
 /** \brief Measures each frame, and adds up what the run did. */
@@ -23,6 +26,8 @@ class QualityReport : public FrameSink {
   void take(const std::shared_ptr<const FusedFrame>& frame) override;
   /** \brief Writes the file. */
   std::vector<std::string> finish() override;
+  /** \brief See Report::note(). */
+  void note(const std::string& key, nlohmann::json value) { report_.note(key, std::move(value)); }
   const Report& report() const { return report_; }
 
  private:

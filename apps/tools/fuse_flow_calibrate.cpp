@@ -248,6 +248,22 @@ void checkOutputs(const Options& options, const io::Recording& recording) {
   }
 }
 
+/** \brief Estimated depth stands where the poses say, and tells nothing about them. */
+io::StereoOptions withoutStereo() {
+  io::StereoOptions options;
+  options.estimate = false;
+  return options;
+}
+
+void requireDepth(const std::string& path, const io::Recording& recording) {
+  for (std::size_t k = 0; k < recording.cameras().size(); ++k)
+    if (recording.hasDepth(k)) return;
+  throw io::InputError(
+      path +
+      ": no camera has depth, from which poses are found here; of colour cameras COLMAP or OpenCV finds "
+      "them");
+}
+
 int run(Options options) {
   options.parameters.gauge = options.hold == "first" ? Gauge::FirstCamera : Gauge::Mean;
   const std::unique_ptr<io::PoseEstimation> estimation =
@@ -257,8 +273,9 @@ int run(Options options) {
   if (options.board > 0) board.emplace(options.board, options.board_family);
   options.recording.read_color = options.parameters.use_color || board;
   const std::unique_ptr<io::Recording> recording =
-      command_line::openRecording("fuse_flow_calibrate", options.inputs, options.recording);
+      command_line::openRecording("fuse_flow_calibrate", options.inputs, options.recording, withoutStereo());
   checkOutputs(options, *recording);
+  requireDepth(options.inputs[0], *recording);
   if (recording->cameras().size() < 2)
     throw io::InputError(options.inputs[0] + ": one camera alone tells nothing about its pose, must be two or more" +
                          (options.recording.views.empty() ? "" : ": --views leaves out the others"));

@@ -5,6 +5,7 @@
 #include "command_line/option_checks.h"
 #include "command_line/quality_options.h"
 #include "command_line/recording_arguments.h"
+#include "command_line/stereo_arguments.h"
 #include "command_line/threads.h"
 #include "command_line/tool.h"
 #include "drawing/clouds.h"
@@ -44,6 +45,7 @@ struct Options {
   unsigned int threads{0};
   ReprojectionQualityParameters quality;
   io::RecordingOptions recording_options;
+  io::StereoOptions stereo;
 };
 
 /** \brief A cloud of one frame of the recording. */
@@ -95,7 +97,8 @@ class Evaluator {
  public:
   explicit Evaluator(const Options& options)
       : options_(options),
-        recording_(command_line::openRecording("fuse_flow_evaluate", options.recording, options.recording_options)) {
+        recording_(command_line::openRecording("fuse_flow_evaluate", options.recording, options.recording_options,
+                                               options.stereo)) {
     if (options.no_truth || !(options.truth || simulation::Truth::isIn(options.recording[0]))) return;
     truth_.emplace(options.recording[0]);
     if (truth_->cameras().size() == recording_->cameras().size()) return;
@@ -196,7 +199,7 @@ class Evaluator {
     const simulation::RayScene& scene = truth_->frame(frame);
     if (visible_.empty()) {
       std::vector<bool> present;
-      for (const DepthView& view : loaded_.rig.views) present.push_back(!view.missing());
+      for (const DepthView& view : loaded_.rig.views) present.push_back(!view.missing() || view.color);
       simulation::Visibility visibility;
       visibility.min_range = truth_->minRange();
       visibility.max_range = truth_->maxRange();
@@ -373,8 +376,11 @@ int main(int argc, char** argv) {
   app.add_option("--threads", options.threads, "0: one per core")
       ->check(command_line::threadCount())
       ->capture_default_str();
+  command_line::StereoArguments stereo(app);
   return command_line::runTool(app, argc, argv, [&] {
     takeInputs(inputs, options);
+    options.stereo = stereo.options("fuse_flow_evaluate");
+    options.stereo.threads = options.threads;
     command_line::requireThreads(options.threads);
     return run(options);
   });

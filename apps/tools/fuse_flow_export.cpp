@@ -3,6 +3,7 @@
 #include "clouds/cloud_io.h"
 #include "command_line/option_checks.h"
 #include "command_line/recording_arguments.h"
+#include "command_line/stereo_arguments.h"
 #include "command_line/tool.h"
 #include "recordings/files/file_io.h"
 #include "recordings/still_there.h"
@@ -24,13 +25,14 @@ using namespace fuse_flow;
 struct Options {
   std::vector<std::string> inputs;
   io::RecordingOptions recording;
+  io::StereoOptions stereo;
   std::optional<double> frames_per_second;
   std::string output;
 };
 
 int run(const Options& options) {
   const std::unique_ptr<io::Recording> recording =
-      command_line::openRecording("fuse_flow_export", options.inputs, options.recording);
+      command_line::openRecording("fuse_flow_export", options.inputs, options.recording, options.stereo);
   io::InputFiles inputs(recording->inputs());
   const io::StillThere still_there(*recording);
   io::LoadedFrame loaded;
@@ -86,6 +88,10 @@ int main(int argc, char** argv) {
   app.add_option("--slide", options.recording.slide, "move those frames on by this many, again and again")
       ->check(CLI::Range(0, 1000000));
   command_line::addCalibrationOptions(app, options.recording);
+  command_line::StereoArguments stereo(app);
   io::catchInterrupts();
-  return command_line::runTool(app, argc, argv, [&] { return run(options); });
+  return command_line::runTool(app, argc, argv, [&] {
+    options.stereo = stereo.options("fuse_flow_export");
+    return run(options);
+  });
 }

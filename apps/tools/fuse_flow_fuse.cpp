@@ -7,6 +7,7 @@
 #include "command_line/option_checks.h"
 #include "command_line/quality_options.h"
 #include "command_line/recording_arguments.h"
+#include "command_line/stereo_arguments.h"
 #include "command_line/threads.h"
 #include "command_line/tool.h"
 #include "input_checks/color_check.h"
@@ -49,6 +50,7 @@ struct Options {
   bool normals{false};
   std::string config;
   io::RecordingOptions recording;
+  io::StereoOptions stereo;
   io::MethodOptions method_options;
 };
 
@@ -77,7 +79,7 @@ std::string whyNotFused(const pcl::PCLException& error) {
   if (message.find("ConfidenceForm::Given") != std::string::npos)
     return message + "; --confidence-form given needs confidence images of every camera";
   if (message.find("agreement.min_views") != std::string::npos)
-    return message + "; that is --min-agreeing-views, 2 with --depth-source network";
+    return message + "; that is --min-agreeing-views, 2 with --depth-source stereo or network";
   return message;
 }
 
@@ -112,8 +114,10 @@ class Progress {
 /** \brief What is wrong with the input, though it can be read: for the end, when all of it was seen. */
 class InputChecks {
  public:
-  InputChecks(const std::string& method, const FuseFlowParameters& parameters)
-      : depth_(parameters.preprocessing),
+  /** \param estimated of each camera whether its depth is estimated here */
+  InputChecks(const std::string& method, const FuseFlowParameters& parameters, std::vector<bool> estimated)
+      : estimated_(std::move(estimated)),
+        depth_(parameters.preprocessing),
         confidence_(method == "fuse_flow" ? std::optional(parameters.min_confidence) : std::nullopt,
                     method == "fuse_flow" && parameters.use_measurement_confidence &&
                             parameters.confidence.form == ConfidenceForm::Given
@@ -125,7 +129,7 @@ class InputChecks {
   void look(const io::LoadedFrame& frame) {
     depth_.look(frame.rig);
     color_.look(frame.rig);
-    confidence_.look(frame);
+    confidence_.look(frame, estimated_);
     overlap_.look(frame.rig);
   }
   /** \brief After look(), with what the fusion has found. */
@@ -142,6 +146,7 @@ class InputChecks {
   }
 
  private:
+  std::vector<bool> estimated_;
   io::DepthInRange depth_;
   io::ColorCheck color_;
   io::ConfidenceCheck confidence_;
@@ -163,12 +168,24 @@ io::QualityReport::Options reportOptions(const Options& options) {
   return result;
 }
 
-int run(const Options& options) {
-  const std::unique_ptr<io::Method> method = io::makeMethod(options.method, options.method_options);
+io::MethodOptions methodOptions(const Options& options, const command_line::MethodArguments& arguments) {
+  io::MethodOptions result = arguments.options();
+  result.normals = options.normals;
+  return result;
+}
+
+int run(Options& options, const command_line::MethodArguments& arguments) {
+  std::unique_ptr<io::Method> method = io::makeMethod(options.method, options.method_options);
   const std::unique_ptr<io::Recording> recording =
-      command_line::openRecording("fuse_flow_fuse", options.inputs, options.recording);
-  command_line::printWarnings(
-      "fuse_flow_fuse", io::estimatedDepthAdvice(recording->kind(), options.method, options.method_options.parameters));
+      command_line::openRecording("fuse_flow_fuse", options.inputs, options.recording, options.stereo);
+  const io::StereoRecording* stereo = io::stereoOf(recording.get());
+  if (stereo) {  // what made the depth is known now
+    options.method_options = methodOptions(options, arguments);
+    method = io::makeMethod(options.method, options.method_options);
+  }
+  command_line::printWarnings("fuse_flow_fuse",
+                              io::estimatedDepthAdvice(stereo ? "stereo" : recording->kind(), options.method,
+                                                       options.method_options.parameters));
   const std::vector<std::size_t> frames = io::chooseFrames(*recording, options.frames);
 
   const auto files = std::make_shared<io::CloudFiles>(options.output, options.format, frames.size());
@@ -186,7 +203,9 @@ int run(const Options& options) {
   std::size_t done = 0;
   const io::StillThere still_there(*recording);
   std::map<std::size_t, std::string> ended;  // by camera
-  InputChecks checks(options.method, options.method_options.parameters);
+  std::vector<bool> estimated;
+  for (std::size_t k = 0; stereo && k < recording->cameras().size(); ++k) estimated.push_back(stereo->estimates(k));
+  InputChecks checks(options.method, options.method_options.parameters, std::move(estimated));
   for (const std::size_t number : frames) {
     if (io::interrupt_requested) break;
     const std::shared_ptr<io::FusedFrame> frame = pool.next();
@@ -214,10 +233,16 @@ int run(const Options& options) {
     progress.show(++done);
   }
   progress.endLine();
+  if (stereo) {
+    nlohmann::json depth = stereo->json();
+    depth["depth_source"] = arguments.depthSource();
+    report->note("estimated_depth", std::move(depth));
+  }
   std::vector<std::string> noticed;
   for (const std::shared_ptr<io::FrameSink>& sink : sinks)
     for (std::string& line : sink->finish()) noticed.push_back(std::move(line));
   std::cout << report->report().summary();
+  if (stereo) std::cout << "  " << stereo->summary() << "\n";
   for (const auto& [camera, message] : ended) std::cout << "  " << message << "\n";
   for (const std::string& complaint : checks.complaints()) std::cout << "  " << complaint << "\n";
   for (const std::string& line : noticed) std::cout << "  " << line << "\n";
@@ -254,15 +279,18 @@ int main(int argc, char** argv) {
                "do not measure noise, double surfaces, violations, coverage, flicker and E_MC");
   command_line::addQualityOptions(app, options.quality);
   command_line::MethodArguments method(app);
+  command_line::StereoArguments stereo(app);
   return command_line::runTool(app, argc, argv, [&] {
     options.frames = command_line::joinedList(options.frames);
     options.inputs = recording.inputs();
     options.recording = recording.options();
     options.method = method.method();
-    options.method_options = method.options();
-    options.method_options.normals = options.normals;
+    options.method_options = methodOptions(options, method);
+    options.stereo = stereo.options("fuse_flow_fuse");
+    options.stereo.threads = options.method_options.threads;
+    options.stereo.all_estimated = [&](std::size_t views) { return method.assumeStereo(views); };
     options.config = command_line::configFileOf(app);
     command_line::requireThreads(options.method_options.threads);
-    return run(options);
+    return run(options, method);
   });
 }

@@ -18,8 +18,17 @@ using namespace fuse_flow;
 struct Options {
   simulation::SimulationOptions simulation;
   std::size_t frames{1};
+  bool depth{true};  ///< false: colour images alone are written
   std::string output;
 };
+
+/** \brief Of cameras that measure no depth. */
+void removeDepth(io::RigDescription& rig) {
+  for (io::RigCamera& entry : rig.cameras) entry.has_depth_scale = false;
+}
+void removeDepth(RigFrame& frame) {
+  for (DepthView& view : frame.views) view.depth16 = {};
+}
 
 int run(const Options& options) {
   const simulation::SimulationOptions& s = options.simulation;
@@ -27,11 +36,14 @@ int run(const Options& options) {
   const fs::path folder(options.output);
   if (fs::exists(folder) && !(fs::is_directory(folder) && fs::is_empty(folder)))
     throw io::OutputError(folder.string() + ": exists, must be a new or empty folder");
-  const io::RigWriter writer(options.output, simulator.rig(), s.color);
+  io::RigDescription rig = simulator.rig();
+  if (!options.depth) removeDepth(rig);
+  const io::RigWriter writer(options.output, std::move(rig), s.color);
   simulation::writeTruth(options.output, simulator);
   io::LoadedFrame measured;
   for (std::size_t frame = 0; frame < options.frames && !io::interrupt_requested; ++frame) {
     simulator.measure(frame, measured);
+    if (!options.depth) removeDepth(measured.rig);
     writer.write(frame, measured);
     simulation::writeTruth(options.output, simulator, frame);
   }
@@ -54,6 +66,8 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   command_line::SimulationArguments rig(app);
   app.add_option("--frames", options.frames, "how many")->check(CLI::Range(1, 1000000))->capture_default_str();
+  app.add_flag("!--no-depth", options.depth, "colour images alone, as of cameras without depth")
+      ->excludes(app.get_option("--no-color"));
   app.add_option("-o,--output", options.output, "folder of the recording; new or empty")
       ->check(command_line::path())
       ->required();

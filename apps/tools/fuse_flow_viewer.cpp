@@ -5,6 +5,7 @@
 #include "command_line/option_checks.h"
 #include "command_line/recording_arguments.h"
 #include "command_line/simulation_arguments.h"
+#include "command_line/stereo_arguments.h"
 #include "command_line/tool.h"
 #include "drawing/display.h"
 #include "input_checks/estimated_depth.h"
@@ -27,6 +28,7 @@ using namespace fuse_flow;
 struct Options {
   std::vector<std::string> inputs;
   io::RecordingOptions recording;
+  io::StereoOptions stereo;
   std::string simulated_scene;
   simulation::SimulationOptions simulation;
   viewing::ViewerOptions viewer;
@@ -37,17 +39,19 @@ struct Options {
   std::string config;
 };
 
-std::unique_ptr<viewing::FrameSource> makeSource(const Options& options) {
+std::unique_ptr<viewing::FrameSource> makeSource(Options& options, const command_line::MethodArguments& arguments) {
   if (options.simulated_scene.empty() == options.inputs.empty())
     throw io::OptionError("either a recording or --simulate must be given");
   if (!options.inputs.empty()) {
     io::RecordingOptions recording = options.recording;
     recording.skip_damaged = true;
-    std::unique_ptr<viewing::FrameSource> source = viewing::openSource(options.inputs, recording);
-    command_line::printWarnings("fuse_flow_viewer", source->warnings());
-    command_line::printWarnings("fuse_flow_viewer", io::estimatedDepthAdvice(source->kind(), "fuse_flow",
-                                                                             options.viewer.method_options.parameters));
-    return source;
+    std::unique_ptr<io::Recording> opened =
+        command_line::openRecording("fuse_flow_viewer", options.inputs, recording, options.stereo);
+    options.viewer.method_options = arguments.options();  // what made the depth is known now
+    command_line::printWarnings("fuse_flow_viewer",
+                                io::estimatedDepthAdvice(io::stereoOf(opened.get()) ? "stereo" : opened->kind(),
+                                                         "fuse_flow", options.viewer.method_options.parameters));
+    return viewing::makeSource(std::move(opened), options.inputs.front());
   }
   simulation::SimulationOptions simulation = options.simulation;
   simulation.scene = options.simulated_scene;
@@ -117,7 +121,7 @@ bool show(const Options& options, std::unique_ptr<viewing::FrameSource> source) 
   return viewer.stopWithin(std::chrono::milliseconds(200));
 }
 
-int run(const Options& options) {
+int run(Options& options, const command_line::MethodArguments& arguments) {
   const bool exports = !options.screenshot.empty() || !options.cloud.empty() || !options.orbit.empty();
   if (exports != options.viewer.offscreen)
     throw io::OptionError(exports ? "--screenshot, --save-cloud and --orbit need --offscreen; in the window the keys "
@@ -130,7 +134,7 @@ int run(const Options& options) {
   for (const std::string& key : options.keys)
     if (!viewing::findBinding(key) && !cursorOf(key))
       throw io::OptionError("--press is " + key + ", which is no key of the viewer");
-  std::unique_ptr<viewing::FrameSource> source = makeSource(options);
+  std::unique_ptr<viewing::FrameSource> source = makeSource(options, arguments);
   checkOutputs(options, *source);
   checkFirstFrame(options, *source);
   if (options.viewer.color_by == viewing::ColorBy::TruthDistance && !source->knowsTruth())
@@ -243,6 +247,7 @@ int main(int argc, char** argv) {
   addViewOptions(app, options);
   addExportOptions(app, options);
   command_line::MethodArguments method(app);
+  command_line::StereoArguments stereo(app);
   io::catchInterrupts();
   return command_line::runTool(app, argc, argv, [&] {
     options.inputs = recording.inputs();
@@ -252,6 +257,10 @@ int main(int argc, char** argv) {
     options.config = command_line::configFileOf(app);
     options.viewer.method = method.method();
     options.viewer.method_options = method.options();
-    return run(options);
+    options.stereo = stereo.options("fuse_flow_viewer");
+    options.stereo.threads = options.viewer.method_options.threads;
+    options.stereo.keep_bytes = std::size_t{1} << 30;  // it is played again and again
+    options.stereo.all_estimated = [&](std::size_t views) { return method.assumeStereo(views); };
+    return run(options, method);
   });
 }

@@ -11,9 +11,8 @@ namespace fs = std::filesystem;
 
 class RecordedSource : public FrameSource {
  public:
-  RecordedSource(const std::vector<std::string>& inputs, const io::RecordingOptions& options)
-      : recording_(io::openRecording(inputs, options)), frames_(recording_->frames()) {
-    const fs::path input(inputs.front());
+  RecordedSource(std::unique_ptr<io::Recording> recording, const fs::path& input)
+      : recording_(std::move(recording)), frames_(recording_->frames()) {
     const fs::path folder = fs::is_directory(input) ? input : input.parent_path();
     name_ = fs::absolute(folder).lexically_normal().filename().string();
     if (name_.empty()) name_ = folder.string();
@@ -21,9 +20,7 @@ class RecordedSource : public FrameSource {
   }
 
   std::string name() const override { return name_; }
-  std::string kind() const override { return recording_->kind(); }
   std::optional<std::size_t> frameCount() const override { return frames_.size(); }
-  std::vector<std::string> warnings() const override { return recording_->warnings(); }
   std::optional<double> framesPerSecond() const override { return recording_->framesPerSecond(); }
   std::vector<std::string> inputs() const override { return recording_->inputs(); }
   void read(std::size_t frame, io::LoadedFrame& out) override { recording_->read(frames_[frame], out); }
@@ -57,8 +54,8 @@ class SimulatedSource : public FrameSource {
 
 }  // namespace
 
-std::unique_ptr<FrameSource> openSource(const std::vector<std::string>& inputs, const io::RecordingOptions& options) {
-  return std::make_unique<RecordedSource>(inputs, options);
+std::unique_ptr<FrameSource> makeSource(std::unique_ptr<io::Recording> recording, const std::string& input) {
+  return std::make_unique<RecordedSource>(std::move(recording), input);
 }
 
 std::unique_ptr<FrameSource> makeSimulatedSource(const simulation::SimulationOptions& options) {

@@ -18,12 +18,8 @@ class FrameSource {
 
   /** \brief For the window's title. */
   virtual std::string name() const = 0;
-  /** \brief See io::Recording::kind(); empty: cameras that are simulated. */
-  virtual std::string kind() const { return ""; }
   /** \brief Absent: it never ends. */
   virtual std::optional<std::size_t> frameCount() const = 0;
-  /** \brief What was assumed or left out as it was opened, a line each. */
-  virtual std::vector<std::string> warnings() const { return {}; }
   /** \brief At which frames were taken, Hz; > 0. Absent: nobody knows. */
   virtual std::optional<double> framesPerSecond() const = 0;
   /** \brief See io::Recording::inputs(). */
@@ -36,8 +32,8 @@ class FrameSource {
   virtual const simulation::RayScene& truth(std::size_t frame) = 0;
 };
 
-/** \brief A recording of any kind; its truth is known if the folder holds one. Throws io::InputError. */
-std::unique_ptr<FrameSource> openSource(const std::vector<std::string>& inputs, const io::RecordingOptions& options);
+/** \brief A recording of any kind; its truth is known if the folder holds one. Throws io::InputError. \param input the first of its paths */
+std::unique_ptr<FrameSource> makeSource(std::unique_ptr<io::Recording> recording, const std::string& input);
 
 /** \brief Simulated cameras, without an end. Throws io::InputError. */
 std::unique_ptr<FrameSource> makeSimulatedSource(const simulation::SimulationOptions& options);

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cstdint>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
@@ -189,6 +190,24 @@ void readFloatImage(const std::string& path, FloatImage& image, const SizeCheck&
     else
       copyRow<double>(from, samples.big_endian, to, samples.width);
   }
+}
+
+void writeNpy(const std::string& path, const FloatImage& image) {
+  static_assert(sizeof(float) == 4, "float is float32");
+  const std::uint16_t one = 1;
+  const bool little_endian = *reinterpret_cast<const unsigned char*>(&one) == 1;
+  std::string header = std::string("{'descr': '") + (little_endian ? '<' : '>') +
+                       "f4', 'fortran_order': False, 'shape': (" + std::to_string(image.height) + ", " +
+                       std::to_string(image.width) + "), }";
+  constexpr std::size_t begin = 10, aligned = 64;  // bytes: what precedes the header, and where the numbers may begin
+  header.resize((begin + header.size() + aligned) / aligned * aligned - begin, ' ');
+  header.back() = '\n';
+  std::string bytes = "\x93NUMPY";
+  for (const std::size_t byte : {std::size_t{1}, std::size_t{0}, header.size() & 255, header.size() >> 8})
+    bytes += static_cast<char>(byte);
+  bytes += header;
+  bytes.append(reinterpret_cast<const char*>(image.data.data()), image.data.size() * sizeof(float));
+  writeFile(path, bytes);
 }
 
 }  // namespace fuse_flow::io

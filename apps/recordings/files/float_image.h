@@ -21,4 +21,7 @@ ImageSize floatImageSize(const std::string& path);
  *  InputError if the file is missing, cut short, or of another type. \param check as of readDepthPng() */
 void readFloatImage(const std::string& path, FloatImage& image, const SizeCheck& check = {});
 
+/** \brief Writes an image as NumPy's .npy: float32, height × width. Throws OutputError. */
+void writeNpy(const std::string& path, const FloatImage& image);
+
 }  // namespace fuse_flow::io

@@ -42,7 +42,10 @@ float aside(const Intrinsics& K, const ImageSize& size) {
 class PhotoRecording : public Recording {
  public:
   PhotoRecording(Photos photos, const RecordingOptions& options)
-      : photos_(std::move(photos)), unit_(options.depth_scale.value_or(1.0f)), skip_damaged_(options.skip_damaged) {
+      : photos_(std::move(photos)),
+        have_depth_(haveDepth(photos_.photos)),
+        unit_(options.depth_scale.value_or(1.0f)),
+        skip_damaged_(options.skip_damaged) {
     warnings_ = photos_.warnings;
     readSizes();
     settleSizes();
@@ -54,6 +57,8 @@ class PhotoRecording : public Recording {
   std::string kind() const override { return photos_.kind; }
   std::size_t frameCount() const override { return 1; }
   const std::vector<Camera>& cameras() const override { return cameras_; }
+  bool hasDepth(std::size_t) const override { return have_depth_; }
+  bool hasColor(std::size_t camera) const override { return !photos_.photos[camera].files.color.empty(); }
   std::vector<std::string> inputs() const override { return photos_.inputs; }
 
   void read(std::size_t, LoadedFrame& out) override {
@@ -71,11 +76,12 @@ class PhotoRecording : public Recording {
   }
 
  private:
-  /** \brief Of depth and photographs, whether colour is wanted or not: the intrinsics depend on it. */
+  /** \brief Of depth and photographs, whether colour is wanted or not: the intrinsics depend on it. Depth that is not there would have the size of
+   *  its photograph. */
   void readSizes() {
     for (const Photo& photo : photos_.photos) {
-      depth_sizes_.push_back(floatImageSize(photo.files.depth));
       color_sizes_.push_back(photo.files.color.empty() ? ImageSize() : colorSize(photo.files.color));
+      depth_sizes_.push_back(have_depth_ ? floatImageSize(photo.files.depth) : color_sizes_.back());
     }
   }
 
@@ -128,7 +134,7 @@ class PhotoRecording : public Recording {
     const Intrinsics K = camera.intrinsics;
     const ImageSize depth = depth_sizes_[i], color = color_sizes_[i];
     const float middle = photos_.scaled_from_first_middle ? 0.0f : 0.5f;
-    checkSameShape(photo.files.depth, depth.width, depth.height, K);
+    if (have_depth_) checkSameShape(photo.files.depth, depth.width, depth.height, K);
     camera.intrinsics = resized(K, depth.width, depth.height, middle);
     if (color.width > 0) checkSameShape(photo.files.color, color.width, color.height, K);
     if (otherSize(i)) {
@@ -142,6 +148,7 @@ class PhotoRecording : public Recording {
   }
 
   Photos photos_;
+  bool have_depth_;
   float unit_;
   bool skip_damaged_;
   std::vector<ImageSize> depth_sizes_, color_sizes_;  ///< 0: there is no photograph
@@ -176,23 +183,46 @@ void makeNamesSafe(std::vector<Photo>& photos) {
   }
 }
 
+/** \brief Of photographs with and without depth, those with depth; of photographs without depth, those that are there. */
+void choose(Photos& photos) {
+  std::vector<Photo>& all = photos.photos;
+  const std::size_t count = all.size();
+  const bool have_depth = haveDepth(all);
+  const auto without = [&](const Photo& photo) { return (have_depth ? photo.files.depth : photo.files.color).empty(); };
+  all.erase(std::remove_if(all.begin(), all.end(), without), all.end());
+  if (all.empty())
+    throw InputError(photos.path + ": has neither depth maps nor photographs under the names of its cameras");
+  const std::string left_out = std::to_string(count - all.size()) + " of " + std::to_string(count) + " images ";
+  if (have_depth) {
+    if (all.size() < count)
+      photos.warnings.push_back(photos.path + ": " + left_out + "have no depth map and are left out");
+    return;
+  }
+  for (Photo& photo : all) photo.files.color_alone = true;
+  photos.warnings.push_back(photos.path + ": has no depth maps; its " + std::to_string(all.size()) +
+                            " images are photographs without depth");
+  if (all.size() < count) photos.warnings.push_back(photos.path + ": " + left_out + "are not there and are left out");
+}
+
 }  // namespace
+
+bool haveDepth(const std::vector<Photo>& photos) {
+  return std::any_of(photos.begin(), photos.end(), [](const Photo& photo) { return !photo.files.depth.empty(); });
+}
 
 std::unique_ptr<Recording> openPhotos(Photos photos, const RecordingOptions& options) {
   refuse(photos.path, options);
-  if (photos.photos.empty()) throw InputError(photos.path + ": has no depth maps; depth is not estimated here");
-  if (photos.without_depth > 0)
-    photos.warnings.push_back(photos.path + ": " + std::to_string(photos.without_depth) + " of " +
-                              std::to_string(photos.without_depth + photos.photos.size()) +
-                              " images have no depth map and are left out");
+  choose(photos);
   if (!options.views.empty()) {
     std::vector<Photo> chosen;
     for (const std::size_t i : parseRange(options.views, photos.photos.size(), "--views"))
       chosen.push_back(photos.photos[i]);
     photos.photos = std::move(chosen);
   }
-  if (options.read_color) warnOfMissing(photos, photos.color_folder, "photograph", &ViewFiles::color);
-  warnOfMissing(photos, photos.confidence_folder, "confidence", &ViewFiles::confidence);
+  if (haveDepth(photos.photos)) {
+    if (options.read_color) warnOfMissing(photos, photos.color_folder, "photograph", &ViewFiles::color);
+    warnOfMissing(photos, photos.confidence_folder, "confidence", &ViewFiles::confidence);
+  }
   makeNamesSafe(photos.photos);
   if (!options.depth_scale)
     photos.warnings.push_back(photos.path +

@@ -18,24 +18,27 @@ struct Photo {
   ViewFiles files;
 };
 
-/** \brief Photographs of one instant, or of what does not move, for which a program has estimated depth. The formats differ in how they list
- *  their cameras and name their depth; this is what they share. */
+/** \brief Photographs of one instant, or of what does not move; of them or of some a program may have estimated depth. The formats differ in how
+ *  they list their cameras and name their depth; this is what they share. */
 struct Photos {
   std::string kind;
   std::string path;
   std::vector<std::string> inputs;  ///< see Recording::inputs()
   std::string color_folder;         ///< where photographs should be; empty: nowhere
   std::string confidence_folder;    ///< the same of confidence
-  std::vector<Photo> photos;        ///< those with depth
+  std::vector<Photo> photos;        ///< those without depth, too
   /** \brief How the intrinsics of a smaller image follow: with all coordinates counted from the middle of the first pixel, as MVSNet does, or from
    *  its corner, so that both images show the same. */
   bool scaled_from_first_middle{false};
-  std::size_t without_depth{0};       ///< how many have none, and are left out
   std::vector<std::string> warnings;  ///< a line each
 };
 
-/** \brief Depth and colour may have other sizes than the camera's: then its intrinsics are scaled. RecordingOptions::depth_scale is metres for one
- *  unit of depth and of positions alike. Throws InputError where there is no depth, OptionError for options that do not fit. */
+/** \brief Whether any of them has depth. */
+bool haveDepth(const std::vector<Photo>& photos);
+
+/** \brief If some have depth, those without are left out; if none has, all are photographs without depth. Depth and colour may have other sizes than
+ *  the camera's: then its intrinsics are scaled. RecordingOptions::depth_scale is metres for one unit of depth and of positions alike. Throws
+ *  InputError where there is neither depth nor a photograph, OptionError for options that do not fit. */
 std::unique_ptr<Recording> openPhotos(Photos photos, const RecordingOptions& options);
 
 }  // namespace fuse_flow::io

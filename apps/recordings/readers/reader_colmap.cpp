@@ -217,23 +217,20 @@ std::unique_ptr<Recording> openColmap(const std::string& folder, const Recording
   std::map<std::string, const Registered*> by_name;
   for (const Registered& image : images)
     if (!by_name.emplace(image.name, &image).second) throw InputError(images_path + ": names " + image.name + " twice");
-  std::size_t photometric = 0;
+  std::size_t photometric = 0, with_depth = 0;
   for (const auto& [name, image] : by_name) {
     Photo photo;
     photo.files.depth = depthMapOf(folder, name);
-    if (photo.files.depth.empty()) {
-      ++photos.without_depth;
-      continue;
-    }
+    photo.files.depth_was_there = !photo.files.depth.empty();
     const auto camera = cameras.find(image->camera);
     if (camera == cameras.end())
       throw InputError(images_path + ": image " + name + " is of camera " + std::to_string(image->camera) + ", which " +
                        cameras_path + " does not have");
-    if (!isIdeal(camera->second.distortion))
+    if (photo.files.depth_was_there && !isIdeal(camera->second.distortion))
       throw InputError(cameras_path + ": camera " + std::to_string(image->camera) +
                        " has a lens with distortion; depth maps are of images that colmap image_undistorter has "
                        "undistorted: its output folder must be given");
-    photo.files.depth_was_there = true;
+    if (photo.files.depth_was_there) ++with_depth;
     if (photo.files.depth.find(".photometric.bin") != std::string::npos) ++photometric;
     if (const std::string color = (fs::path(folder) / "images" / name).string(); isThere(color))
       photo.files.color = color;
@@ -242,15 +239,14 @@ std::unique_ptr<Recording> openColmap(const std::string& folder, const Recording
     photo.camera.T_world_camera = image->T_camera_world.inverse();
     photos.photos.push_back(std::move(photo));
   }
+  const std::string maps = (fs::path(folder) / "stereo" / "depth_maps").string();
+  if (!haveDepth(photos.photos) && !filesIn(maps).empty())  // an empty folder is what image_undistorter leaves
+    throw InputError(maps + ": has no depth map of the images in " + images_path +
+                     ", must have one named such as IMAGE.geometric.bin");
   if (photometric > 0)
-    photos.warnings.push_back(folder + ": " + std::to_string(photometric) + " of " +
-                              std::to_string(photos.photos.size()) +
+    photos.warnings.push_back(folder + ": " + std::to_string(photometric) + " of " + std::to_string(with_depth) +
                               " depth maps are photometric, there is no geometric one; COLMAP has not compared them "
                               "with other views");
-  if (photos.photos.empty())
-    throw InputError(folder +
-                     ": has no depth maps in stereo/depth_maps; depth is not estimated here, colmap "
-                     "patch_match_stereo does that");
   return openPhotos(std::move(photos), options);
 }
 

@@ -4,6 +4,7 @@
 #include "recordings/readers/photo_recording.h"
 #include "recordings/readers/readers.h"
 
+#include <algorithm>
 #include <filesystem>
 #include <sstream>
 
@@ -57,9 +58,10 @@ Camera readCameraFile(const std::string& path) {
 void warnOfOrphans(const std::string& depths, Photos& photos) {
   std::size_t files = 0;
   for (const std::string& name : filesIn(depths)) files += name[0] != '.' && isFloatImage(name) ? 1 : 0;
-  if (files > photos.photos.size())
-    photos.warnings.push_back(depths + ": " + std::to_string(files - photos.photos.size()) + " of " +
-                              std::to_string(files) +
+  const auto used = static_cast<std::size_t>(
+      std::count_if(photos.photos.begin(), photos.photos.end(), [](const Photo& p) { return !p.files.depth.empty(); }));
+  if (files > used)
+    photos.warnings.push_back(depths + ": " + std::to_string(files - used) + " of " + std::to_string(files) +
                               " depth maps have no camera in cams, or another beside them, and are left out");
 }
 
@@ -88,30 +90,23 @@ std::unique_ptr<Recording> openMvsnet(const std::string& folder, const Recording
   photos.confidence_folder = confidences;
   for (const std::string& used : {cams, depths, images, confidences})
     if (!used.empty()) photos.inputs.push_back(used);
-  if (depths.empty())
-    throw InputError(folder +
-                     ": has no depth maps; depth is not estimated here, must have depth_est/00000000.pfm beside cams");
   for (const std::string& name : filesIn(cams)) {
     const std::string stem = stemOf(name);
     if (stem.empty()) continue;
     Photo photo;
-    photo.files.depth = findFloatImage(depths, stem);
-    if (photo.files.depth.empty()) {
-      ++photos.without_depth;
-      continue;
-    }
-    photo.files.depth_was_there = true;
+    if (!depths.empty()) photo.files.depth = findFloatImage(depths, stem);
+    photo.files.depth_was_there = !photo.files.depth.empty();
     if (!images.empty()) photo.files.color = findImage(images, stem);
     if (!confidences.empty()) photo.files.confidence = findConfidence(confidences, stem);
     photo.camera = readCameraFile((fs::path(cams) / name).string());
     photo.camera.name = stem;
     photos.photos.push_back(std::move(photo));
   }
-  if (photos.photos.empty())
+  if (!depths.empty() && !haveDepth(photos.photos))
     throw InputError(depths +
                      ": has no depth map of the cameras in cams, must have one named such as 00000000.pfm or "
                      ".npy for 00000000_cam.txt");
-  warnOfOrphans(depths, photos);
+  if (!depths.empty()) warnOfOrphans(depths, photos);
   return openPhotos(std::move(photos), options);
 }
 

@@ -19,17 +19,20 @@ namespace fs = std::filesystem;
 namespace fuse_flow::io {
 namespace {
 
-/** \brief The images of a folder whose names are a number: by it, their names. */
-std::map<std::size_t, std::string> numberedImages(const fs::path& folder) {
+bool isDepthImage(const std::string& name) { return fs::path(name).extension() == ".png" || isFloatImage(name); }
+
+/** \brief The images of a folder whose names are a number: by it, their names. \param kind "depth" or "colour" */
+std::map<std::size_t, std::string> numberedImages(const fs::path& folder, const std::string& kind) {
   std::map<std::size_t, std::string> names;
   for (const std::string& name : filesIn(folder.string())) {
-    if (fs::path(name).extension() != ".png" && !isFloatImage(name)) continue;
+    if (!(kind == "depth" ? isDepthImage(name) : isImage(name))) continue;
     const std::string stem = fs::path(name).stem().string();
     const std::optional<std::size_t> number = wholeNumber(stem);
     if (!number) continue;
     std::string& known = names[*number];
     if (fs::path(known).stem().string() == stem)
-      throw InputError(folder.string() + ": has " + known + " and " + name + ", must have one depth image of a frame");
+      throw InputError(folder.string() + ": has " + known + " and " + name + ", must have one " + kind +
+                       " image of a frame");
     if (known.empty() || stem == frameStem(*number)) known = name;  // of 7 and 000007 the usual one
   }
   return names;
@@ -48,10 +51,14 @@ class RigRecording : public Recording {
       cameras_.push_back(entry.camera);
       if (options.depth_scale) cameras_.back().depth_scale = *options.depth_scale;
       confidence_scales_.push_back(entry.confidence_scale);
-      const std::string own_folder = (folder_ / entry.camera.name).string();
-      names_.push_back(numberedImages(fs::path(own_folder) / "depth"));
-      color_folders_.push_back(colorFolder(own_folder));
+      const fs::path own_folder = folder_ / entry.camera.name;
+      color_folders_.push_back(colorFolder(own_folder.string()));
+      has_depth_.push_back(color_folders_.back().empty() || isThere((own_folder / "depth").string()));
+      names_.push_back(has_depth_.back() ? numberedImages(own_folder / "depth", "depth")
+                                         : numberedImages(color_folders_.back(), "colour"));
     }
+    image_ = std::all_of(has_depth_.begin(), has_depth_.end(), [](bool depth) { return depth; }) ? "a depth image"
+                                                                                                 : "an image";
     listFrames();
     warnings_ = rig.warnings;
     warnOfGaps();
@@ -64,6 +71,8 @@ class RigRecording : public Recording {
   std::vector<std::size_t> frames() const override { return frames_; }
   std::optional<double> framesPerSecond() const override { return frames_per_second_; }
   const std::vector<Camera>& cameras() const override { return cameras_; }
+  bool hasDepth(std::size_t camera) const override { return has_depth_[camera]; }
+  bool hasColor(std::size_t camera) const override { return read_color_ && !color_folders_[camera].empty(); }
   std::optional<float> confidenceScale(std::size_t camera) const override { return confidence_scales_[camera]; }
   std::vector<std::string> inputs() const override { return inputs_; }
 
@@ -77,19 +86,7 @@ class RigRecording : public Recording {
     out.damaged.clear();
     out.ended.clear();
     for (std::size_t i = 0; i < cameras_.size(); ++i) {
-      const fs::path camera = folder_ / cameras_[i].name;
-      const auto found = names_[i].find(frame);
-      const std::string name = found != names_[i].end() ? found->second : frameStem(frame) + ".png";
-      const std::string stem = fs::path(name).stem().string();
-      ViewFiles files;
-      files.depth = (camera / "depth" / name).string();
-      files.depth_was_there = found != names_[i].end();
-      if (read_color_ && !color_folders_[i].empty()) {
-        files.color = findImage(color_folders_[i], stem);
-        if (files.color.empty()) files.color = findImage(color_folders_[i], frameStem(frame));
-      }
-      files.confidence = findConfidence((camera / "confidence").string(), stem);
-      loadView(files, confidence_scales_[i], i, skip_damaged_, out);
+      loadView(filesOf(i, frame), confidence_scales_[i], i, skip_damaged_, out);
       if (out.rig.views[i].depth32)
         for (float& z : out.images[i].depth32.data) z *= cameras_[i].depth_scale;
       if (names_[i].empty() || frame > names_[i].rbegin()->first) out.ended.push_back({i, ending(i)});
@@ -97,16 +94,38 @@ class RigRecording : public Recording {
   }
 
  private:
+  ViewFiles filesOf(std::size_t camera, std::size_t frame) const {
+    const fs::path folder = folder_ / cameras_[camera].name;
+    const auto found = names_[camera].find(frame);
+    const bool there = found != names_[camera].end();
+    ViewFiles files;
+    files.color_alone = !has_depth_[camera];
+    if (files.color_alone) {
+      if (read_color_ && there) files.color = (fs::path(color_folders_[camera]) / found->second).string();
+      return files;
+    }
+    const std::string name = there ? found->second : frameStem(frame) + ".png";
+    const std::string stem = fs::path(name).stem().string();
+    files.depth = (folder / "depth" / name).string();
+    files.depth_was_there = there;
+    if (read_color_ && !color_folders_[camera].empty()) {
+      files.color = findImage(color_folders_[camera], stem);
+      if (files.color.empty()) files.color = findImage(color_folders_[camera], frameStem(frame));
+    }
+    files.confidence = findConfidence((folder / "confidence").string(), stem);
+    return files;
+  }
+
   /** \brief A frame that is missing between others was dropped; those behind the last one were never taken. */
   std::string ending(std::size_t camera) const {
     const std::string name = "camera '" + cameras_[camera].name + "' ";
-    if (names_[camera].empty()) return name + "has no depth images";
+    if (names_[camera].empty()) return name + (has_depth_[camera] ? "has no depth images" : "has no colour images");
     const auto begin = frames_.begin();
     const auto end = std::upper_bound(begin, frames_.end(), names_[camera].rbegin()->first);
     return name + "ends after " + std::to_string(end - begin) + " of " + std::to_string(frames_.size()) + " frames";
   }
 
-  /** \brief All numbers for which a camera has a depth image. */
+  /** \brief All numbers for which a camera has a depth image, or, if it is one without depth, a colour image. */
   void listFrames() {
     std::set<std::size_t> numbers;
     for (const auto& names : names_)
@@ -118,14 +137,14 @@ class RigRecording : public Recording {
     if (frames_.empty()) return;
     if (frames_.front() > 0)
       warnings_.push_back(folder_.string() + ": begins at frame " + frameStem(frames_.front()) +
-                          ", the first of which a camera has a depth image");
+                          ", the first of which a camera has " + image_);
     const std::size_t missing = frames_.back() - frames_.front() + 1 - frames_.size();
     if (missing == 0) return;
     std::size_t k = 0;
     while (frames_[k + 1] == frames_[k] + 1) ++k;
     warnings_.push_back(folder_.string() + ": " + std::to_string(missing) + " frames between " +
                         frameStem(frames_.front()) + " and " + frameStem(frames_.back()) +
-                        " are left out, no camera has a depth image of them, such as " + frameStem(frames_[k] + 1));
+                        " are left out, no camera has " + image_ + " of them, such as " + frameStem(frames_[k] + 1));
   }
 
   /** \brief Names by a camera's own clock or counter would put each camera into an instant of its own. */
@@ -138,15 +157,17 @@ class RigRecording : public Recording {
     }
     const auto shared = [](const auto& entry) { return entry.second > 1; };
     if (with_images < 2 || std::any_of(counts.begin(), counts.end(), shared)) return;
-    warnings_.push_back(folder_.string() +
-                        ": no two cameras have a depth image of the same number; images of one instant must have the "
+    warnings_.push_back(folder_.string() + ": no two cameras have " + image_ +
+                        " of the same number; images of one instant must have the "
                         "same number in every camera's folder");
   }
 
   /** \brief Depth in float is mostly in metres. */
   void warnOfScales() {
     for (std::size_t i = 0; i < cameras_.size(); ++i) {
-      if (names_[i].empty() || !isFloatImage(names_[i].begin()->second) || cameras_[i].depth_scale == 1.0f) continue;
+      if (names_[i].empty() || !has_depth_[i] || !isFloatImage(names_[i].begin()->second) ||
+          cameras_[i].depth_scale == 1.0f)
+        continue;
       std::ostringstream line;
       line << "camera '" << cameras_[i].name << "': its depth in float is multiplied by its depth_scale, "
            << cameras_[i].depth_scale << "; if it is in metres, that must be 1";
@@ -161,10 +182,22 @@ class RigRecording : public Recording {
   bool skip_damaged_;
   std::vector<Camera> cameras_;
   std::vector<std::optional<float>> confidence_scales_;
-  std::vector<std::map<std::size_t, std::string>> names_;  ///< of each camera's depth images, by their number
-  std::vector<std::string> color_folders_;                 ///< of each camera; empty: it has none
+  /** \brief Of each camera. One that has a folder of colour images, and none of depth, is one without depth. */
+  std::vector<bool> has_depth_;
+  /** \brief Of each camera's depth images, or, if it is one without depth, its colour images, by their number. */
+  std::vector<std::map<std::size_t, std::string>> names_;
+  std::vector<std::string> color_folders_;  ///< of each camera; empty: it has none
+  std::string image_;                       ///< what makes a frame: "a depth image"
   std::vector<std::size_t> frames_;
 };
+
+/** \brief Throws where depth images have no unit. */
+void checkScales(const std::string& json_path, const RigDescription& rig, const Recording& recording) {
+  for (std::size_t i = 0; i < rig.cameras.size(); ++i)
+    if (recording.hasDepth(i) && !rig.cameras[i].has_depth_scale)
+      throw InputError(json_path + ": camera '" + rig.cameras[i].camera.name +
+                       "': depth_scale is missing, must be a number: metres per unit of its depth images, like 0.001");
+}
 
 /** \brief The images of all cameras, and what simulated ones saw. */
 std::vector<std::string> inputsOf(const std::string& json_path, const RigDescription& rig) {
@@ -194,10 +227,13 @@ std::unique_ptr<Recording> openRig(const std::string& json_path, const Recording
   }
   fs::path folder = fs::path(json_path).parent_path();
   auto recording = std::make_unique<RigRecording>(std::move(folder), rig, options, std::move(inputs));
-  if (recording->frameCount() == 0)
-    throw InputError(
-        json_path + ": there are no depth images, expected files like " +
-        (fs::path(json_path).parent_path() / rig.cameras[0].camera.name / "depth" / "000000.png").string());
+  if (recording->frameCount() == 0) {
+    const fs::path camera = fs::path(json_path).parent_path() / rig.cameras[0].camera.name;
+    throw InputError(json_path + ": there are no depth images, expected files like " +
+                     (camera / "depth" / "000000.png").string() + ", or, of a camera without a folder depth, " +
+                     (camera / "color" / "000000.png").string());
+  }
+  if (!options.depth_scale) checkScales(json_path, rig, *recording);
   return recording;
 }
 

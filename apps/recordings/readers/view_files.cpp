@@ -4,6 +4,7 @@
 #include "recordings/files/float_image.h"
 #include "recordings/files/image_io.h"
 
+#include <algorithm>
 #include <filesystem>
 #include <initializer_list>
 #include <sstream>
@@ -20,6 +21,8 @@ SizeCheck sizeOf(const std::string& path, const std::string& camera, const Intri
                      camera + "' is calibrated for " + std::to_string(K.width) + "x" + std::to_string(K.height));
   };
 }
+
+constexpr std::initializer_list<const char*> kImageExtensions = {".png", ".jpg", ".jpeg", ".PNG", ".JPG", ".JPEG"};
 
 /** \brief The first that exists; else "". */
 std::string findFile(const std::string& folder, const std::string& stem,
@@ -42,6 +45,18 @@ void checkConfidence(const std::string& path, const FloatImage& confidence) {
     }
 }
 
+std::string noLongerThere(const std::string& path) {
+  return path + ": is no longer there; it was when the recording was opened";
+}
+
+void loadColor(const std::string& path, const Camera& camera, LoadedView& images, DepthView& view) {
+  const bool own = camera.color.has_value();
+  readColor(path, images.color,
+            sizeOf(path, camera.name + (own ? " color" : ""), own ? camera.color->intrinsics : camera.intrinsics));
+  images.color_file = path;
+  view.color = images.color.view();
+}
+
 }  // namespace
 
 std::string frameStem(std::size_t frame) {
@@ -50,7 +65,12 @@ std::string frameStem(std::size_t frame) {
 }
 
 std::string findImage(const std::string& folder, const std::string& stem) {
-  return findFile(folder, stem, {".png", ".jpg", ".jpeg", ".PNG", ".JPG", ".JPEG"});
+  return findFile(folder, stem, kImageExtensions);
+}
+
+bool isImage(const std::string& name) {
+  return std::find(kImageExtensions.begin(), kImageExtensions.end(), fs::path(name).extension()) !=
+         kImageExtensions.end();
 }
 
 std::string findFloatImage(const std::string& folder, const std::string& stem) {
@@ -72,10 +92,17 @@ std::string colorFolder(const std::string& folder) {
 void loadView(const ViewFiles& files, const Camera& camera, std::optional<float> confidence_scale, LoadedView& images,
               DepthView& view) {
   view = DepthView();
+  images.color_file.clear();
+  if (files.color_alone) {
+    if (files.color.empty()) return;
+    if (!isThere(files.color)) throw InputError(noLongerThere(files.color));
+    loadColor(files.color, camera, images, view);
+    return;
+  }
   if (files.depth.empty()) return;
   if (!isThere(files.depth)) {
     if (!files.depth_was_there) return;
-    throw InputError(files.depth + ": is no longer there; it was when the recording was opened");
+    throw InputError(noLongerThere(files.depth));
   }
   const SizeCheck depth_size = sizeOf(files.depth, camera.name, camera.intrinsics);
   if (isFloatImage(files.depth)) {
@@ -87,13 +114,7 @@ void loadView(const ViewFiles& files, const Camera& camera, std::optional<float>
     readDepthPng(files.depth, images.depth16, depth_size);
     view.depth16 = images.depth16.view();
   }
-  if (!files.color.empty() && isThere(files.color)) {
-    const bool own = camera.color.has_value();
-    readColor(
-        files.color, images.color,
-        sizeOf(files.color, camera.name + (own ? " color" : ""), own ? camera.color->intrinsics : camera.intrinsics));
-    view.color = images.color.view();
-  }
+  if (!files.color.empty() && isThere(files.color)) loadColor(files.color, camera, images, view);
   if (!files.confidence.empty() && isThere(files.confidence)) {
     const SizeCheck size = sizeOf(files.confidence, camera.name, camera.intrinsics);
     images.assumed_confidence_step = 0;

@@ -12,6 +12,7 @@ struct ViewFiles {
   std::string depth;
   std::string color;
   std::string confidence;
+  bool color_alone{false};      ///< the camera has no depth; a path of colour was there when the recording was opened
   bool depth_was_there{false};  ///< when the recording was opened: if it is not any more, no camera has missed a frame
 };
 
@@ -20,6 +21,9 @@ std::string frameStem(std::size_t frame);
 
 /** \brief folder/stem.png, .jpg or .jpeg, also in capitals, whichever exists; else "". */
 std::string findImage(const std::string& folder, const std::string& stem);
+
+/** \brief Whether a file is named as findImage() looks for them. */
+bool isImage(const std::string& name);
 
 /** \brief folder/stem.pfm or .npy, also in capitals, whichever exists; else "". */
 std::string findFloatImage(const std::string& folder, const std::string& stem);
@@ -32,7 +36,7 @@ std::string colorFolder(const std::string& folder);
 
 /** \brief Reads what is there into images and points view at it. Depth is a 16-bit PNG, or a file of readFloatImage() in units that the caller makes
  *  metres of. Confidence is a PNG, or such a file of numbers from 0 to 1. Without a depth file the view is missing, whatever
- *  else exists. Throws InputError on a damaged file, on an image whose size is not its camera's, and where the depth file is gone.
+ *  else exists, but for the colour of a camera without depth. Throws InputError on a damaged file, on an image whose size is not its camera's, and where the depth file is gone.
  *  \param confidence_scale confidence per step of its image; absent: the largest value of the file's type is 1 */
 void loadView(const ViewFiles& files, const Camera& camera, std::optional<float> confidence_scale, LoadedView& images,
               DepthView& view);

@@ -201,7 +201,30 @@ TEST_F(Mvsnet, WhatIsWrongIsRefusedInOneLine) {
   const std::string depth = write("depth_est/00000001.pfm", pfm(64, 20, [](int, int) { return 1.0f; }));
   EXPECT_TRUE(refusal({depth, "64x20", "64x48", "same shape"}));
   fs::remove_all(folder_ / "depth_est");
-  EXPECT_TRUE(refusal({folder_.string(), "no depth maps", "depth_est"}));
+  write("depth_est/other.pfm", pfm(64, 48, [](int, int) { return 1.0f; }));
+  EXPECT_TRUE(refusal({path("depth_est"), "no depth map of the cameras", "00000000.pfm"}));
+  fs::remove_all(folder_ / "depth_est");
+  fs::remove_all(folder_ / "images");
+  EXPECT_TRUE(refusal({folder_.string(), "neither depth maps nor photographs"}));
+}
+
+TEST_F(Mvsnet, WithoutDepthMapsItsImagesArePhotographsWithoutDepth) {
+  fs::remove_all(folder_ / "depth_est");
+  fs::remove_all(folder_ / "confidence");
+  const auto recording = open(folder_);
+  EXPECT_TRUE(warns(*recording, "its 3 images are photographs without depth"));
+  EXPECT_FALSE(warns(*recording, "left out"));
+  io::LoadedFrame frame;
+  recording->read(0, frame);
+  ASSERT_EQ(frame.rig.views.size(), 3u);
+  for (std::size_t view = 0; view < 3; ++view) {
+    EXPECT_FALSE(recording->hasDepth(view));
+    EXPECT_TRUE(frame.rig.views[view].missing());
+    EXPECT_EQ(frame.rig.views[view].color.width, 64);
+    EXPECT_TRUE(
+        frame.rig.cameras[view].T_world_camera.isApprox(this->view(static_cast<int>(view)).T_world_camera, 1e-6));
+    EXPECT_EQ(frame.rig.cameras[view].intrinsics.height, 48);
+  }
 }
 
 TEST_F(Mvsnet, OptionsThatDoNotFitAreRefused) {
@@ -359,7 +382,31 @@ TEST_F(Colmap, WhatIsWrongIsRefusedInOneLine) {
   fs::remove(folder_ / "sparse" / "images.bin");
   writeText();
   fs::remove_all(folder_ / "stereo");
-  EXPECT_TRUE(refusal({folder_.string(), "no depth maps", "patch_match_stereo"}));
+  write("stereo/depth_maps/other.png.geometric.bin", colmapMap(64, 48, [](int, int) { return 1.0f; }));
+  EXPECT_TRUE(refusal({path("stereo/depth_maps"), "no depth map of the images", "images.txt"}));
+}
+
+TEST_F(Colmap, WithoutDepthMapsItsImagesArePhotographsWithoutDepth) {
+  fs::remove_all(folder_ / "stereo");
+  fs::create_directories(folder_ / "stereo" / "depth_maps");  // empty, as image_undistorter leaves it
+  writeText("7 OPENCV 64 48 24 20 29.5 26 0.1 0 0 0\n");
+  const auto recording = open(folder_);
+  EXPECT_TRUE(warns(*recording, "its 3 images are photographs without depth"));
+  io::LoadedFrame frame;
+  recording->read(0, frame);
+  ASSERT_EQ(frame.rig.views.size(), 3u);
+  for (std::size_t view = 0; view < 3; ++view) {
+    EXPECT_FALSE(recording->hasDepth(view));
+    EXPECT_TRUE(recording->hasColor(view));
+    EXPECT_TRUE(frame.rig.views[view].missing());
+    EXPECT_EQ(frame.rig.views[view].color.width, 64);
+    EXPECT_EQ(frame.images[view].color_file, path("images/" + name(static_cast<int>(view))));
+  }
+  EXPECT_EQ(frame.rig.cameras[0].intrinsics.distortion.k1, 0.1f) << "lenses may be as they are";
+  EXPECT_FLOAT_EQ(frame.rig.cameras[0].intrinsics.cx, 29);
+  fs::remove(folder_ / "images" / name(0));
+  EXPECT_EQ(open(folder_)->cameras().size(), 2u);
+  EXPECT_TRUE(warns(*open(folder_), "1 of 3 images are not there"));
 }
 
 /** \brief The points of points3D.txt, and the numbers of the images that see each. */
@@ -387,14 +434,8 @@ std::vector<SparsePoint> readSparsePoints(const fs::path& file) {
 TEST_F(Colmap, ColmapsPointsFallIntoThePhotographsThatSeeThem) {
   const fs::path sceaux = fs::path(FUSE_FLOW_TEST_SHARED_DATA) / "sceaux";
   if (!fs::exists(sceaux)) GTEST_SKIP() << sceaux << " is not there";
-  EXPECT_TRUE(refuses([&] { open(sceaux); }, {"sceaux", "no depth maps"}));
-  // With depth of any kind its cameras are those that COLMAP wrote.
-  fs::create_directories(folder_ / "castle" / "stereo" / "depth_maps");
-  for (const char* part : {"images", "sparse"}) fs::create_directory_symlink(sceaux / part, folder_ / "castle" / part);
-  for (const fs::directory_entry& photo : fs::directory_iterator(sceaux / "images"))
-    write("castle/stereo/depth_maps/" + photo.path().filename().string() + ".geometric.bin",
-          colmapMap(960, 713, [](int, int) { return 1.0f; }));
-  const auto recording = open(folder_ / "castle");
+  const auto recording = open(sceaux);
+  EXPECT_TRUE(warns(*recording, "its 11 images are photographs without depth"));
   ASSERT_EQ(recording->cameras().size(), 11u);  // their names are in the order of their numbers
   std::size_t seen = 0, of = 0;
   for (const SparsePoint& point : readSparsePoints(sceaux / "sparse" / "points3D.txt"))

@@ -241,7 +241,7 @@ TEST_F(RigJson, TheRateIsThatOfTheFile) {
 }
 
 TEST_F(RigJson, AKeyThatIsMissingIsNamedWithFileAndCamera) {
-  for (const char* key : {"width", "height", "fx", "fy", "cx", "cy", "depth_scale", "T_world_camera"}) {
+  for (const char* key : {"width", "height", "fx", "fy", "cx", "cy", "T_world_camera"}) {
     Json camera = leftCamera();
     camera.erase(key);
     EXPECT_TRUE(
@@ -253,6 +253,16 @@ TEST_F(RigJson, AKeyThatIsMissingIsNamedWithFileAndCamera) {
     EXPECT_TRUE(refuses([&] { read(rig(camera)); },
                         {path("rig.json") + ": camera 'left' color: " + key + " is missing, must be "}));
   }
+}
+
+TEST_F(RigJson, ACameraWithoutDepthNeedsNoUnitOfDepth) {
+  Json camera = leftCamera();
+  camera.erase("depth_scale");
+  const std::vector<io::RigCamera> without = read(rig(camera));
+  EXPECT_FALSE(without[0].has_depth_scale);
+  io::writeRigJson(path("again.json"), {without, std::nullopt});
+  EXPECT_EQ(io::readFile(path("again.json")).find("depth_scale"), std::string::npos);
+  EXPECT_TRUE(read(rig(leftCamera()))[0].has_depth_scale);
 }
 
 /** \brief Values that each key must refuse, and what the message says of them. */

@@ -64,6 +64,65 @@ TEST_F(RigWriter, AViewThatIsMissingIsAMissingFile) {
   EXPECT_TRUE(back.rig.views[1].missing());
 }
 
+TEST_F(RigWriter, DepthInFloatAndConfidenceAreReadBackAsTheyWere) {
+  io::RigDescription description = rig();
+  for (io::RigCamera& entry : description.cameras) {
+    entry.camera.depth_scale = 1;
+    entry.confidence_scale.reset();
+  }
+  description.cameras[1].confidence_scale = 0.5f;
+  const io::RigWriter writer(path("rig"), description, false);
+  io::LoadedFrame frame, back;
+  frame.images.resize(2);
+  frame.rig.views.assign(2, DepthView());
+  for (std::size_t k = 0; k < 2; ++k) {
+    io::LoadedView& images = frame.images[k];
+    images.depth32.resize(4, 3);
+    images.depth32.at(2, 1) = 1.2345678f;
+    images.confidence.resize(4, 3);
+    images.confidence.at(0, 2) = 0.1f;
+    frame.rig.views[k].depth32 = images.depth32.view();
+    frame.rig.views[k].confidence = images.confidence.view();
+  }
+  writer.write(3, frame);
+  writer.finish();
+  io::openRecording({path("rig")})->read(3, back);
+  for (std::size_t k = 0; k < 2; ++k) {
+    EXPECT_EQ(back.images[k].depth32.data, frame.images[k].depth32.data);
+    EXPECT_EQ(back.images[k].confidence.data, frame.images[k].confidence.data);
+  }
+}
+
+TEST_F(RigWriter, DepthInFloatIsOfCamerasWhoseUnitIsTheMetre) {
+  const io::RigWriter writer(path("rig"), rig(), false);
+  io::LoadedFrame frame;
+  measure(frame);
+  frame.images[0].depth32.resize(4, 3);
+  frame.rig.views[0].depth16 = {};
+  frame.rig.views[0].depth32 = frame.images[0].depth32.view();
+  EXPECT_TRUE(
+      refuses<io::OutputError>([&] { writer.write(0, frame); }, {path("rig/left/depth/000000.npy"), "must be 1"}));
+}
+
+TEST_F(RigWriter, OfACameraWithoutDepthColourAloneIsWritten) {
+  io::RigDescription description = rig();
+  for (io::RigCamera& entry : description.cameras) entry.has_depth_scale = false;
+  const io::RigWriter writer(path("rig"), description, true);
+  io::LoadedFrame frame, back;
+  measure(frame);
+  EXPECT_TRUE(refuses<io::OutputError>([&] { writer.write(0, frame); }, {"left/depth/000000.png", "no depth_scale"}));
+  frame.rig.views[0].depth16 = {};
+  writer.write(0, frame);
+  writer.finish();
+  EXPECT_FALSE(fs::exists(path("rig/left/depth")));
+  const auto recording = io::openRecording({path("rig")});
+  recording->read(0, back);
+  EXPECT_FALSE(recording->hasDepth(0));
+  EXPECT_TRUE(back.rig.views[0].missing());
+  EXPECT_EQ(back.images[0].color.at(3, 2).b, 3);
+  EXPECT_FALSE(back.rig.views[1].color);
+}
+
 TEST_F(RigWriter, AFolderThatCannotBeMadeIsNamed) {
   write("file", "");
   EXPECT_TRUE(refuses<io::OutputError>([&] { io::RigWriter(path("file/rig"), rig(), true); }, {path("file/rig")}));

@@ -12,12 +12,14 @@
 
 namespace fuse_flow::io {
 
-/** \brief The images of one camera at one instant; an absent one is empty. Either depth16 or depth32 is filled. */
+/** \brief The images of one camera at one instant; an absent one is empty. Either depth16 or depth32 is filled; neither, if the camera has no
+ *  depth. */
 struct LoadedView {
-  DepthImage depth16;     ///< as it is in the file
-  FloatImage depth32;     ///< metres
-  ColorImage color;       ///< of the depth image's size, or of Camera::color
-  FloatImage confidence;  ///< of the depth image's size, in [0, 1]
+  DepthImage depth16;      ///< as it is in the file
+  FloatImage depth32;      ///< metres
+  ColorImage color;        ///< of the depth image's size, or of Camera::color
+  std::string color_file;  ///< the file that color was read from; empty: none
+  FloatImage confidence;   ///< of the depth image's size, in [0, 1]
   /** \brief Value of one step of the confidence image's file, if it is not given and the largest value of the file's type counts as 1; else
    *  0. */
   float assumed_confidence_step{0};
@@ -53,13 +55,24 @@ class Recording {
   virtual std::string kind() const = 0;
   /** \brief One more than the highest frame number. */
   virtual std::size_t frameCount() const = 0;
-  /** \brief The numbers of the existing frames, ascending. In a rig, a frame exists if any camera has a depth image of it. */
+  /** \brief The numbers of the existing frames, ascending. In a rig, a frame exists if any camera has a depth image of it, or, if it is one
+   *  without depth, a colour image. */
   virtual std::vector<std::size_t> frames() const;
   /** \brief Rate at which its frames were taken, Hz; > 0. Absent: the recording does not give it. */
   virtual std::optional<double> framesPerSecond() const { return std::nullopt; }
   /** \brief The cameras of frame 0. In a recording of one moving camera they differ from frame to frame: see
    *  LoadedFrame::rig. */
   virtual const std::vector<Camera>& cameras() const = 0;
+  /** \brief Whether a camera measures depth. If not, its views have colour alone: they are missing(), and their color is set. */
+  virtual bool hasDepth(std::size_t camera) const {
+    (void)camera;
+    return true;
+  }
+  /** \brief Whether some of a camera's views may have colour. */
+  virtual bool hasColor(std::size_t camera) const {
+    (void)camera;
+    return true;
+  }
   /** \brief Value of one step of a camera's confidence images, as RigCamera::confidence_scale. Absent: the recording does not give it. */
   virtual std::optional<float> confidenceScale(std::size_t camera) const {
     (void)camera;
@@ -71,7 +84,7 @@ class Recording {
    *  the folder. No output of a tool may overwrite them, see InputFiles. */
   virtual std::vector<std::string> inputs() const = 0;
   /** \brief Reads a frame in [0, frameCount()) into out, and overwrites its content. A camera whose depth file is not there becomes a
-   *  missing view. Throws InputError on a damaged file or an image that does not fit its camera, unless
+   *  missing view; one without depth is a missing view with colour. Throws InputError on a damaged file or an image that does not fit its camera, unless
    *  RecordingOptions::skip_damaged. */
   virtual void read(std::size_t frame, LoadedFrame& out) = 0;
 

@@ -13,6 +13,8 @@ struct RigCamera {
   Camera camera;  ///< with its name, which is that of its folder
   /** \brief Value of one step of its confidence images, where 1 is certain. Absent: the largest value of the file's type is 1. */
   std::optional<float> confidence_scale{};
+  /** \brief Whether rig.json has its depth_scale, which a camera without depth does not need. */
+  bool has_depth_scale{true};
 };
 
 /** \brief The content of rig.json. */
