@@ -38,7 +38,7 @@ class ConfidenceCheck {
   explicit ConfidenceCheck(std::optional<float> min_confidence, std::optional<float> tau = std::nullopt)
       : min_confidence_(min_confidence), tau_(tau) {}
 
-  /** \param estimated of each camera whether stereo made its confidence here: that is low where it should be; empty: of none */
+  /** \param estimated of each camera whether stereo made its confidence: that is low where it should be; empty: of none */
   void look(const LoadedFrame& frame, const std::vector<bool>& estimated = {});
   std::vector<std::string> complaints() const;
 

@@ -18,7 +18,11 @@ constexpr const char* kRightAngle = "5 to 12 degrees";
 std::string rounded(float value) {
   std::ostringstream text;
   text.precision(3);
-  text << value;
+  if (value < 1000) {
+    text << value;
+  } else {
+    text << std::lround(value);
+  }
   return text.str();
 }
 

@@ -114,7 +114,7 @@ class Progress {
 /** \brief What is wrong with the input, though it can be read: for the end, when all of it was seen. */
 class InputChecks {
  public:
-  /** \param estimated of each camera whether its depth is estimated here */
+  /** \param estimated of each camera whether stereo made its depth */
   InputChecks(const std::string& method, const FuseFlowParameters& parameters, std::vector<bool> estimated)
       : estimated_(std::move(estimated)),
         depth_(parameters.preprocessing),
@@ -203,8 +203,8 @@ int run(Options& options, const command_line::MethodArguments& arguments) {
   std::size_t done = 0;
   const io::StillThere still_there(*recording);
   std::map<std::size_t, std::string> ended;  // by camera
-  std::vector<bool> estimated;
-  for (std::size_t k = 0; stereo && k < recording->cameras().size(); ++k) estimated.push_back(stereo->estimates(k));
+  std::vector<bool> estimated(recording->cameras().size(), arguments.depthSource() == "stereo");
+  for (std::size_t k = 0; stereo && k < estimated.size(); ++k) estimated[k] = estimated[k] || stereo->estimates(k);
   InputChecks checks(options.method, options.method_options.parameters, std::move(estimated));
   for (const std::size_t number : frames) {
     if (io::interrupt_requested) break;

@@ -13,7 +13,7 @@ namespace {
 
 using namespace fuse_flow;
 
-textured::Rig wallAndBall() {
+textured::Rig fourViews() {
   textured::Rig rig = textured::onArc(4, 160);
   rig.render(textured::wallAndBall(), textured::noise(0.08));
   return rig;
@@ -30,7 +30,7 @@ float medianOf(const std::vector<EpipolarError>& errors, std::size_t camera) {
 }
 
 TEST(EpipolarErrors, AreSmallWhereTheCalibrationIsRight) {
-  const textured::Rig rig = wallAndBall();
+  const textured::Rig rig = fourViews();
   const std::vector<EpipolarError> errors = epipolarErrors(rig.frame);
   ASSERT_EQ(errors.size(), 12u);  // four views with three others each
   for (const EpipolarError& error : errors) EXPECT_GT(error.matches, 5u) << error.view << " " << error.source;
@@ -38,7 +38,7 @@ TEST(EpipolarErrors, AreSmallWhereTheCalibrationIsRight) {
 }
 
 TEST(EpipolarErrors, ShowTheCameraThatHasBeenTurned) {
-  textured::Rig rig = wallAndBall();
+  textured::Rig rig = fourViews();
   // About its x axis by 4 pixels, across the lines to its neighbours, which stand beside it.
   rig.frame.cameras[2].T_world_camera.rotate(Eigen::AngleAxisd(4.0 / 144, Eigen::Vector3d::UnitX()));
   const std::vector<EpipolarError> errors = epipolarErrors(rig.frame);
@@ -49,7 +49,7 @@ TEST(EpipolarErrors, ShowTheCameraThatHasBeenTurned) {
 }
 
 TEST(EpipolarErrors, AreTheSameForAnyNumberOfThreads) {
-  const textured::Rig rig = wallAndBall();
+  const textured::Rig rig = fourViews();
   const std::vector<EpipolarError> one = epipolarErrors(rig.frame, {}, 1), three = epipolarErrors(rig.frame, {}, 3);
   ASSERT_EQ(one.size(), three.size());
   for (std::size_t k = 0; k < one.size(); ++k) {
@@ -59,7 +59,7 @@ TEST(EpipolarErrors, AreTheSameForAnyNumberOfThreads) {
 }
 
 TEST(EpipolarErrors, WithoutTextureNothingMatches) {
-  textured::Rig rig = wallAndBall();
+  textured::Rig rig = fourViews();
   for (auto& image : rig.images) image.assign(image.size(), Rgb8{90, 90, 90});
   for (const EpipolarError& error : epipolarErrors(rig.frame)) {
     EXPECT_EQ(error.matches, 0u);
@@ -68,7 +68,7 @@ TEST(EpipolarErrors, WithoutTextureNothingMatches) {
 }
 
 TEST(EpipolarErrors, RefuseWhatStereoRefuses) {
-  const textured::Rig rig = wallAndBall();
+  const textured::Rig rig = fourViews();
   RigFrame frame = rig.frame;
   frame.views[0] = frame.views[1] = frame.views[2] = {};
   refusal::expectThrow([&] { epipolarErrors(frame); }, {"1 of 4 views"});

@@ -14,8 +14,9 @@ struct EpipolarError {
   std::size_t view{0};     ///< number of a camera
   std::size_t source{0};   ///< number of the camera that it is matched with
   std::size_t matches{0};  ///< points that look like one place in the other image and like no other
-  /** \brief Median distance of the matches from their epipolar lines, pixels of the full image. Some 0.3 or less where the calibration is
-   *  right; over 1: intrinsics, lens or poses are off, and depth suffers; NaN without matches. */
+  /** \brief Median distance of the matches from their epipolar lines, pixels of the full image. Up to about 1.5 for a pair, and 1 for all pairs
+   *  of a camera, where the calibration is right, since there are few matches; over 2: intrinsics, lens or poses are off, and depth suffers; NaN
+   *  without matches. */
   float median{0};
 };
 
