@@ -30,7 +30,7 @@ class Image {
   std::vector<std::uint32_t> quads_;
 };
 
-int textured(int u, int v) {
+int speckled(int u, int v) {
   std::uint32_t h = static_cast<std::uint32_t>(u) * 2654435761u ^ static_cast<std::uint32_t>(v) * 40503u * 65537u;
   h = (h ^ h >> 15) * 0x846ca68bu;
   return static_cast<int>((h ^ h >> 16) % 100u) + 50;
@@ -41,33 +41,33 @@ constexpr WindowForm kForm{2, 30, 3};
 LocalWarp shift(float u, float v) { return {u, v, 1, 0, 0, 1, true}; }
 
 TEST(MatchingCost, OfAnImageWithItselfIsNone) {
-  const Image image(40, 30, textured);
+  const Image image(40, 30, speckled);
   const ReferenceWindow window = referenceWindow(image.view(), 20, 15, kForm);
   EXPECT_LT(matchingCost(window, kForm, shift(20, 15), image.view()), 0.02f);  // not 0: variance of noise is added
   EXPECT_GT(matchingCost(window, kForm, shift(23, 15), image.view()), 0.3f);
 }
 
 TEST(MatchingCost, GainAndOffsetOfAnImageDoNotMatter) {
-  const Image image(40, 30, textured), darker(40, 30, [](int u, int v) { return textured(u, v) / 2 + 20; });
+  const Image image(40, 30, speckled), darker(40, 30, [](int u, int v) { return speckled(u, v) / 2 + 20; });
   const ReferenceWindow window = referenceWindow(image.view(), 20, 15, kForm);
   EXPECT_LT(matchingCost(window, kForm, shift(20, 15), darker.view()), 0.03f);
 }
 
 TEST(MatchingCost, OfTheOppositeIsTwo) {
-  const Image image(40, 30, textured), negative(40, 30, [](int u, int v) { return 255 - textured(u, v); });
+  const Image image(40, 30, speckled), negative(40, 30, [](int u, int v) { return 255 - speckled(u, v); });
   const ReferenceWindow window = referenceWindow(image.view(), 20, 15, kForm);
   EXPECT_GT(matchingCost(window, kForm, shift(20, 15), negative.view()), 1.95f);
 }
 
 TEST(MatchingCost, WithoutTextureNothingIsAlike) {
   const Image white(40, 30, [](int, int) { return 200; }),
-      noisy(40, 30, [](int u, int v) { return 200 + textured(u, v) % 2; });
+      noisy(40, 30, [](int u, int v) { return 200 + speckled(u, v) % 2; });
   EXPECT_NEAR(matchingCost(referenceWindow(white.view(), 20, 15, kForm), kForm, shift(20, 15), white.view()), 1, 1e-6);
   EXPECT_GT(matchingCost(referenceWindow(noisy.view(), 20, 15, kForm), kForm, shift(20, 15), noisy.view()), 0.9f);
 }
 
 TEST(MatchingCost, BesideTheImageOrBehindTheCameraIsTheWorst) {
-  const Image image(40, 30, textured);
+  const Image image(40, 30, speckled);
   const ReferenceWindow window = referenceWindow(image.view(), 20, 15, kForm);
   for (const LocalWarp& warp : {shift(-0.1f, 15), shift(39.1f, 15), shift(20, -0.1f), shift(20, 29.1f), shift(NAN, 15)})
     EXPECT_EQ(matchingCost(window, kForm, warp, image.view()), kWorstCost);
@@ -81,8 +81,8 @@ TEST(MatchingCost, BesideTheImageOrBehindTheCameraIsTheWorst) {
 }
 
 TEST(MatchingCost, BetweenPixelsLevelsAreInterpolated) {
-  const Image texture(40, 30, textured);
-  const Image half(40, 30, [](int u, int v) { return (textured(u, v) + textured(u + 1, v) + 1) / 2; });
+  const Image texture(40, 30, speckled);
+  const Image half(40, 30, [](int u, int v) { return (speckled(u, v) + speckled(u + 1, v) + 1) / 2; });
   const ReferenceWindow window = referenceWindow(half.view(), 20, 15, kForm);
   EXPECT_LT(matchingCost(window, kForm, shift(20.5f, 15), texture.view()), 0.02f);
   EXPECT_GT(matchingCost(window, kForm, shift(20, 15), texture.view()), 0.1f);
