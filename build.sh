@@ -8,8 +8,11 @@ packages=(build-essential cmake ninja-build clang-format pkg-config
           libpcl-dev libeigen3-dev libflann-dev libvtk9-dev libpng-dev libopenmpi-dev libtbb-dev libembree-dev
           libcli11-dev nlohmann-json3-dev libyaml-cpp-dev libgtest-dev libbenchmark-dev
           xvfb xauth xdotool libgl1-mesa-dri libx11-dev libgl-dev libopengl-dev)
-# For the GPU classes, and for fuse_flow_calibrate --board; installed where the distribution has them.
-optional=(libthrust-dev libapriltag-dev)
+# For the GPU classes, for fuse_flow_calibrate --board, and for what recorders write; installed where the distribution has them.
+optional=(libthrust-dev libapriltag-dev
+          libavformat-dev libswscale-dev librosbag-storage-dev libfastcdr-dev libsqlite3-dev liblz4-dev libzstd-dev)
+# What writes files for the tests of readers.
+writers=(python3-rosbag python3-sensor-msgs python3-tf2-msgs ffmpeg)
 analysers=(clang-tidy cppcheck shellcheck)
 
 fail() { echo "build.sh: $*" >&2; exit 1; }
@@ -201,16 +204,23 @@ screenshots() {
 not_built() {
   local variable what
   while read -r variable what; do
-    if grep -q "^$variable:.*-NOTFOUND$" build/CMakeCache.txt; then echo "not built: $what"; fi
+    if grep -Eq "^$variable:[A-Z]*=(.*-NOTFOUND|0|FALSE|)$" build/CMakeCache.txt; then echo "not built: $what"; fi
   done << 'END'
 FUSE_FLOW_THRUST_INCLUDE_DIR the GPU classes and their tests: no Thrust
 FUSE_FLOW_NVCC what runs on a GPU: no nvcc
 FUSE_FLOW_APRILTAG_LIBRARY fuse_flow_calibrate --board: no apriltag
 Open3D_DIR Open3D among the tables' peers: no Open3D
+FUSE_FLOW_HAS_libav .mkv of Azure Kinect and Femto: no libavformat or libswscale
+FUSE_FLOW_HAS_rosbag .bag of ROS 1 and RealSense: no librosbag-storage
+FUSE_FLOW_HAS_fastcdr messages of ROS 2: no libfastcdr
+FUSE_FLOW_HAS_sqlite .db3 of ROS 2: no libsqlite3
+FUSE_FLOW_HAS_lz4 .mcap compressed by LZ4: no liblz4
+FUSE_FLOW_HAS_zstd .mcap compressed by Zstandard: no libzstd
 END
 }
 
 run_tests() {
+  optional+=("${writers[@]}")
   install_missing
   build
   ctest --preset release -j 2

@@ -46,8 +46,8 @@ std::unique_ptr<io::Recording> openRecording(const std::string& tool, const std:
 RecordingArguments::RecordingArguments(CLI::App& app) {
   input_ = app.add_option(
       "input", inputs_,
-      "a rig recording (folder with rig.json), a 7-Scenes, TUM RGB-D, Redwood, MVSNet or COLMAP folder, or "
-      "organised PCD files");
+      "a rig recording (folder with rig.json), a 7-Scenes, TUM RGB-D, Redwood, MVSNet or COLMAP folder; files of one "
+      "or more cameras: .mkv of Azure Kinect and Femto, bags of ROS and RealSense (.bag, .mcap, .db3), organised PCD");
   app.add_option(
          "--views", options_.views,
          "frames that act as the cameras of one instant: 0,60,120 or A:B:STEP; of a rig recording, the cameras to use")

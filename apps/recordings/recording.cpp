@@ -18,9 +18,7 @@ constexpr const char* recognised =
     "recognised are a rig recording (rig.json), 7-Scenes (frame-000000.pose.txt), TUM RGB-D (depth.txt, "
     "groundtruth.txt), "
     "Redwood/Open3D (depth/, a .log), MVSNet (cams/, images/, depth_est/), COLMAP (sparse/, images/, stereo/) and "
-    "organised "
-    ".pcd "
-    "files";
+    "organised .pcd files, .mkv files of Azure Kinect and Femto, and bags of ROS and RealSense (.bag, .mcap, .db3)";
 
 std::unique_ptr<Recording> openFolder(const std::string& folder, const RecordingOptions& options) {
   if (isRigFolder(folder)) return openRig((fs::path(folder) / "rig.json").string(), options);
@@ -41,10 +39,12 @@ std::unique_ptr<Recording> openUnposed(const std::vector<std::string>& inputs, c
   for (const std::string& input : inputs)
     if (!fs::exists(input, error)) throw InputError(input + ": not found; " + recognised);
   if (std::all_of(inputs.begin(), inputs.end(), isPcdFile)) return openPcd(inputs, options);
+  if (std::all_of(inputs.begin(), inputs.end(), isMkvFile)) return openMkv(inputs, options);
+  if (std::all_of(inputs.begin(), inputs.end(), isMessageLog)) return openMessageLogs(inputs, options);
   if (inputs.size() > 1)
-    throw InputError(
-        inputs[1] +
-        ": several inputs must all be .pcd files, one for each camera; of recordings only one can be given");
+    throw InputError(inputs[1] +
+                     ": several inputs must all be .pcd files, all .mkv files, or all bags; of other recordings "
+                     "only one can be given");
   if (fs::is_directory(inputs[0])) return openFolder(inputs[0], options);
   if (fs::path(inputs[0]).extension() == ".json") return openRig(inputs[0], options);
   if (fs::path(inputs[0]).extension() == ".ply")

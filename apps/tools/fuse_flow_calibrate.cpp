@@ -272,6 +272,7 @@ int run(Options options) {
   std::optional<io::Board> board;
   if (options.board > 0) board.emplace(options.board, options.board_family);
   options.recording.read_color = options.parameters.use_color || board;
+  options.recording.without_poses = true;  // to find them is what it is for
   const std::unique_ptr<io::Recording> recording =
       command_line::openRecording("fuse_flow_calibrate", options.inputs, options.recording, withoutStereo());
   checkOutputs(options, *recording);

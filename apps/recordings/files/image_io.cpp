@@ -163,8 +163,7 @@ float copyConfidence(const PngPixels& pixels, std::optional<float> given, FloatI
 
 }  // namespace
 
-void readDepthPng(const std::string& path, DepthImage& image, const SizeCheck& check) {
-  const std::string bytes = readFile(path);
+void decodeDepthPng(const std::string& path, const std::string& bytes, DepthImage& image, const SizeCheck& check) {
   const PngHeader header = checkPng(path, bytes);
   if (header.bits != 16 || header.color_type != 0)
     throw InputError(path + ": is a " + describe(header) + " PNG, depth must be 16-bit grey");
@@ -175,12 +174,19 @@ void readDepthPng(const std::string& path, DepthImage& image, const SizeCheck& c
   std::copy_n(pixels.row<std::uint16_t>(0), image.data.size(), image.data.begin());
 }
 
-void readColor(const std::string& path, ColorImage& image, const SizeCheck& check) {
-  const std::string bytes = readFile(path);
+void readDepthPng(const std::string& path, DepthImage& image, const SizeCheck& check) {
+  decodeDepthPng(path, readFile(path), image, check);
+}
+
+void decodeColor(const std::string& path, const std::string& bytes, ColorImage& image, const SizeCheck& check) {
   if (isPng(bytes))
     readColorPng(path, bytes, image, check);
   else
     readColorJpeg(path, bytes, image, check);
+}
+
+void readColor(const std::string& path, ColorImage& image, const SizeCheck& check) {
+  decodeColor(path, readFile(path), image, check);
 }
 
 ImageSize colorSize(const std::string& path) {

@@ -25,6 +25,12 @@ void readDepthPng(const std::string& path, DepthImage& image, const SizeCheck& c
  *  InputError. */
 void readColor(const std::string& path, ColorImage& image, const SizeCheck& check = {});
 
+/** \brief The same from a file's bytes, which came from elsewhere. \param name what messages call it */
+void decodeColor(const std::string& name, const std::string& bytes, ColorImage& image, const SizeCheck& check = {});
+
+/** \brief As readDepthPng() from a file's bytes. \param name what messages call it */
+void decodeDepthPng(const std::string& name, const std::string& bytes, DepthImage& image, const SizeCheck& check = {});
+
 /** \brief The size of an image of readColor(), without decoding it. Throws InputError. */
 ImageSize colorSize(const std::string& path);
 

@@ -17,10 +17,10 @@ std::string quoted(const Json& value) {
   return cutShort(value.dump(-1, ' ', false, Json::error_handler_t::replace));
 }
 
-/** \brief Parses a file. Throws InputError, in words of ours, for one that is not JSON or nested too deep.
- *  \param what it must be, for messages: "a rig" */
+/** \brief Parses a text. Throws InputError, in words of ours, for one that is not JSON or nested too deep.
+ *  \param path where it comes from, for messages  \param what it must be, for messages: "a rig" */
 template <typename Json>
-Json readJson(const std::string& path, const std::string& what) {
+Json parseJson(const std::string& path, const std::string& text, const std::string& what) {
   const auto accept = [&](int depth, typename Json::parse_event_t, Json&) {
     constexpr int deep = 16;  // what quotes or frees a value goes as deep as it
     if (depth > deep)
@@ -28,12 +28,18 @@ Json readJson(const std::string& path, const std::string& what) {
     return true;
   };
   try {
-    return Json::parse(readFile(path, kMostTextBytes), accept);
+    return Json::parse(text, accept);
   } catch (const typename Json::parse_error& error) {
     throw InputError(path + ": is not JSON: error at byte " + std::to_string(error.byte) + "; so it is not " + what);
   } catch (const typename Json::out_of_range&) {
     throw InputError(path + ": holds a number too large for a double, must be " + what);
   }
+}
+
+/** \brief The same with a file's text. */
+template <typename Json>
+Json readJson(const std::string& path, const std::string& what) {
+  return parseJson<Json>(path, readFile(path, kMostTextBytes), what);
 }
 
 }  // namespace fuse_flow::io

@@ -1,8 +1,9 @@
 #include "recordings/files/png_check.h"
 
+#include "recordings/files/checksum.h"
+
 #include <fuse_flow/recordings/error.h>
 
-#include <array>
 #include <cstdint>
 
 namespace fuse_flow::io {
@@ -15,24 +16,6 @@ std::uint8_t byteAt(const std::string& bytes, std::size_t at) { return static_ca
 std::uint32_t bigEndian(const std::string& bytes, std::size_t at) {
   return std::uint32_t{byteAt(bytes, at)} << 24 | std::uint32_t{byteAt(bytes, at + 1)} << 16 |
          std::uint32_t{byteAt(bytes, at + 2)} << 8 | std::uint32_t{byteAt(bytes, at + 3)};
-}
-
-std::array<std::uint32_t, 256> makeCrcTable() {
-  std::array<std::uint32_t, 256> table{};
-  for (std::uint32_t n = 0; n < 256; ++n) {
-    std::uint32_t c = n;
-    for (int k = 0; k < 8; ++k) c = c & 1 ? 0xedb88320u ^ (c >> 1) : c >> 1;
-    table[n] = c;
-  }
-  return table;
-}
-
-/** \brief The CRC-32 that PNG (and zlib) use. */
-std::uint32_t crc32(const std::string& bytes, std::size_t begin, std::size_t end) {
-  static const std::array<std::uint32_t, 256> table = makeCrcTable();
-  std::uint32_t c = 0xffffffffu;
-  for (std::size_t i = begin; i < end; ++i) c = table[(c ^ byteAt(bytes, i)) & 0xff] ^ (c >> 8);
-  return ~c;
 }
 
 }  // namespace
@@ -49,7 +32,7 @@ PngHeader checkPng(const std::string& path, const std::string& bytes) {
       throw InputError(path + ": is cut short after " + std::to_string(bytes.size()) + " bytes, must be a whole PNG");
     const std::size_t length = bigEndian(bytes, at);
     const std::string type = bytes.substr(at + 4, 4);
-    if (crc32(bytes, at + 4, at + 8 + length) != bigEndian(bytes, at + 8 + length))
+    if (crc32(std::string_view(bytes).substr(at + 4, 4 + length)) != bigEndian(bytes, at + 8 + length))
       throw InputError(path + ": is damaged: wrong checksum in the chunk at byte " + std::to_string(at));
     if (at == png_signature.size()) {
       if (type != "IHDR" || length != 13) throw InputError(path + ": is damaged: no PNG header");

@@ -38,4 +38,12 @@ bool isPcdFile(const std::string& path);
 /** \brief Organised PCD files, each a camera of the one instant. */
 std::unique_ptr<Recording> openPcd(const std::vector<std::string>& paths, const RecordingOptions& options);
 
+bool isMkvFile(const std::string& path);
+/** \brief Files of an Azure Kinect's or an Orbbec Femto's recorder, one for each camera. */
+std::unique_ptr<Recording> openMkv(const std::vector<std::string>& paths, const RecordingOptions& options);
+
+bool isMessageLog(const std::string& path);
+/** \brief Bags of ROS 1, RealSense and ROS 2 (.bag, .mcap, .db3, or the folder with their metadata.yaml), each with one camera or several. */
+std::unique_ptr<Recording> openMessageLogs(const std::vector<std::string>& paths, const RecordingOptions& options);
+
 }  // namespace fuse_flow::io

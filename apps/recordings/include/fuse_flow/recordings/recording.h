@@ -51,7 +51,7 @@ class Recording {
  public:
   virtual ~Recording() = default;
 
-  /** \brief "rig", "seven_scenes", "tum", "redwood", "mvsnet", "colmap" or "pcd". */
+  /** \brief "rig", "seven_scenes", "tum", "redwood", "mvsnet", "colmap", "pcd", "mkv" or "bag". */
   virtual std::string kind() const = 0;
   /** \brief One more than the highest frame number. */
   virtual std::size_t frameCount() const = 0;
@@ -125,6 +125,9 @@ struct RecordingOptions {
   PoseConvention pose_convention{PoseConvention::CameraToWorld};
   /** \brief A rig.json whose poses replace the recording's own poses; empty: none. */
   std::string poses;
+  /** \brief True: several cameras of a recorder's files may stand nobody knows where, and begin at the world's origin, which is where their
+   *  calibration begins; false: openRecording() throws. */
+  bool without_poses{false};
   /** \brief False: colour images are not opened. */
   bool read_color{true};
   /** \brief A camera with a file that cannot be read is missing from that frame, see LoadedFrame::damaged; false: read()

@@ -1,0 +1,13 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+namespace fuse_flow::io {
+
+/** \brief Throws InputError, beginning with name, for damaged bytes, another size than is said, and a compression that the build has no library
+ *  for. \param compression "lz4" (its frames) or "zstd" \param size bytes when decompressed \param result its memory is reused */
+void decompress(const std::string& name, const std::string& compression, const std::string& bytes, std::uint64_t size,
+                std::string& result);
+
+}  // namespace fuse_flow::io

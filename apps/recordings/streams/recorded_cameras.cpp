@@ -1,0 +1,282 @@
+#include "recordings/calibration.h"
+#include "recordings/range.h"
+#include "recordings/streams/recorded_camera.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <map>
+#include <numeric>
+
+namespace fuse_flow::io {
+namespace {
+
+std::string milliseconds(Nanoseconds time) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.1f ms", static_cast<double>(time) * 1e-6);
+  return text;
+}
+
+/** \brief What makes its frames. */
+const ImageTrack& pacemaker(const RecordedCamera& camera) { return camera.depth ? *camera.depth : *camera.color; }
+
+class RecordedRig : public Recording {
+ public:
+  RecordedRig(std::string kind, std::vector<RecordedCamera> cameras, std::vector<std::string> files,
+              std::vector<std::string> warnings, const RecordingOptions& options)
+      : kind_(std::move(kind)),
+        recorded_(std::move(cameras)),
+        files_(std::move(files)),
+        read_color_(options.read_color),
+        skip_damaged_(options.skip_damaged) {
+    warnings_ = std::move(warnings);
+    for (const RecordedCamera& recorded : recorded_) cameras_.push_back(recorded.camera);
+    group();
+    for (std::size_t c = 0; c < recorded_.size(); ++c) matchColor(c);
+  }
+
+  std::string kind() const override { return kind_; }
+  std::size_t frameCount() const override { return sets_.size(); }
+  std::optional<double> framesPerSecond() const override {
+    std::vector<Nanoseconds> stamps;
+    for (const FrameSet& set : sets_) stamps.push_back(set.stamp);
+    const Nanoseconds period = framePeriod(stamps);
+    return period > 0 ? std::optional(1e9 / static_cast<double>(period)) : std::nullopt;
+  }
+  const std::vector<Camera>& cameras() const override { return cameras_; }
+  bool hasDepth(std::size_t camera) const override { return recorded_[camera].depth != nullptr; }
+  bool hasColor(std::size_t camera) const override { return read_color_ && recorded_[camera].color; }
+  std::vector<std::string> inputs() const override { return files_; }
+
+  void read(std::size_t frame, LoadedFrame& out) override {
+    const FrameSet& set = sets_.at(frame);
+    out.rig.cameras = cameras_;
+    out.rig.views.resize(cameras_.size());
+    out.images.resize(cameras_.size());
+    out.rig.stamp = static_cast<std::uint64_t>(std::max<Nanoseconds>(0, set.stamp / 1000));
+    out.damaged.clear();
+    out.ended.clear();
+    for (std::size_t c = 0; c < cameras_.size(); ++c) {
+      out.rig.views[c] = DepthView();
+      out.images[c].color_file.clear();
+      if (frame >= ends_[c]) out.ended.push_back({c, ending(c)});
+      if (!set.images[c]) continue;
+      try {
+        readView(c, *set.images[c], out.images[c], out.rig.views[c]);
+      } catch (const InputError& error) {
+        if (!skip_damaged_) throw;
+        out.rig.views[c] = DepthView();
+        out.damaged.push_back({c, error.what()});
+      }
+    }
+  }
+
+ private:
+  void readView(std::size_t c, std::size_t image, LoadedView& images, DepthView& view) {
+    if (recorded_[c].depth) {
+      recorded_[c].depth->read(image, images);
+      view.depth16 = images.depth16.view();
+      view.depth32 = images.depth32.view();
+    }
+    if (!hasColor(c)) return;
+    const std::optional<std::size_t> color = recorded_[c].depth ? color_of_[c][image] : image;
+    if (!color) return;
+    recorded_[c].color->read(*color, images);
+    view.color = images.color.view();
+  }
+
+  /** \brief Puts the clocks of recorders that nothing ties together to the same start. */
+  std::vector<Nanoseconds> clockOffsets() {
+    std::map<std::string, Nanoseconds> starts;
+    for (const RecordedCamera& recorded : recorded_) {
+      const Nanoseconds start = pacemaker(recorded).stamps().front();
+      const auto [known, inserted] = starts.emplace(recorded.clock, start);
+      if (!inserted) known->second = std::min(known->second, start);
+    }
+    std::vector<Nanoseconds> offsets(recorded_.size(), 0);
+    if (starts.size() < 2) return offsets;
+    warnings_.push_back(
+        "nothing says how the clocks of " + recorded_[0].file +
+        " and the others relate; their first images are taken to be of the same moment, which only a cable or a shared "
+        "clock makes sure");
+    for (std::size_t c = 0; c < recorded_.size(); ++c) offsets[c] = -starts.at(recorded_[c].clock);
+    return offsets;
+  }
+
+  void group() {
+    const std::vector<Nanoseconds> offsets = clockOffsets();
+    std::vector<std::vector<Nanoseconds>> stamps;
+    for (std::size_t c = 0; c < recorded_.size(); ++c) {
+      stamps.push_back(pacemaker(recorded_[c]).stamps());
+      for (Nanoseconds& stamp : stamps.back()) stamp += offsets[c];
+    }
+    FrameSets grouped = groupByTime(stamps);
+    sets_ = std::move(grouped.sets);
+    ends_.assign(recorded_.size(), 0);
+    for (std::size_t frame = 0; frame < sets_.size(); ++frame)
+      for (std::size_t c = 0; c < recorded_.size(); ++c)
+        if (sets_[frame].images[c]) ends_[c] = frame + 1;
+    for (std::size_t c = 0; c < recorded_.size(); ++c)
+      if (grouped.unused[c] > 0)
+        warnings_.push_back("camera '" + cameras_[c].name + "': " + std::to_string(grouped.unused[c]) + " of " +
+                            std::to_string(stamps[c].size()) + " images have no partner within " +
+                            milliseconds(2 * grouped.tolerance) +
+                            ", and are left out; the slowest camera sets the rate");
+    warnOfStrangers();
+  }
+
+  /** \brief Clocks that do not belong together give sets of one camera each. */
+  void warnOfStrangers() {
+    if (recorded_.size() < 2) return;
+    const auto shared = [](const FrameSet& set) {
+      return std::count_if(set.images.begin(), set.images.end(), [](const auto& image) { return image.has_value(); }) >
+             1;
+    };
+    if (std::none_of(sets_.begin(), sets_.end(), shared))
+      warnings_.push_back("no two cameras have images of the same time: the stamps of " + recorded_[0].file +
+                          " begin at " + std::to_string(pacemaker(recorded_[0]).stamps().front()) + " ns, those of '" +
+                          cameras_[1].name + "' at " + std::to_string(pacemaker(recorded_[1]).stamps().front()) +
+                          " ns; they must be of one clock");
+  }
+
+  /** \brief The colour image of each depth image: the nearest one, within half of the colour camera's period. */
+  void matchColor(std::size_t c) {
+    color_of_.emplace_back();
+    const RecordedCamera& recorded = recorded_[c];
+    if (!recorded.depth || !recorded.color) return;
+    const std::vector<Nanoseconds>&depth = recorded.depth->stamps(), &color = recorded.color->stamps();
+    const Nanoseconds period = std::max(framePeriod(depth), framePeriod(color));
+    constexpr Nanoseconds without_period = 20'000'000;
+    std::size_t without = 0;
+    std::vector<Nanoseconds> apart;
+    for (const Nanoseconds stamp : depth) {
+      const Nanoseconds time = stamp - recorded.depth_delay;
+      color_of_[c].push_back(nearestInTime(color, time, period > 0 ? period / 2 : without_period));
+      if (color_of_[c].back())
+        apart.push_back(std::abs(color[*color_of_[c].back()] - time));
+      else
+        ++without;
+    }
+    const std::string name = "camera '" + cameras_[c].name + "': ";
+    if (without > 0)
+      warnings_.push_back(name + std::to_string(without) + " of " + std::to_string(depth.size()) +
+                          " depth images have no colour image of their time, and give points without colour");
+    if (apart.empty()) return;
+    std::nth_element(apart.begin(), apart.begin() + static_cast<std::ptrdiff_t>(apart.size() / 2), apart.end());
+    constexpr Nanoseconds seen = 5'000'000;  // a hand at 2 m/s is 10 mm further
+    if (const Nanoseconds middle = apart[apart.size() / 2]; middle > seen)
+      warnings_.push_back(name + "its colour images are taken " + milliseconds(middle) +
+                          " before or after depth (median), so that what moves gets the colour of what is beside it");
+  }
+
+  std::string ending(std::size_t c) const {
+    return "camera '" + cameras_[c].name + "' ends after " + std::to_string(ends_[c]) + " of " +
+           std::to_string(sets_.size()) + " frames";
+  }
+
+  std::string kind_;
+  std::vector<RecordedCamera> recorded_;
+  std::vector<std::string> files_;
+  bool read_color_;
+  bool skip_damaged_;
+  std::vector<Camera> cameras_;
+  std::vector<FrameSet> sets_;
+  std::vector<std::size_t> ends_;                                  ///< of each camera, the frame behind its last one
+  std::vector<std::vector<std::optional<std::size_t>>> color_of_;  ///< of each camera's depth images, the colour image
+};
+
+/** \brief Those that RecordingOptions::views chooses. */
+std::vector<RecordedCamera> chosen(std::vector<RecordedCamera> cameras, const std::string& views) {
+  if (views.empty()) return cameras;
+  std::vector<RecordedCamera> result;
+  for (const std::size_t c : parseRange(views, cameras.size(), "--views")) result.push_back(std::move(cameras[c]));
+  return result;
+}
+
+/** \brief Takes out cameras without an image, and tracks of colour without one. */
+void dropEmpty(std::vector<RecordedCamera>& cameras, std::vector<std::string>& warnings) {
+  const auto empty = [](const std::unique_ptr<ImageTrack>& track) { return track && track->stamps().empty(); };
+  std::vector<RecordedCamera> filled;
+  for (RecordedCamera& recorded : cameras) {
+    if (empty(recorded.color)) recorded.color.reset();
+    if (recorded.depth ? empty(recorded.depth) : !recorded.color)
+      warnings.push_back(recorded.file + ": camera '" + recorded.camera.name + "' has no images, and is left out");
+    else
+      filled.push_back(std::move(recorded));
+  }
+  cameras = std::move(filled);
+}
+
+/** \brief Cameras that messages, rig.json and --poses can tell apart. */
+void makeNamesUnique(std::vector<RecordedCamera>& cameras) {
+  std::map<std::string, int> known;
+  for (RecordedCamera& recorded : cameras)
+    if (const int before = known[recorded.camera.name]++; before > 0)
+      recorded.camera.name += "_" + std::to_string(before + 1);
+}
+
+void requirePoses(const std::string& kind, const std::vector<RecordedCamera>& cameras, const RecordingOptions& options,
+                  std::vector<std::string>& warnings) {
+  if (!options.poses.empty() || cameras.size() < 2) return;
+  const auto lost = std::find_if(cameras.begin(), cameras.end(), [](const RecordedCamera& c) { return !c.posed; });
+  if (lost == cameras.end()) return;
+  const std::string message = lost->file + ": does not say where camera '" + lost->camera.name + "' stands";
+  if (!options.without_poses)
+    throw InputError(message + "; --poses RIG.json must, as fuse_flow_calibrate writes it from such a " + kind);
+  warnings.push_back(message + "; it begins at the world's origin");
+}
+
+}  // namespace
+
+std::unique_ptr<Recording> openRecordedCameras(std::string kind, std::vector<RecordedCamera> cameras,
+                                               std::vector<std::string> files, std::vector<std::string> warnings,
+                                               const RecordingOptions& options) {
+  if (options.slide != 0)
+    throw OptionError("--slide: " + files[0] + " is a recording of cameras that stand, must be 0");
+  if (!options.intrinsics.empty())
+    throw OptionError("--intrinsics: " + files[0] + " has the intrinsics of its cameras, must not be given");
+  dropEmpty(cameras, warnings);
+  if (cameras.empty()) throw InputError(files[0] + ": has no images of a camera");
+  makeNamesUnique(cameras);
+  cameras = chosen(std::move(cameras), options.views);
+  for (RecordedCamera& recorded : cameras) {
+    if (options.depth_scale) recorded.camera.depth_scale = *options.depth_scale;
+    checkCameraInput(recorded.file, recorded.camera);
+  }
+  requirePoses(kind, cameras, options, warnings);
+  return std::make_unique<RecordedRig>(std::move(kind), std::move(cameras), std::move(files), std::move(warnings),
+                                       options);
+}
+
+std::string cameraName(const std::string& path, const std::vector<std::string>& paths) {
+  const auto stem = [](const std::string& file) { return std::filesystem::path(file).stem().string(); };
+  const bool unique = std::count_if(paths.begin(), paths.end(),
+                                    [&](const std::string& other) { return stem(other) == stem(path); }) == 1;
+  const std::string folder = std::filesystem::absolute(path).parent_path().filename().string();
+  return unique || folder.empty() ? stem(path) : folder;
+}
+
+std::vector<Nanoseconds> ascendingStamps(const std::string& track, const std::vector<Nanoseconds>& stamps,
+                                         std::vector<std::size_t>& kept, std::vector<std::string>& warnings) {
+  std::vector<Nanoseconds> ascending;
+  std::optional<std::size_t> first_back;
+  kept.clear();
+  for (std::size_t k = 0; k < stamps.size(); ++k) {
+    if (ascending.empty() || stamps[k] > ascending.back()) {
+      ascending.push_back(stamps[k]);
+      kept.push_back(k);
+    } else if (!first_back) {
+      first_back = k;
+    }
+  }
+  if (first_back)
+    warnings.push_back(
+        track + ": " + std::to_string(stamps.size() - kept.size()) + " of " + std::to_string(stamps.size()) +
+        " images have a time stamp that is not later than those before, and are left out; the first is "
+        "image " +
+        std::to_string(*first_back) + ", " + milliseconds(stamps[*first_back - 1] - stamps[*first_back]) + " back");
+  return ascending;
+}
+
+}  // namespace fuse_flow::io

@@ -1,0 +1,400 @@
+#include "recordings/files/checksum.h"
+
+#include "../recordings/io_fixture.h"
+#include "recorder_images.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <cstring>
+
+#if defined(FUSE_FLOW_WITH_FASTCDR) && defined(FUSE_FLOW_WITH_SQLITE) && defined(FUSE_FLOW_WITH_LZ4)
+
+#include <fastcdr/Cdr.h>
+#include <fastcdr/FastBuffer.h>
+#include <lz4frame.h>
+#include <sqlite3.h>
+
+namespace {
+
+using namespace io_test;
+using namespace recorder_test;
+
+constexpr std::uint32_t kStart = 1'700'000'000, kPeriod = 33'333'333;  // seconds, nanoseconds
+
+/** \brief A message of ROS 2, written by Fast CDR. */
+class Message {
+ public:
+  Message()
+#if FASTCDR_VERSION_MAJOR >= 2
+      : cdr_(buffer_, eprosima::fastcdr::Cdr::DEFAULT_ENDIAN, eprosima::fastcdr::CdrVersion::XCDRv1) {
+    cdr_.set_encoding_flag(eprosima::fastcdr::EncodingAlgorithmFlag::PLAIN_CDR);
+#else
+      : cdr_(buffer_, eprosima::fastcdr::Cdr::DEFAULT_ENDIAN, eprosima::fastcdr::Cdr::DDS_CDR) {
+#endif
+    cdr_.serialize_encapsulation();
+  }
+
+  /** \brief Begins with a std_msgs/Header. */
+  Message(const std::string& frame, int k) : Message() {
+    *this << kStart << static_cast<std::uint32_t>(k) * kPeriod << frame;
+  }
+
+  template <typename Value>
+  Message& operator<<(const Value& value) {
+    cdr_ << value;
+    return *this;
+  }
+  std::string bytes() {
+#if FASTCDR_VERSION_MAJOR >= 2
+    return std::string(buffer_.getBuffer(), cdr_.get_serialized_data_length());
+#else
+    return std::string(buffer_.getBuffer(), cdr_.getSerializedDataLength());
+#endif
+  }
+
+ private:
+  eprosima::fastcdr::FastBuffer buffer_;
+  eprosima::fastcdr::Cdr cdr_;
+};
+
+std::string imageMessage(const std::string& frame, int k, int width, int height, const std::string& encoding,
+                         const std::vector<std::uint8_t>& data) {
+  Message message(frame, k);
+  message << static_cast<std::uint32_t>(height) << static_cast<std::uint32_t>(width) << encoding << std::uint8_t{0}
+          << static_cast<std::uint32_t>(data.size() / static_cast<std::size_t>(height)) << data;
+  return message.bytes();
+}
+
+std::string depthMessage(const std::string& frame, int c, int k) {
+  std::vector<std::uint8_t> data;
+  for (int v = 0; v < kDepthHeight; ++v)
+    for (int u = 0; u < kDepthWidth; ++u) {
+      data.push_back(static_cast<std::uint8_t>(depthAt(c, k, u, v) & 0xff));
+      data.push_back(static_cast<std::uint8_t>(depthAt(c, k, u, v) >> 8));
+    }
+  return imageMessage(frame, k, kDepthWidth, kDepthHeight, "16UC1", data);
+}
+
+std::string infoMessage(const std::string& frame) {
+  Message message(frame, 0);
+  message << std::uint32_t{kDepthHeight} << std::uint32_t{kDepthWidth} << std::string("plumb_bob")
+          << std::vector<double>{0.1, -0.05, 0.001, -0.002, 0.01};
+  for (const double k : {60.0, 0.0, 31.5, 0.0, 61.0, 23.5, 0.0, 0.0, 1.0}) message << k;
+  for (int k = 0; k < 9; ++k) message << (k % 4 == 0 ? 1.0 : 0.0);
+  for (const double p : {60.0, 0.0, 31.5, 0.0, 0.0, 61.0, 23.5, 0.0, 0.0, 0.0, 1.0, 0.0}) message << p;
+  for (int k = 0; k < 6; ++k) message << std::uint32_t{0};  // binning and region
+  message << false;
+  return message.bytes();
+}
+
+std::string tfMessage(const std::vector<std::pair<std::string, double>>& frames) {
+  Message message;
+  message << static_cast<std::uint32_t>(frames.size());
+  for (const auto& [child, x] : frames) {
+    message << kStart << std::uint32_t{0} << std::string("world") << child;
+    for (const double value : {x, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0}) message << value;
+  }
+  return message.bytes();
+}
+
+/** \brief A message of a bag. */
+struct Sent {
+  std::string topic, type, bytes;
+  int k;
+};
+
+/** \brief Two cameras at x = 1 and 2. */
+std::vector<Sent> rig(int frames) {
+  std::vector<Sent> sent{
+      {"/tf_static", "tf2_msgs/msg/TFMessage", tfMessage({{"left_depth", 1}, {"right_depth", 2}}), 0},
+      {"/left/depth/camera_info", "sensor_msgs/msg/CameraInfo", infoMessage("left_depth"), 0},
+      {"/right/depth/camera_info", "sensor_msgs/msg/CameraInfo", infoMessage("right_depth"), 0}};
+  for (int k = 0; k < frames; ++k) {
+    sent.push_back({"/left/depth/image_raw", "sensor_msgs/msg/Image", depthMessage("left_depth", 0, k), k});
+    sent.push_back({"/right/depth/image_raw", "sensor_msgs/msg/Image", depthMessage("right_depth", 1, k), k});
+  }
+  return sent;
+}
+
+std::int64_t timeOf(int k) { return std::int64_t{kStart} * 1'000'000'000 + k * std::int64_t{kPeriod}; }
+
+/** \brief As ROS 2's recorder writes its tables. */
+void writeSqlite(const std::string& file, const std::vector<Sent>& messages) {
+  sqlite3* database = nullptr;
+  ASSERT_EQ(sqlite3_open(file.c_str(), &database), SQLITE_OK);
+  const auto run = [&](const std::string& text) {
+    ASSERT_EQ(sqlite3_exec(database, text.c_str(), nullptr, nullptr, nullptr), SQLITE_OK) << text;
+  };
+  run("CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT NOT NULL, type TEXT NOT NULL, serialization_format TEXT "
+      "NOT NULL, "
+      "offered_qos_profiles TEXT NOT NULL)");
+  run("CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER NOT NULL, timestamp INTEGER NOT NULL, data BLOB "
+      "NOT NULL)");
+  std::vector<std::string> topics;
+  for (const Sent& message : messages) {
+    auto known = std::find(topics.begin(), topics.end(), message.topic);
+    if (known == topics.end()) {
+      topics.push_back(message.topic);
+      known = topics.end() - 1;
+      run("INSERT INTO topics VALUES(" + std::to_string(topics.size()) + ", '" + message.topic + "', '" + message.type +
+          "', 'cdr', '')");
+    }
+    sqlite3_stmt* insert = nullptr;
+    sqlite3_prepare_v2(database, "INSERT INTO messages(topic_id, timestamp, data) VALUES(?, ?, ?)", -1, &insert,
+                       nullptr);
+    sqlite3_bind_int64(insert, 1, known - topics.begin() + 1);
+    sqlite3_bind_int64(insert, 2, timeOf(message.k));
+    sqlite3_bind_blob(insert, 3, message.bytes.data(), static_cast<int>(message.bytes.size()), SQLITE_STATIC);
+    EXPECT_EQ(sqlite3_step(insert), SQLITE_DONE);
+    sqlite3_finalize(insert);
+  }
+  sqlite3_close(database);
+}
+
+void number(std::string& to, std::uint64_t value, int bytes) {
+  for (int k = 0; k < bytes; ++k) to += static_cast<char>(value >> (8 * k) & 0xff);
+}
+void text(std::string& to, const std::string& value) {
+  number(to, value.size(), 4);
+  to += value;
+}
+std::string record(int opcode, const std::string& content) {
+  std::string bytes(1, static_cast<char>(opcode));
+  number(bytes, content.size(), 8);
+  return bytes + content;
+}
+
+/** \brief An MCAP file with a chunk for every so many messages, by LZ4, with their indices, and without the summary that a recorder writes last. */
+std::string mcapOf(const std::vector<Sent>& messages, std::size_t chunk_size, bool close) {
+  std::string file("\x89MCAP0\r\n", 8), header_content;
+  text(header_content, "ros2");
+  text(header_content, "a test");
+  file += record(0x01, header_content);
+  std::vector<std::string> topics;
+  for (std::size_t begin = 0; begin < messages.size(); begin += chunk_size) {
+    std::string records;
+    std::map<std::size_t, std::string> index;
+    for (std::size_t m = begin; m < std::min(begin + chunk_size, messages.size()); ++m) {
+      const Sent& message = messages[m];
+      auto known = std::find(topics.begin(), topics.end(), message.topic);
+      if (known == topics.end()) {
+        topics.push_back(message.topic);
+        known = topics.end() - 1;
+        std::string schema, channel;
+        number(schema, topics.size(), 2);
+        for (const std::string& part : {message.type, std::string("ros2msg"), std::string()}) text(schema, part);
+        number(channel, topics.size(), 2);
+        number(channel, topics.size(), 2);
+        for (const std::string& part : {message.topic, std::string("cdr"), std::string()}) text(channel, part);
+        records += record(0x03, schema) + record(0x04, channel);
+      }
+      const auto id = static_cast<std::size_t>(known - topics.begin() + 1);
+      number(index[id], static_cast<std::uint64_t>(timeOf(message.k)), 8);
+      number(index[id], records.size(), 8);
+      std::string content;
+      number(content, id, 2);
+      number(content, 0, 4);
+      for (int twice = 0; twice < 2; ++twice) number(content, static_cast<std::uint64_t>(timeOf(message.k)), 8);
+      records += record(0x05, content + message.bytes);
+    }
+    std::string compressed(LZ4F_compressFrameBound(records.size(), nullptr), '\0');
+    compressed.resize(
+        LZ4F_compressFrame(compressed.data(), compressed.size(), records.data(), records.size(), nullptr));
+    std::string chunk;
+    number(chunk, 0, 8);
+    number(chunk, 0, 8);
+    number(chunk, records.size(), 8);
+    number(chunk, io::crc32(records), 4);
+    text(chunk, "lz4");
+    number(chunk, compressed.size(), 8);
+    file += record(0x06, chunk + compressed);
+    for (const auto& [id, entries] : index) {
+      std::string content;
+      number(content, id, 2);
+      text(content, entries);
+      file += record(0x07, content);
+    }
+  }
+  if (close)
+    file += record(0x0f, std::string(4, '\0')) + record(0x02, std::string(20, '\0')) + std::string("\x89MCAP0\r\n", 8);
+  return file;
+}
+
+class Ros2Bag : public IoTest {
+ protected:
+  static void expectRig(const std::vector<std::string>& inputs, std::size_t frames) {
+    const auto recording = io::openRecording(inputs);
+    ASSERT_EQ(recording->cameras().size(), 2u);
+    EXPECT_EQ(recording->cameras()[0].name, "left");
+    EXPECT_EQ(recording->cameras()[1].T_world_camera.translation().x(), 2);
+    EXPECT_FLOAT_EQ(recording->cameras()[0].intrinsics.fy, 61);
+    EXPECT_FLOAT_EQ(recording->cameras()[0].intrinsics.distortion.k1, 0.1f);
+    ASSERT_EQ(recording->frameCount(), frames);
+    io::LoadedFrame frame;
+    for (std::size_t k = frames; k-- > 0;) {
+      recording->read(k, frame);
+      expectDepth(frame.images[0].depth16, 0, static_cast<int>(k));
+      expectDepth(frame.images[1].depth16, 1, static_cast<int>(k));
+    }
+  }
+};
+
+TEST_F(Ros2Bag, Sqlite) {
+  writeSqlite(path("rig.db3"), rig(4));
+  expectRig({path("rig.db3")}, 4);
+}
+
+TEST_F(Ros2Bag, AFolderWithItsMetadataAndSeveralFiles) {
+  const std::vector<Sent> all = rig(4);
+  fs::create_directories(path("bag"));
+  writeSqlite(path("bag/bag_0.db3"), std::vector<Sent>(all.begin(), all.begin() + 7));
+  writeSqlite(path("bag/bag_1.db3"), std::vector<Sent>(all.begin() + 7, all.end()));
+  expectRig({path("bag")}, 4);  // killed before it wrote this:
+  write("bag/metadata.yaml",
+        "rosbag2_bagfile_information:\n  relative_file_paths:\n    - bag_0.db3\n    - bag_1.db3\n");
+  expectRig({path("bag")}, 4);
+  write("bag/metadata.yaml", "rosbag2_bagfile_information:\n  relative_file_paths:\n    - bag_0.db3.zstd\n");
+  EXPECT_TRUE(refuses([&] { io::openRecording({path("bag")}); }, {"bag_0.db3.zstd", "unzstd"}));
+  write("bag/metadata.yaml", "rosbag2_bagfile_information: [\n");
+  EXPECT_TRUE(refuses([&] { io::openRecording({path("bag")}); }, {"metadata.yaml"}));
+}
+
+TEST_F(Ros2Bag, McapByLz4) {
+  for (const std::size_t chunk : {1u, 3u, 100u}) {
+    write("rig.mcap", mcapOf(rig(4), chunk, true));
+    expectRig({path("rig.mcap")}, 4);
+  }
+}
+
+TEST_F(Ros2Bag, AnMcapFileThatWasNotClosedOrIsCutShortPlaysUpToThere) {
+  const std::string whole = mcapOf(rig(6), 2, false);
+  write("killed.mcap", whole);
+  expectRig({path("killed.mcap")}, 6);
+  EXPECT_NE(io::openRecording({path("killed.mcap")})->warnings()[0].find("was not closed"), std::string::npos);
+  std::size_t frames_before = 6;
+  for (std::size_t size = whole.size() - 1; size > whole.size() / 3; size -= 97) {
+    write("cut.mcap", whole.substr(0, size));
+    const auto recording = io::openRecording({path("cut.mcap")});
+    EXPECT_LE(recording->frameCount(), frames_before);
+    frames_before = recording->frameCount();
+    io::LoadedFrame frame;
+    for (const std::size_t k : recording->frames()) {
+      recording->read(k, frame);
+      if (!frame.rig.views[0].missing()) expectDepth(frame.images[0].depth16, 0, static_cast<int>(k));
+    }
+  }
+  EXPECT_GE(frames_before, 1u);
+}
+
+TEST_F(Ros2Bag, DamagedBytesAreFoundOrRefused) {
+  const std::string whole = mcapOf(rig(3), 3, true);
+  for (std::size_t at = 8; at < whole.size(); at += 61) {
+    std::string damaged = whole;
+    damaged[at] = static_cast<char>(damaged[at] ^ 0x55);
+    write("damaged.mcap", damaged);
+    try {
+      const auto recording = io::openRecording({path("damaged.mcap")});
+      io::LoadedFrame frame;
+      for (const std::size_t k : recording->frames()) {
+        recording->read(k, frame);
+        if (frame.rig.views[0].missing()) continue;  // never other pixels: a chunk has its checksum
+        expectDepth(frame.images[0].depth16, 0, (frame.images[0].depth16.at(1, 0) - depthAt(0, 0, 1, 0)) / 11);
+      }
+    } catch (const io::InputError& error) {
+      EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos) << error.what();
+    }
+  }
+}
+
+TEST_F(Ros2Bag, WhatIsNoBagIsRefusedInALine) {
+  write("text.mcap", "no MCAP file");
+  EXPECT_TRUE(refuses([&] { io::openRecording({path("text.mcap")}); }, {"text.mcap: is not an MCAP file"}));
+  write("text.db3", std::string(5000, 'x'));
+  EXPECT_TRUE(refuses([&] { io::openRecording({path("text.db3")}); }, {"text.db3: is damaged, or no bag of ROS 2"}));
+  writeSqlite(path("nothing.db3"), {{"/chatter", "std_msgs/msg/String", Message().bytes(), 0}});
+  EXPECT_TRUE(refuses([&] { io::openRecording({path("nothing.db3")}); },
+                      {"has no images of a depth camera", "std_msgs/String"}));
+}
+
+TEST_F(Ros2Bag, ADepthTopicWithoutItsCameraInfoIsRefused) {
+  std::vector<Sent> messages = rig(2);
+  messages.erase(messages.begin() + 1);
+  writeSqlite(path("rig.db3"), messages);
+  EXPECT_TRUE(refuses([&] { io::openRecording({path("rig.db3")}); },
+                      {"there is no CameraInfo for /left/depth/image_raw, must be at /left/depth/camera_info"}));
+}
+
+TEST_F(Ros2Bag, AnImageOfAnotherSizeOrTooShortIsDamaged) {
+  std::vector<Sent> messages = rig(3);
+  messages[5].bytes = imageMessage("left_depth", 1, 4, 4, "16UC1", std::vector<std::uint8_t>(32));
+  messages[8].bytes.resize(200);
+  writeSqlite(path("rig.db3"), messages);
+  io::RecordingOptions options;
+  options.skip_damaged = true;
+  const auto recording = io::openRecording({path("rig.db3")}, options);
+  io::LoadedFrame frame;
+  recording->read(1, frame);
+  ASSERT_EQ(frame.damaged.size(), 1u);
+  EXPECT_NE(frame.damaged[0].message.find("is 4x4 pixels, its camera is calibrated for 64x48"), std::string::npos);
+  expectDepth(frame.images[1].depth16, 1, 1);
+  recording->read(2, frame);
+  ASSERT_EQ(frame.damaged.size(), 1u);
+  EXPECT_NE(frame.damaged[0].message.find("is too short"), std::string::npos);
+  const auto strict = io::openRecording({path("rig.db3")});
+  EXPECT_TRUE(refuses([&] { strict->read(1, frame); }, {"rig.db3", "/left/depth/image_raw"}));
+}
+
+TEST_F(Ros2Bag, StampsThatJumpBackAreLeftOutAndCounted) {
+  std::vector<Sent> messages = rig(4);
+  messages[7].bytes = depthMessage("left_depth", 0, 0);  // the third has the first one's time
+  writeSqlite(path("rig.db3"), messages);
+  const auto recording = io::openRecording({path("rig.db3")});
+  ASSERT_EQ(recording->warnings().size(), 1u);
+  EXPECT_NE(recording->warnings()[0].find("/left/depth/image_raw: 1 of 4 images have a time stamp that is not later"),
+            std::string::npos);
+  io::LoadedFrame frame;
+  recording->read(2, frame);
+  EXPECT_TRUE(frame.rig.views[0].missing());
+  expectDepth(frame.images[1].depth16, 1, 2);
+}
+
+/** \brief The files that write_mcap.cjs writes with @mcap/core and messages by @foxglove/rosmsg2-serialization. */
+TEST_F(Ros2Bag, McapFilesOfAnotherImplementation) {
+  const std::string packages =
+      " @mcap/core@2 @foxglove/rosmsg2-serialization@3 @foxglove/rosmsg-msgs-common@3 @foxglove/wasm-zstd@1";
+  const std::string quiet = " > '" + path("log") + "' 2>&1";
+  std::string modules = path("node_modules");
+  if (const char* given = std::getenv("FUSE_FLOW_TEST_NODE_MODULES"))
+    modules = given;
+  else if (std::system(
+               ("timeout 60 npm install --no-audit --no-fund --prefix '" + folder_.string() + "'" + packages + quiet)
+                   .c_str()) != 0)
+    GTEST_SKIP() << "needs npm, and its registry for" << packages;
+  ASSERT_EQ(std::system(("NODE_PATH='" + modules +
+                         "' node " FUSE_FLOW_TEST_SOURCE_DIR "/test/apps/recorders/write_mcap.cjs '" +
+                         folder_.string() + "'" + quiet)
+                            .c_str()),
+            0);
+  for (const char* name : {"unchunked.mcap", "plain.mcap", "zstd.mcap", "unindexed.mcap"}) {
+    SCOPED_TRACE(name);
+    const auto recording = io::openRecording({path(name)});
+    EXPECT_TRUE(recording->warnings().empty()) << recording->warnings()[0];
+    ASSERT_EQ(recording->cameras().size(), 2u);
+    const Camera& left = recording->cameras()[0];
+    EXPECT_FLOAT_EQ(left.intrinsics.distortion.k6, 0.004f);  // rational_polynomial
+    ASSERT_TRUE(left.color);
+    EXPECT_LT((left.color->T_depth_color.translation() - Eigen::Vector3d(0.03, 0, 0)).norm(), 1e-9);
+    ASSERT_EQ(recording->frameCount(), 5u);
+    io::LoadedFrame frame;
+    for (const int k : {0, 1, 2, 3, 4, 0}) {
+      recording->read(static_cast<std::size_t>(k), frame);
+      expectDepth(frame.images[0].depth16, 0, k);
+      expectDepth(frame.images[1].depth16, 1, k);
+      expectColor(frame.images[0].color, 0, k);
+    }
+  }
+}
+
+}  // namespace
+
+#endif
