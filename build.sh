@@ -5,7 +5,7 @@ set -euo pipefail
 cd "$(dirname "$0")"
 
 packages=(build-essential cmake ninja-build clang-format pkg-config
-          libpcl-dev libeigen3-dev libflann-dev libvtk9-dev libpng-dev libopenmpi-dev libtbb-dev libembree-dev
+          libpcl-dev libeigen3-dev libflann-dev libvtk9-dev libpng-dev libjpeg-dev libopenmpi-dev libtbb-dev libembree-dev
           libcli11-dev nlohmann-json3-dev libyaml-cpp-dev libgtest-dev libbenchmark-dev
           xvfb xauth xdotool libgl1-mesa-dri libx11-dev libgl-dev libopengl-dev)
 # For the GPU classes, for fuse_flow_calibrate --board, and for what recorders write; installed where the distribution has them.

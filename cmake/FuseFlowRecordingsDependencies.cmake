@@ -3,6 +3,7 @@
 include(CMakeFindDependencyMacro)
 if(CMAKE_FIND_PACKAGE_NAME)  # see FuseFlowDependencies.cmake
   find_dependency(VTK COMPONENTS CommonCore CommonDataModel IOImage)
+  find_dependency(JPEG)
   find_dependency(PNG)
   find_dependency(ZLIB)
   find_dependency(yaml-cpp)
@@ -10,6 +11,7 @@ if(CMAKE_FIND_PACKAGE_NAME)  # see FuseFlowDependencies.cmake
 else()
   find_package(MPI QUIET COMPONENTS C)
   find_package(VTK REQUIRED COMPONENTS CommonCore CommonDataModel IOImage)
+  find_package(JPEG REQUIRED)
   find_package(PNG REQUIRED)
   find_package(ZLIB REQUIRED)
   find_package(yaml-cpp REQUIRED)

@@ -6,6 +6,7 @@
 
 #include <cstddef>
 #include <memory>
+#include <mutex>
 #include <string>
 #include <vector>
 
@@ -33,21 +34,40 @@ class FrameSink {
   virtual std::vector<std::string> finish() { return {}; }
 };
 
-/** \brief Memory for frames, used again once no sink holds it. For one thread, on which the sinks let go of frames as well. */
+/** \brief Memory for frames, used again once nobody holds it. Frames may be let go of on any thread, also after the pool is gone. */
 class FramePool {
  public:
-  /** \brief A frame to be filled in, with the memory of an earlier one where there is one. */
+  /** \brief A frame to be filled in, with the memory of an earlier one where there is one. For one thread. */
   std::shared_ptr<FusedFrame> next() {
-    for (const std::shared_ptr<FusedFrame>& frame : frames_)
-      if (frame.use_count() == 1) return frame;
-    frames_.push_back(std::make_shared<FusedFrame>());
-    return frames_.back();
+    std::unique_ptr<FusedFrame> frame;
+    {
+      const std::lock_guard<std::mutex> lock(free_->mutex);
+      if (!free_->frames.empty()) {
+        frame = std::move(free_->frames.back());
+        free_->frames.pop_back();
+      }
+    }
+    if (!frame) {
+      frame = std::make_unique<FusedFrame>();
+      ++size_;
+    }
+    const auto give_back = [free = free_](FusedFrame* used) {
+      std::unique_ptr<FusedFrame> owner(used);
+      const std::lock_guard<std::mutex> lock(free->mutex);
+      free->frames.push_back(std::move(owner));
+    };
+    return std::shared_ptr<FusedFrame>(frame.release(), give_back);
   }
   /** \brief Frames in memory. */
-  std::size_t size() const { return frames_.size(); }
+  std::size_t size() const { return size_; }
 
  private:
-  std::vector<std::shared_ptr<FusedFrame>> frames_;
+  struct Free {
+    std::mutex mutex;
+    std::vector<std::unique_ptr<FusedFrame>> frames;
+  };
+  std::shared_ptr<Free> free_{std::make_shared<Free>()};
+  std::size_t size_{0};
 };
 
 }  // namespace fuse_flow::io

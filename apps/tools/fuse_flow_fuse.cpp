@@ -16,7 +16,9 @@
 #include "input_checks/noise_check.h"
 #include "input_checks/view_overlap.h"
 #include "recordings/range.h"
+#include "recordings/read_ahead.h"
 #include "recordings/still_there.h"
+#include "sinks/background_sink.h"
 #include "sinks/cloud_files.h"
 #include "sinks/frame_sink.h"
 #include "sinks/quality_report.h"
@@ -48,6 +50,7 @@ struct Options {
   ReprojectionQualityParameters quality;
   bool refine_extrinsics{false};
   bool normals{false};
+  bool overlap{true};
   std::string config;
   io::RecordingOptions recording;
   io::StereoOptions stereo;
@@ -83,6 +86,21 @@ std::string whyNotFused(const pcl::PCLException& error) {
   return message;
 }
 
+double seconds(std::chrono::steady_clock::time_point since) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - since).count();
+}
+
+/** \brief What fusion took is longer where it had no core for itself. */
+std::string sideBySide(std::size_t frames, double seconds) {
+  char line[200];
+  std::snprintf(
+      line, sizeof line,
+      "  %zu frames in %.1f s: what reads, writes and measures shares the cores with what fuses; --no-overlap "
+      "times fusion alone",
+      frames, seconds);
+  return line;
+}
+
 /** \brief Frames done, rate, time left; on a terminal only, so that logs stay readable. */
 class Progress {
  public:
@@ -93,8 +111,7 @@ class Progress {
 
   void show(std::size_t done) {
     if (!isatty(STDERR_FILENO)) return;
-    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
-    const double rate = static_cast<double>(done) / seconds;
+    const double rate = static_cast<double>(done) / seconds(start_);
     std::fprintf(stderr, "\r%zu of %zu frames, %.1f frames/s with reading, writing and measuring, %.0f s left   ", done,
                  count_, rate, static_cast<double>(count_ - done) / rate);
     in_line_ = true;
@@ -155,6 +172,56 @@ class InputChecks {
   io::AgreementCheck agreement_;
 };
 
+/** \brief The frames of a recording, one after the other, or some of them ahead. */
+class Frames {
+ public:
+  Frames(io::Recording& recording, const std::vector<std::size_t>& frames, bool ahead) : recording_(recording) {
+    constexpr std::size_t most = 2;  // so that reading does not wait for a frame that takes longer
+    if (ahead) ahead_.emplace(recording, frames, most);
+  }
+  void next(std::size_t number, io::LoadedFrame& frame) {
+    if (ahead_)
+      ahead_->next(frame);
+    else
+      recording_.read(number, frame);
+  }
+
+ private:
+  io::Recording& recording_;
+  std::optional<io::ReadAhead> ahead_;
+};
+
+/** \brief What takes the fused frames, one after the other, or each on a thread of its own. */
+class Sinks {
+ public:
+  Sinks(std::vector<std::shared_ptr<io::FrameSink>> sinks, bool background) : sinks_(std::move(sinks)) {
+    constexpr std::size_t waiting = 2;  // frames
+    for (std::shared_ptr<io::FrameSink>& sink : sinks_) {
+      if (!background) continue;
+      background_.push_back(std::make_shared<io::BackgroundSink>(std::move(sink), waiting));
+      sink = background_.back();
+    }
+  }
+  void take(const std::shared_ptr<const io::FusedFrame>& frame) {
+    for (const std::shared_ptr<io::FrameSink>& sink : sinks_) sink->take(frame);
+  }
+  /** \brief Waits for what was taken. \throws what went wrong with it, which was earlier than what goes wrong now */
+  void drain() {
+    for (const std::shared_ptr<io::BackgroundSink>& sink : background_) sink->drain();
+  }
+  /** \brief What was noticed, a line each. */
+  std::vector<std::string> finish() {
+    std::vector<std::string> noticed;
+    for (const std::shared_ptr<io::FrameSink>& sink : sinks_)
+      for (std::string& line : sink->finish()) noticed.push_back(std::move(line));
+    return noticed;
+  }
+
+ private:
+  std::vector<std::shared_ptr<io::FrameSink>> sinks_;
+  std::vector<std::shared_ptr<io::BackgroundSink>> background_;
+};
+
 io::QualityReport::Options reportOptions(const Options& options) {
   io::QualityReport::Options result;
   result.measure = options.evaluate;
@@ -194,12 +261,14 @@ int run(Options& options, const command_line::MethodArguments& arguments) {
   std::vector<std::string> cameras;
   for (const Camera& camera : recording->cameras()) cameras.push_back(camera.name);
   const auto report = std::make_shared<io::QualityReport>(options.method, std::move(cameras), reportOptions(options));
-  const std::vector<std::shared_ptr<io::FrameSink>> sinks{files, report};
+  Sinks sinks({files, report}, options.overlap);
+  Frames reading(*recording, frames, options.overlap);
 
   io::FramePool pool;
   io::LiveExtrinsics extrinsics(options.method_options.device);
   io::catchInterrupts();
   Progress progress(frames.size());
+  const auto start = std::chrono::steady_clock::now();
   std::size_t done = 0;
   const io::StillThere still_there(*recording);
   std::map<std::size_t, std::string> ended;  // by camera
@@ -211,7 +280,7 @@ int run(Options& options, const command_line::MethodArguments& arguments) {
     const std::shared_ptr<io::FusedFrame> frame = pool.next();
     frame->number = number;
     try {
-      recording->read(number, frame->input);
+      reading.next(number, frame->input);
       still_there.check(frame->input);
       for (const io::DamagedView& view : frame->input.ended) ended[view.view] = view.message;
       if (options.refine_extrinsics) extrinsics.place(frame->input.rig);
@@ -219,9 +288,14 @@ int run(Options& options, const command_line::MethodArguments& arguments) {
       for (const CameraMotion& motion : extrinsics.moved())
         std::cerr << io::describe(motion, frame->input.rig.cameras) << std::endl;
       method->fuse(frame->input.rig, frame->cloud);
+    } catch (const io::InputError&) {
+      sinks.drain();
+      throw;
     } catch (const pcl::PCLException& error) {
+      sinks.drain();
       throw io::InputError(options.inputs[0] + ": frame " + std::to_string(number) + ": " + whyNotFused(error));
     } catch (const std::bad_alloc&) {
+      sinks.drain();
       throw io::InputError(options.inputs[0] + ": frame " + std::to_string(number) + ": not enough memory for its " +
                            std::to_string(recording->cameras().size()) + " cameras; --views leaves some out");
     }
@@ -229,19 +303,19 @@ int run(Options& options, const command_line::MethodArguments& arguments) {
     if (options.normals) frame->with_normals = method->withNormals();
     frame->statistics = method->statistics();
     checks.lookAt(frame->input.rig, frame->statistics);
-    for (const std::shared_ptr<io::FrameSink>& sink : sinks) sink->take(frame);
+    sinks.take(frame);
     progress.show(++done);
   }
   progress.endLine();
+  report->note("side_by_side", options.overlap);
   if (stereo) {
     nlohmann::json depth = stereo->json();
     depth["depth_source"] = arguments.depthSource();
     report->note("estimated_depth", std::move(depth));
   }
-  std::vector<std::string> noticed;
-  for (const std::shared_ptr<io::FrameSink>& sink : sinks)
-    for (std::string& line : sink->finish()) noticed.push_back(std::move(line));
+  const std::vector<std::string> noticed = sinks.finish();
   std::cout << report->report().summary();
+  if (options.overlap && done > 1) std::cout << sideBySide(done, seconds(start)) << "\n";
   if (stereo) std::cout << "  " << stereo->summary() << "\n";
   for (const auto& [camera, message] : ended) std::cout << "  " << message << "\n";
   for (const std::string& complaint : checks.complaints()) std::cout << "  " << complaint << "\n";
@@ -274,6 +348,9 @@ int main(int argc, char** argv) {
   app.add_option("--format", options.format, "of the files in the output folder")
       ->check(CLI::IsMember({"ply", "pcd"}))
       ->capture_default_str();
+  app.add_flag(
+      "!--no-overlap", options.overlap,
+      "read, fuse, write and measure one after the other, and not side by side: for measuring how long each takes");
   app.add_flag("--normals", options.normals, "write the surface's normal with each point, facing its cameras");
   app.add_flag("!--no-quality", options.evaluate,
                "do not measure noise, double surfaces, violations, coverage, flicker and E_MC");
@@ -289,6 +366,8 @@ int main(int argc, char** argv) {
     options.stereo = stereo.options("fuse_flow_fuse");
     options.stereo.threads = options.method_options.threads;
     options.stereo.all_estimated = [&](std::size_t views) { return method.assumeStereo(views); };
+    options.recording.threads = static_cast<int>(options.method_options.threads);
+    options.overlap = options.overlap && options.method_options.threads != 1;
     options.config = command_line::configFileOf(app);
     command_line::requireThreads(options.method_options.threads);
     return run(options, method);

@@ -1,6 +1,7 @@
 #include "recordings/files/image_io.h"
 
 #include "recordings/files/file_io.h"
+#include "recordings/files/jpeg_decode.h"
 #include "recordings/files/png_check.h"
 #include "recordings/files/png_decode.h"
 
@@ -8,12 +9,10 @@
 
 #include <vtkCommand.h>
 #include <vtkImageData.h>
-#include <vtkJPEGReader.h>
 #include <vtkNew.h>
 #include <vtkObject.h>
 #include <vtkPNGWriter.h>
 #include <vtkPointData.h>
-#include <vtkSmartPointer.h>
 #include <vtkUnsignedCharArray.h>
 
 #include <algorithm>
@@ -44,59 +43,6 @@ std::string describe(const PngHeader& header) {
   return std::to_string(header.bits) + "-bit " + type;
 }
 
-/** \brief Keeps VTK from printing while it lives: what matters is thrown. */
-class SilenceVtk {
- public:
-  SilenceVtk() : display_(vtkObject::GetGlobalWarningDisplay()) { vtkObject::GlobalWarningDisplayOff(); }
-  ~SilenceVtk() { vtkObject::SetGlobalWarningDisplay(display_); }
-  SilenceVtk(const SilenceVtk&) = delete;
-  SilenceVtk& operator=(const SilenceVtk&) = delete;
-
- private:
-  int display_;
-};
-
-/** \brief A JPEG whose header has been read by the decoder itself: what else reads it could be led to another size. */
-class Jpeg {
- public:
-  /** \param bytes must stay */
-  Jpeg(const std::string& path, const std::string& bytes) : path_(path) {
-    checkJpeg(path, bytes);
-    reader_->AddObserver(vtkCommand::ErrorEvent, catcher_);
-    reader_->AddObserver(vtkCommand::WarningEvent, catcher_);
-    reader_->SetMemoryBuffer(bytes.data());
-    reader_->SetMemoryBufferLength(static_cast<vtkIdType>(bytes.size()));
-    reader_->UpdateInformation();
-    throwIfDamaged();
-  }
-
-  ImageSize size() const {
-    const int* extent = reader_->GetDataExtent();
-    return {extent[1] - extent[0] + 1, extent[3] - extent[2] + 1};
-  }
-
-  vtkSmartPointer<vtkImageData> decode() {
-    reader_->Update();
-    throwIfDamaged();
-    vtkSmartPointer<vtkImageData> image = reader_->GetOutput();
-    if (!image || !image->GetPointData()->GetScalars()) throwDamaged();
-    return image;
-  }
-
- private:
-  void throwIfDamaged() const {
-    if (catcher_->failed() || reader_->GetErrorCode() != 0) throwDamaged();
-  }
-  [[noreturn]] void throwDamaged() const {
-    throw InputError(path_ + ": is damaged and cannot be decoded, must be a whole JPEG");
-  }
-
-  std::string path_;
-  SilenceVtk silence_;
-  vtkNew<vtkJPEGReader> reader_;
-  vtkNew<ErrorCatcher> catcher_;
-};
-
 /** \brief Of grey the one channel three times; alpha is dropped. */
 void copyColorRow(const std::uint8_t* from, int channels, Rgb8* to, int width) {
   for (int u = 0; u < width; ++u, from += channels)
@@ -112,21 +58,6 @@ void readColorPng(const std::string& path, const std::string& bytes, ColorImage&
   image.resize(pixels.width, pixels.height);
   for (int v = 0; v < image.height; ++v)
     copyColorRow(pixels.row<std::uint8_t>(v), pixels.channels, &image.at(0, v), image.width);
-}
-
-void readColorJpeg(const std::string& path, const std::string& bytes, ColorImage& image, const SizeCheck& check) {
-  Jpeg jpeg(path, bytes);
-  if (check) check(jpeg.size().width, jpeg.size().height);
-  const auto source = jpeg.decode();
-  const int channels = source->GetNumberOfScalarComponents();
-  if (channels != 1 && channels != 3)  // a printer's four inks
-    throw InputError(path + ": is a JPEG of " + std::to_string(channels) + " channels, must be grey or RGB");
-  image.resize(source->GetDimensions()[0], source->GetDimensions()[1]);
-  const auto* samples = static_cast<const std::uint8_t*>(source->GetScalarPointer());
-  const std::size_t row = static_cast<std::size_t>(image.width) * static_cast<std::size_t>(channels);
-  for (int v = 0; v < image.height; ++v)  // VTK keeps the bottom row first
-    copyColorRow(samples + row * static_cast<std::size_t>(image.height - 1 - v), channels, &image.at(0, v),
-                 image.width);
 }
 
 template <typename Pixel, int channels>
@@ -179,10 +110,12 @@ void readDepthPng(const std::string& path, DepthImage& image, const SizeCheck& c
 }
 
 void decodeColor(const std::string& path, const std::string& bytes, ColorImage& image, const SizeCheck& check) {
-  if (isPng(bytes))
+  if (isPng(bytes)) {
     readColorPng(path, bytes, image, check);
-  else
-    readColorJpeg(path, bytes, image, check);
+  } else {
+    checkJpeg(path, bytes);
+    decodeJpeg(path, bytes, image, check);
+  }
 }
 
 void readColor(const std::string& path, ColorImage& image, const SizeCheck& check) {
@@ -191,7 +124,10 @@ void readColor(const std::string& path, ColorImage& image, const SizeCheck& chec
 
 ImageSize colorSize(const std::string& path) {
   const std::string bytes = readFile(path);
-  if (!isPng(bytes)) return Jpeg(path, bytes).size();
+  if (!isPng(bytes)) {
+    checkJpeg(path, bytes);
+    return jpegSize(path, bytes);
+  }
   const PngHeader header = checkPng(path, bytes);
   return {header.width, header.height};
 }

@@ -91,15 +91,16 @@ class TopicTrack : public ImageTrack {
 
   const std::vector<Nanoseconds>& stamps() const override { return stamps_; }
 
-  void read(std::size_t image, LoadedView& into) override {
+  void fetch(std::size_t image, std::string& bytes) override { log_->read(topic_, kept_[image], bytes); }
+
+  void decode(std::size_t image, const std::string& bytes, LoadedView& into) const override {
     const Topic& topic = log_->topics()[topic_];
     const std::string name = log_->path() + ": message " + std::to_string(kept_[image]) + " of " + topic.name;
-    log_->read(topic_, kept_[image], bytes_);
-    const std::unique_ptr<WireReader> in = makeWireReader(topic.wire, name, bytes_);
+    const std::unique_ptr<WireReader> in = makeWireReader(topic.wire, name, bytes);
     if (isRaw(topic))
-      decode(name, readImage(*in), into);
+      decodeMessage(name, readImage(*in), into);
     else
-      decode(name, readCompressedImage(*in), into);
+      decodeMessage(name, readCompressedImage(*in), into);
     if (!depth_)
       checkSize(name, into.color.width, into.color.height);
     else if (into.depth16.empty())
@@ -110,7 +111,7 @@ class TopicTrack : public ImageTrack {
 
  private:
   template <typename Message>
-  void decode(const std::string& name, const Message& message, LoadedView& into) const {
+  void decodeMessage(const std::string& name, const Message& message, LoadedView& into) const {
     if (depth_)
       decodeDepth(name, message, into);
     else
@@ -129,7 +130,6 @@ class TopicTrack : public ImageTrack {
   Intrinsics K_;
   std::vector<Nanoseconds> stamps_;
   std::vector<std::size_t> kept_;
-  std::string bytes_;
 };
 
 /** \brief A topic of images, as a choice for a camera. */

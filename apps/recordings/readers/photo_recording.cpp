@@ -45,7 +45,8 @@ class PhotoRecording : public Recording {
       : photos_(std::move(photos)),
         have_depth_(haveDepth(photos_.photos)),
         unit_(options.depth_scale.value_or(1.0f)),
-        skip_damaged_(options.skip_damaged) {
+        skip_damaged_(options.skip_damaged),
+        threads_(options.threads) {
     warnings_ = photos_.warnings;
     readSizes();
     settleSizes();
@@ -68,11 +69,12 @@ class PhotoRecording : public Recording {
     out.images.resize(cameras_.size());
     out.damaged.clear();
     out.ended.clear();
-    for (std::size_t i = 0; i < cameras_.size(); ++i) {
-      loadView(photos_.photos[i].files, std::nullopt, i, skip_damaged_, out);
+    const auto load = [&](std::size_t i) {
+      loadView(photos_.photos[i].files, cameras_[i], std::nullopt, out.images[i], out.rig.views[i]);
       if (!out.rig.views[i].missing())
         for (float& z : out.images[i].depth32.data) z *= unit_;
-    }
+    };
+    loadViews(cameras_.size(), load, skip_damaged_, threads_, out);
   }
 
  private:
@@ -151,6 +153,7 @@ class PhotoRecording : public Recording {
   bool have_depth_;
   float unit_;
   bool skip_damaged_;
+  int threads_;
   std::vector<ImageSize> depth_sizes_, color_sizes_;  ///< 0: there is no photograph
   std::vector<Camera> cameras_;
 };

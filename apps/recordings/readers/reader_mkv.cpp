@@ -50,12 +50,12 @@ class MkvTrack : public ImageTrack {
     for (Nanoseconds& stamp : stamps_) stamp += start;
   }
   const std::vector<Nanoseconds>& stamps() const override { return stamps_; }
+  void fetch(std::size_t image, std::string& bytes) override { bytes = file_->packet(track_, image); }
 
  protected:
   std::string nameOf(std::size_t image) const {
     return file_->path() + ": image " + std::to_string(image) + " of the track " + track_.title;
   }
-  const std::string& packet(std::size_t image) { return file_->packet(track_, image); }
   const VideoTrack& track() const { return track_; }
 
  private:
@@ -67,8 +67,7 @@ class MkvTrack : public ImageTrack {
 class MkvDepth : public MkvTrack {
  public:
   using MkvTrack::MkvTrack;
-  void read(std::size_t image, LoadedView& into) override {
-    const std::string& bytes = packet(image);
+  void decode(std::size_t image, const std::string& bytes, LoadedView& into) const override {
     into.depth32.resize(0, 0);
     into.depth16.resize(track().width, track().height);
     std::vector<std::uint16_t>& pixels = into.depth16.data;
@@ -84,8 +83,7 @@ class MkvDepth : public MkvTrack {
 class MkvColor : public MkvTrack {
  public:
   using MkvTrack::MkvTrack;
-  void read(std::size_t image, LoadedView& into) override {
-    const std::string& bytes = packet(image);
+  void decode(std::size_t image, const std::string& bytes, LoadedView& into) const override {
     const int w = track().width, h = track().height;
     if (track().codec == VideoCodec::Mjpeg)
       decodeColor(nameOf(image), bytes, into.color, [&](int width, int height) {

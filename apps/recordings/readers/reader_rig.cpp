@@ -46,7 +46,8 @@ class RigRecording : public Recording {
         inputs_(std::move(inputs)),
         frames_per_second_(rig.frames_per_second),
         read_color_(options.read_color),
-        skip_damaged_(options.skip_damaged) {
+        skip_damaged_(options.skip_damaged),
+        threads_(options.threads) {
     for (const RigCamera& entry : rig.cameras) {
       cameras_.push_back(entry.camera);
       if (options.depth_scale) cameras_.back().depth_scale = *options.depth_scale;
@@ -85,12 +86,14 @@ class RigRecording : public Recording {
       out.rig.stamp = static_cast<std::uint64_t>(std::llround(1e6 * static_cast<double>(frame) / *frames_per_second_));
     out.damaged.clear();
     out.ended.clear();
-    for (std::size_t i = 0; i < cameras_.size(); ++i) {
-      loadView(filesOf(i, frame), confidence_scales_[i], i, skip_damaged_, out);
+    const auto load = [&](std::size_t i) {
+      loadView(filesOf(i, frame), cameras_[i], confidence_scales_[i], out.images[i], out.rig.views[i]);
       if (out.rig.views[i].depth32)
         for (float& z : out.images[i].depth32.data) z *= cameras_[i].depth_scale;
+    };
+    loadViews(cameras_.size(), load, skip_damaged_, threads_, out);
+    for (std::size_t i = 0; i < cameras_.size(); ++i)
       if (names_[i].empty() || frame > names_[i].rbegin()->first) out.ended.push_back({i, ending(i)});
-    }
   }
 
  private:
@@ -180,6 +183,7 @@ class RigRecording : public Recording {
   std::optional<double> frames_per_second_;
   bool read_color_;
   bool skip_damaged_;
+  int threads_;
   std::vector<Camera> cameras_;
   std::vector<std::optional<float>> confidence_scales_;
   /** \brief Of each camera. One that has a folder of colour images, and none of depth, is one without depth. */

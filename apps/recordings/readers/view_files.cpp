@@ -4,6 +4,8 @@
 #include "recordings/files/float_image.h"
 #include "recordings/files/image_io.h"
 
+#include <fuse_flow/impl/host/parallel.hpp>
+
 #include <algorithm>
 #include <filesystem>
 #include <initializer_list>
@@ -130,14 +132,21 @@ void loadView(const ViewFiles& files, const Camera& camera, std::optional<float>
   }
 }
 
-void loadView(const ViewFiles& files, std::optional<float> confidence_scale, std::size_t number, bool skip_damaged,
-              LoadedFrame& out) {
-  try {
-    loadView(files, out.rig.cameras[number], confidence_scale, out.images[number], out.rig.views[number]);
-  } catch (const InputError& error) {
-    if (!skip_damaged) throw;
-    out.rig.views[number] = DepthView();
-    out.damaged.push_back({number, error.what()});
+void loadViews(std::size_t views, const std::function<void(std::size_t)>& load, bool skip_damaged, int threads,
+               LoadedFrame& out) {
+  std::vector<std::string> damage(views);
+  host::parallelFor(host::resolveThreads(threads), views, [&](std::size_t view, int) {
+    try {
+      load(view);
+    } catch (const InputError& error) {
+      if (!skip_damaged) throw;
+      damage[view] = error.what();
+    }
+  });
+  for (std::size_t view = 0; view < views; ++view) {
+    if (damage[view].empty()) continue;
+    out.rig.views[view] = DepthView();
+    out.damaged.push_back({view, damage[view]});
   }
 }
 

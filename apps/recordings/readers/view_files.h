@@ -2,6 +2,8 @@
 
 #include <fuse_flow/recordings/recording.h>
 
+#include <cstddef>
+#include <functional>
 #include <optional>
 #include <string>
 
@@ -41,9 +43,10 @@ std::string colorFolder(const std::string& folder);
 void loadView(const ViewFiles& files, const Camera& camera, std::optional<float> confidence_scale, LoadedView& images,
               DepthView& view);
 
-/** \brief The same for one view of a frame, whose cameras must be there and whose views and images must be as many.
- *  \param skip_damaged what would be thrown is added to out.damaged, and the view is missing */
-void loadView(const ViewFiles& files, std::optional<float> confidence_scale, std::size_t number, bool skip_damaged,
-              LoadedFrame& out);
+/** \brief Loads the views of a frame, several at a time. out.rig.views and out.images must be as many as the views.
+ *  \param load of a view, by its number; may throw InputError  \param skip_damaged what it throws is added to out.damaged, and the view is
+ *  missing; false: the first view's is thrown  \param threads 0: one for each core */
+void loadViews(std::size_t views, const std::function<void(std::size_t)>& load, bool skip_damaged, int threads,
+               LoadedFrame& out);
 
 }  // namespace fuse_flow::io

@@ -17,9 +17,12 @@ class ImageTrack {
 
   /** \brief When they were taken, strictly ascending. */
   virtual const std::vector<Nanoseconds>& stamps() const = 0;
-  /** \brief Decodes an image into depth16 or depth32 of into, and empties the other; or into its color. Fastest in the order of the numbers.
+  /** \brief The bytes of an image as they are in the file. Fastest in the order of the numbers. Only one thread may use the tracks of a file.
    *  Throws InputError, naming file and image. */
-  virtual void read(std::size_t image, LoadedView& into) = 0;
+  virtual void fetch(std::size_t image, std::string& bytes) = 0;
+  /** \brief Decodes them into depth16 or depth32 of into, and empties the other; or into its color. Many threads may do that at a time. Throws
+   *  InputError, naming file and image. */
+  virtual void decode(std::size_t image, const std::string& bytes, LoadedView& into) const = 0;
 };
 
 /** \brief One camera of a recorder's file. */

@@ -1,5 +1,6 @@
 #include "recordings/calibration.h"
 #include "recordings/range.h"
+#include "recordings/readers/view_files.h"
 #include "recordings/streams/recorded_camera.h"
 
 #include <algorithm>
@@ -29,7 +30,8 @@ class RecordedRig : public Recording {
         recorded_(std::move(cameras)),
         files_(std::move(files)),
         read_color_(options.read_color),
-        skip_damaged_(options.skip_damaged) {
+        skip_damaged_(options.skip_damaged),
+        threads_(options.threads) {
     warnings_ = std::move(warnings);
     for (const RecordedCamera& recorded : recorded_) cameras_.push_back(recorded.camera);
     group();
@@ -57,32 +59,51 @@ class RecordedRig : public Recording {
     out.rig.stamp = static_cast<std::uint64_t>(std::max<Nanoseconds>(0, set.stamp / 1000));
     out.damaged.clear();
     out.ended.clear();
+    fetched_.resize(cameras_.size());
     for (std::size_t c = 0; c < cameras_.size(); ++c) {
       out.rig.views[c] = DepthView();
       out.images[c].color_file.clear();
       if (frame >= ends_[c]) out.ended.push_back({c, ending(c)});
-      if (!set.images[c]) continue;
+      fetched_[c].damage.clear();
       try {
-        readView(c, *set.images[c], out.images[c], out.rig.views[c]);
+        fetch(c, set.images[c]);
       } catch (const InputError& error) {
         if (!skip_damaged_) throw;
-        out.rig.views[c] = DepthView();
-        out.damaged.push_back({c, error.what()});
+        fetched_[c].damage = error.what();
       }
     }
+    loadViews(
+        cameras_.size(), [&](std::size_t c) { decode(c, out.images[c], out.rig.views[c]); }, skip_damaged_, threads_,
+        out);
   }
 
  private:
-  void readView(std::size_t c, std::size_t image, LoadedView& images, DepthView& view) {
-    if (recorded_[c].depth) {
-      recorded_[c].depth->read(image, images);
+  /** \brief The bytes of a view's images. */
+  struct Fetched {
+    std::optional<std::size_t> depth, color;  ///< the images' numbers
+    std::string depth_bytes, color_bytes;
+    std::string damage;  ///< why there are none
+  };
+
+  void fetch(std::size_t c, std::optional<std::size_t> image) {
+    const RecordedCamera& recorded = recorded_[c];
+    Fetched& fetched = fetched_[c];
+    fetched.depth = recorded.depth ? image : std::nullopt;
+    fetched.color = !image || !hasColor(c) ? std::nullopt : recorded.depth ? color_of_[c][*image] : image;
+    if (fetched.depth) recorded.depth->fetch(*fetched.depth, fetched.depth_bytes);
+    if (fetched.color) recorded.color->fetch(*fetched.color, fetched.color_bytes);
+  }
+
+  void decode(std::size_t c, LoadedView& images, DepthView& view) const {
+    const Fetched& fetched = fetched_[c];
+    if (!fetched.damage.empty()) throw InputError(fetched.damage);
+    if (fetched.depth) {
+      recorded_[c].depth->decode(*fetched.depth, fetched.depth_bytes, images);
       view.depth16 = images.depth16.view();
       view.depth32 = images.depth32.view();
     }
-    if (!hasColor(c)) return;
-    const std::optional<std::size_t> color = recorded_[c].depth ? color_of_[c][image] : image;
-    if (!color) return;
-    recorded_[c].color->read(*color, images);
+    if (!fetched.color) return;
+    recorded_[c].color->decode(*fetched.color, fetched.color_bytes, images);
     view.color = images.color.view();
   }
 
@@ -180,8 +201,10 @@ class RecordedRig : public Recording {
   std::vector<std::string> files_;
   bool read_color_;
   bool skip_damaged_;
+  int threads_;
   std::vector<Camera> cameras_;
   std::vector<FrameSet> sets_;
+  std::vector<Fetched> fetched_;                                   ///< of each camera, of the frame that is read
   std::vector<std::size_t> ends_;                                  ///< of each camera, the frame behind its last one
   std::vector<std::vector<std::optional<std::size_t>>> color_of_;  ///< of each camera's depth images, the colour image
 };

@@ -80,14 +80,19 @@ TEST_F(ViewFiles, ADamagedFileIsSkippedWhereThatIsWanted) {
   frame.rig.views.resize(2);
   frame.images.resize(2);
   const io::ViewFiles whole{depth(4, 3), "", ""}, damaged{whole.depth, write("cut.png", "x"), ""};
-  io::loadView(whole, std::nullopt, 0, true, frame);
-  io::loadView(damaged, std::nullopt, 1, true, frame);
-  EXPECT_FALSE(frame.rig.views[0].missing());
-  EXPECT_TRUE(frame.rig.views[1].missing());
-  ASSERT_EQ(frame.damaged.size(), 1u);
-  EXPECT_EQ(frame.damaged[0].view, 1u);
-  EXPECT_NE(frame.damaged[0].message.find("cut.png"), std::string::npos) << frame.damaged[0].message;
-  EXPECT_TRUE(refuses([&] { io::loadView(damaged, std::nullopt, 1, false, frame); }, {path("cut.png")}));
+  const auto load_both = [&](std::size_t view) {
+    io::loadView(view == 0 ? whole : damaged, camera_, std::nullopt, frame.images[view], frame.rig.views[view]);
+  };
+  for (const int threads : {1, 2}) {
+    frame.damaged.clear();
+    io::loadViews(2, load_both, true, threads, frame);
+    EXPECT_FALSE(frame.rig.views[0].missing());
+    EXPECT_TRUE(frame.rig.views[1].missing());
+    ASSERT_EQ(frame.damaged.size(), 1u);
+    EXPECT_EQ(frame.damaged[0].view, 1u);
+    EXPECT_NE(frame.damaged[0].message.find("cut.png"), std::string::npos) << frame.damaged[0].message;
+    EXPECT_TRUE(refuses([&] { io::loadViews(2, load_both, false, threads, frame); }, {path("cut.png")}));
+  }
 }
 
 TEST_F(ViewFiles, AColorCameraHasASizeOfItsOwn) {

@@ -1,11 +1,16 @@
+#include "sinks/background_sink.h"
 #include "sinks/cloud_files.h"
 #include "sinks/quality_report.h"
 
 #include "../recordings/io_fixture.h"
 
 #include "clouds/cloud_io.h"
+#include "recordings/read_ahead.h"
 
+#include <atomic>
+#include <chrono>
 #include <iterator>
+#include <thread>
 
 namespace {
 
@@ -70,6 +75,113 @@ TEST_F(Sinks, ACloudWithNormalsIsWrittenWithThemEvenWithoutPoints) {
   io::CloudFiles files(path("n.pcd"), "pcd", 1);
   files.take(frame);
   EXPECT_NE(textOf("n.pcd").find("normal_x"), std::string::npos);
+}
+
+/** \brief Keeps the numbers of what it takes, slowly, and throws at one of them. */
+class SlowSink : public io::FrameSink {
+ public:
+  explicit SlowSink(std::size_t fails_at) : fails_at_(fails_at) {}
+  void take(const std::shared_ptr<const io::FusedFrame>& frame) override {
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    if (frame->number == fails_at_) throw io::OutputError("no room for " + std::to_string(frame->number));
+    taken.push_back(frame->number);
+  }
+  std::vector<std::string> finish() override { return {"finished after " + std::to_string(taken.size())}; }
+
+  std::vector<std::size_t> taken;
+
+ private:
+  std::size_t fails_at_;
+};
+
+TEST(BackgroundSink, TakesAllFramesInTheirOrder) {
+  const auto slow = std::make_shared<SlowSink>(1000);
+  io::BackgroundSink sink(slow, 2);
+  std::vector<std::size_t> numbers;
+  for (std::size_t k = 0; k < 20; ++k) {
+    sink.take(frameOfPoints(k, 0));
+    numbers.push_back(k);
+  }
+  EXPECT_EQ(sink.finish(), std::vector<std::string>{"finished after 20"});
+  EXPECT_EQ(slow->taken, numbers);
+}
+
+TEST(BackgroundSink, WhatIsThrownComesOutWithALaterFrameAndNothingIsTakenBehindIt) {
+  const auto slow = std::make_shared<SlowSink>(3);
+  io::BackgroundSink sink(slow, 1);
+  const auto take_many = [&] {
+    for (std::size_t k = 0; k < 20; ++k) sink.take(frameOfPoints(k, 0));
+  };
+  EXPECT_TRUE(refuses<io::OutputError>(take_many, {"no room for 3"}));
+  EXPECT_TRUE(refuses<io::OutputError>([&] { sink.drain(); }, {"no room for 3"}));
+  EXPECT_TRUE(refuses<io::OutputError>([&] { sink.finish(); }, {"no room for 3"}));
+  EXPECT_EQ(slow->taken, (std::vector<std::size_t>{0, 1, 2}));
+}
+
+TEST(BackgroundSink, WhatWaitsIsTakenBeforeItEnds) {
+  const auto slow = std::make_shared<SlowSink>(1000);
+  {
+    io::BackgroundSink sink(slow, 4);
+    for (std::size_t k = 0; k < 4; ++k) sink.take(frameOfPoints(k, 0));
+  }
+  EXPECT_EQ(slow->taken.size(), 4u);
+}
+
+TEST(BackgroundSink, MemoryIsBoundedByWhatMayWait) {
+  io::FramePool pool;
+  io::BackgroundSink sink(std::make_shared<SlowSink>(1000), 2);
+  for (std::size_t k = 0; k < 30; ++k) {
+    const std::shared_ptr<io::FusedFrame> frame = pool.next();
+    frame->number = k;
+    sink.take(frame);
+  }
+  EXPECT_LE(pool.size(), 4u);  // at hand, at work, and two that wait
+}
+
+/** \brief Frames whose stamp is their number, and one that cannot be read. */
+class NumberedRecording : public io::Recording {
+ public:
+  explicit NumberedRecording(std::size_t damaged) : damaged_(damaged) {}
+  std::string kind() const override { return "numbers"; }
+  std::size_t frameCount() const override { return 50; }
+  const std::vector<Camera>& cameras() const override { return cameras_; }
+  std::vector<std::string> inputs() const override { return {}; }
+  void read(std::size_t frame, io::LoadedFrame& out) override {
+    ++reads;
+    if (frame == damaged_) throw io::InputError("frame " + std::to_string(frame) + " is damaged");
+    out.rig.stamp = frame;
+  }
+
+  std::atomic<int> reads{0};
+
+ private:
+  std::size_t damaged_;
+  std::vector<Camera> cameras_;
+};
+
+TEST(ReadAhead, GivesTheFramesInTheirOrderAndWhatIsThrownInItsPlace) {
+  NumberedRecording recording(30);
+  const std::vector<std::size_t> chosen{3, 7, 5, 30, 8};
+  io::ReadAhead ahead(recording, chosen, 2);
+  io::LoadedFrame frame;
+  for (std::size_t k = 0; k < 3; ++k) {
+    ahead.next(frame);
+    EXPECT_EQ(frame.rig.stamp, chosen[k]);
+  }
+  EXPECT_TRUE(refuses([&] { ahead.next(frame); }, {"frame 30 is damaged"}));
+}
+
+TEST(ReadAhead, ReadsNoFurtherAheadThanItMay) {
+  NumberedRecording recording(1000);
+  {
+    io::ReadAhead ahead(recording, recording.frames(), 3);
+    io::LoadedFrame frame;
+    for (int k = 0; k < 10; ++k) ahead.next(frame);
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    EXPECT_LE(recording.reads, 10 + 3);
+  }  // ends though nobody has taken all
+  EXPECT_LE(recording.reads, 10 + 4);
+  const io::ReadAhead unused(recording, recording.frames(), 1);
 }
 
 TEST(FramePool, GivesMemoryAgainOnceNobodyHoldsIt) {

@@ -234,7 +234,7 @@ class Interrupt : public OutputFiles {
 
 TEST_F(Interrupt, FinishesTheFrameAtHandAndExitsWith130) {
   const ToolResult result =
-      fuse({recording(), "-o", out(), "--report", out("report.json")}, interruptAtFrameOne(false));
+      fuse({recording(), "-o", out(), "--report", out("report.json"), "--no-overlap"}, interruptAtFrameOne(false));
   EXPECT_EQ(result.exit_code, 130);
   EXPECT_EQ(result.err, "fuse_flow_fuse: interrupted after 2 of 4 frames; those are complete\n");
   EXPECT_EQ(listing(out_), (std::vector<std::string>{"000000.ply", "000001.ply"}));
@@ -242,6 +242,22 @@ TEST_F(Interrupt, FinishesTheFrameAtHandAndExitsWith130) {
   EXPECT_EQ(piped_.rfind("ply\n", 0), 0u);
   const nlohmann::json report = nlohmann::json::parse(readText(out("report.json")));
   EXPECT_EQ(report["total"]["frames"], 2);
+}
+
+/** \brief Side by side, some more frames are at hand: each that the message counts is whole, and no other is there. */
+TEST_F(Interrupt, SideBySideFinishesTheFramesAtHand) {
+  const ToolResult result =
+      fuse({recording(), "-o", out(), "--report", out("report.json"), "--threads", "2"}, interruptAtFrameOne(false));
+  EXPECT_EQ(result.exit_code, 130);
+  const std::vector<std::string> files = listing(out_);
+  EXPECT_GE(files.size(), 2u);
+  EXPECT_EQ(result.err,
+            "fuse_flow_fuse: interrupted after " + std::to_string(files.size()) + " of 4 frames; those are complete\n");
+  for (std::size_t k = 0; k < files.size(); ++k)
+    if (k != 1) {
+      EXPECT_FALSE(readCloudFile(out_ / files[k]).empty());
+    }  // which was a pipe
+  EXPECT_EQ(nlohmann::json::parse(readText(out("report.json")))["total"]["frames"], files.size());
 }
 
 /** \brief Deleted, moved or unmounted: its frames are not those that cameras missed. */
@@ -260,14 +276,14 @@ TEST_F(Interrupt, ARecordingThatIsGoneInTheMiddleIsAnError) {
     }
     close(pipe);
   };
-  const ToolResult result = fuse({recording(), "-o", out()}, options);
+  const ToolResult result = fuse({recording(), "-o", out(), "--no-overlap"}, options);
   EXPECT_TRUE(isOneLineError(result, 1, {recording(), "no longer there"}));
   EXPECT_EQ(listing(out_), (std::vector<std::string>{"000000.ply", "000001.ply"})) << "no empty clouds";
 }
 
 TEST_F(Interrupt, TheEndOfASessionFinishesTheFrameAtHandToo) {
   for (const int signal : {SIGTERM, SIGHUP}) {
-    const ToolResult result = fuse({recording(), "-o", out()}, interruptAtFrameOne(false, signal));
+    const ToolResult result = fuse({recording(), "-o", out(), "--no-overlap"}, interruptAtFrameOne(false, signal));
     EXPECT_EQ(result.exit_code, 130) << signal;
     EXPECT_EQ(result.err, "fuse_flow_fuse: interrupted after 2 of 4 frames; those are complete\n") << signal;
     EXPECT_EQ(listing(out_), (std::vector<std::string>{"000000.ply", "000001.ply"})) << signal;
@@ -276,7 +292,7 @@ TEST_F(Interrupt, TheEndOfASessionFinishesTheFrameAtHandToo) {
 
 TEST_F(Interrupt, ASecondSignalEndsAtOnceAndLeavesNoHalfWrittenFile) {
   for (const auto& [first, second] : {std::make_pair(SIGINT, SIGTERM), std::make_pair(SIGHUP, SIGINT)}) {
-    const ToolResult result = fuse({recording(), "-o", out()}, interruptTwiceInFrameTwo(first, second));
+    const ToolResult result = fuse({recording(), "-o", out(), "--no-overlap"}, interruptTwiceInFrameTwo(first, second));
     EXPECT_TRUE(result.exit_code == 128 + first || result.exit_code == 128 + second) << result.exit_code;
     EXPECT_EQ(listing(out_), (std::vector<std::string>{"000000.ply", "000001.ply"}));
   }
@@ -284,14 +300,15 @@ TEST_F(Interrupt, ASecondSignalEndsAtOnceAndLeavesNoHalfWrittenFile) {
 
 TEST_F(Interrupt, ASignalThatEndsTheProgramLeavesNoHalfWrittenFile) {
   for (const int signal : {SIGQUIT, SIGPIPE, SIGXCPU}) {
-    const ToolResult result = fuse({recording(), "-o", out()}, interruptTwiceInFrameTwo(signal, signal));
+    const ToolResult result =
+        fuse({recording(), "-o", out(), "--no-overlap"}, interruptTwiceInFrameTwo(signal, signal));
     EXPECT_EQ(result.exit_code, 128 + signal);
     EXPECT_EQ(listing(out_), (std::vector<std::string>{"000000.ply", "000001.ply"})) << signal;
   }
 }
 
 TEST_F(Interrupt, OnATerminalTheMessageHasALineOfItsOwn) {
-  const ToolResult result = fuse({recording(), "-o", out()}, interruptAtFrameOne(true));
+  const ToolResult result = fuse({recording(), "-o", out(), "--no-overlap"}, interruptAtFrameOne(true));
   EXPECT_EQ(result.exit_code, 130);
   EXPECT_NE(result.err.find("\nfuse_flow_fuse: interrupted"), std::string::npos) << result.err;
 }

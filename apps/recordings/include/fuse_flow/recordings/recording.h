@@ -133,6 +133,8 @@ struct RecordingOptions {
   /** \brief A camera with a file that cannot be read is missing from that frame, see LoadedFrame::damaged; false: read()
    *  throws. PCD files, and depth of "mvsnet" and "colmap", are read as they are opened, and then it throws always. */
   bool skip_damaged{false};
+  /** \brief Threads that decode the images of a frame, several cameras at a time; 0: one for each core. */
+  int threads{0};
 };
 
 /** \brief Opens a recording with the reader for its format. One path: a folder, or its rig.json. Several paths: organised PCD files, each

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <fuse_flow/recordings/recording.h>
+
+#include <condition_variable>
+#include <cstddef>
+#include <deque>
+#include <exception>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+namespace fuse_flow::io {
+
+/** \brief Reads the frames of a recording on a thread of its own, while the caller works on those before. What comes is the same, and in the same
+ *  order, as with Recording::read(); so is what is thrown. Nobody else may use the recording meanwhile, but for what does not change. */
+class ReadAhead {
+ public:
+  /** \param recording must stay  \param frames to read, in this order  \param ahead how many are kept that nobody has asked for; ≥ 1 */
+  ReadAhead(Recording& recording, std::vector<std::size_t> frames, std::size_t ahead);
+  /** \brief Ends after the frame at hand. */
+  ~ReadAhead();
+  ReadAhead(const ReadAhead&) = delete;
+  ReadAhead& operator=(const ReadAhead&) = delete;
+
+  /** \brief The next frame. Must be called no more often than there are frames. \param frame gives its memory for one of the frames to come \throws what reading it threw */
+  void next(LoadedFrame& frame);
+
+ private:
+  struct Read {
+    LoadedFrame frame;
+    std::exception_ptr error;
+  };
+
+  void run();
+
+  Recording& recording_;
+  const std::vector<std::size_t> frames_;
+  const std::size_t ahead_;
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  // The mutex guards the following members.
+  std::deque<Read> ready_;
+  std::vector<LoadedFrame> spare_;  // memory
+  bool ending_{false};
+  std::thread thread_;  // last: it uses the others
+};
+
+}  // namespace fuse_flow::io
