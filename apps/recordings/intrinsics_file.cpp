@@ -2,9 +2,9 @@
 
 #include "recordings/calibration.h"
 #include "recordings/colmap_camera.h"
-#include "recordings/files/cut_short.h"
 #include "recordings/files/file_io.h"
 #include "recordings/files/json_file.h"
+#include "recordings/lens_models.h"
 
 #include <fuse_flow/recordings/error.h>
 
@@ -37,15 +37,28 @@ Intrinsics fromMatrix(const std::string& path, std::vector<double> m) {
   return intrinsicsOf(path, m);
 }
 
-/** \brief Throws unless a lens is of the kind that Distortion expresses. */
-void checkModel(const std::string& path, std::string model, const Distortion& distortion) {
-  std::transform(model.begin(), model.end(), model.begin(), [](unsigned char c) { return std::tolower(c); });
-  for (const char* known : {"", "plumb_bob", "rational_polynomial", "pinhole", "none", "brown_conrady", "brown-conrady",
-                            "radial-tangential", "radtan", "opencv"})
-    if (model == known) return;
-  if (isIdeal(distortion)) return;  // of whichever kind, it distorts nothing
-  throw InputError(path + ": the lens model is " + cutShort(model) +
-                   ", must be plumb_bob or rational_polynomial; undistort the images, or give a lens of that kind");
+/** \brief The images that the intrinsics are for. */
+struct Images {
+  int width, height;                   ///< pixels; 0: not known
+  std::vector<std::string>& warnings;  ///< to add to
+};
+
+/** \brief What a file says of distortion. */
+struct DistortionText {
+  std::string model;
+  std::vector<double> coefficients;
+};
+
+/** \brief \param K without a size gets that of the images */
+Intrinsics distorted(const std::string& path, Intrinsics K, const DistortionText& text, const Images& images) {
+  if (K.width == 0 || K.height == 0) {
+    K.width = images.width;
+    K.height = images.height;
+  }
+  std::vector<std::string> lines;
+  const Intrinsics result = withDistortion(path, K, text.model, text.coefficients, lines);
+  images.warnings.insert(images.warnings.end(), lines.begin(), lines.end());
+  return result;
 }
 
 // ---- JSON
@@ -60,7 +73,7 @@ std::vector<double> flatNumbers(const IntrinsicsJson& json) {
   return numbers;
 }
 
-std::optional<Intrinsics> fromJson(const std::string& path) {
+std::optional<Intrinsics> fromJson(const std::string& path, const Images& images) {
   const auto json = readJson<IntrinsicsJson>(path, "a camera as Open3D writes it");
   try {
     if (!json.is_object()) return std::nullopt;
@@ -83,11 +96,12 @@ std::optional<Intrinsics> fromJson(const std::string& path) {
     }
     K.width = imageSide(path, "width", json.value("width", 0.0));
     K.height = imageSide(path, "height", json.value("height", 0.0));
+    DistortionText text;
     for (const char* key : {"distortion", "distortion_coefficients", "coeffs"})
-      if (json.contains(key)) K.distortion = distortionOf(path, flatNumbers(json[key]));
-    for (const char* key : {"distortion_model", "model"})
-      if (json.contains(key) && json[key].is_string()) checkModel(path, json[key].get<std::string>(), K.distortion);
-    return K;
+      if (json.contains(key)) text.coefficients = flatNumbers(json[key]);
+    for (const char* key : {"model", "distortion_model"})
+      if (json.contains(key) && json[key].is_string()) text.model = json[key].get<std::string>();
+    return distorted(path, K, text, images);
   } catch (const IntrinsicsJson::exception&) {
     throw InputError(path +
                      ": is not a camera as Open3D writes it: width, height, intrinsic_matrix of 9 numbers, or fx, fy, "
@@ -119,7 +133,7 @@ YAML::Node firstOf(const YAML::Node& node, const Keys&... keys) {
   return found;
 }
 
-std::optional<Intrinsics> fromYaml(const std::string& path, std::string text) {
+std::optional<Intrinsics> fromYaml(const std::string& path, std::string text, const Images& images) {
   // OpenCV begins its files with "%YAML:1.0", which is no directive of YAML's.
   if (text.rfind("%YAML:", 0) == 0) text.erase(0, text.find('\n'));
   try {
@@ -133,12 +147,13 @@ std::optional<Intrinsics> fromYaml(const std::string& path, std::string text) {
       K.width = imageSide(path, "image_width", node.as<double>());
     if (const YAML::Node node = firstOf(root, "image_height", "height"); node.IsScalar())
       K.height = imageSide(path, "image_height", node.as<double>());
+    DistortionText lens;
     if (const YAML::Node node = firstOf(root, "distortion_coefficients", "Distortion_Coefficients", "D", "d");
         node.IsDefined() && !node.IsNull())
-      K.distortion = distortionOf(path, yamlNumbers(node));
+      lens.coefficients = yamlNumbers(node);
     if (const YAML::Node node = firstOf(root, "distortion_model", "camera_model"); node.IsScalar())
-      checkModel(path, node.as<std::string>(), K.distortion);
-    return K;
+      lens.model = node.as<std::string>();
+    return distorted(path, K, lens, images);
   } catch (const YAML::Exception& error) {
     std::string line = error.mark.is_null() ? "" : " at line " + std::to_string(error.mark.line + 1);
     throw InputError(path + ": is not a camera_info as ROS writes it" + line +
@@ -209,22 +224,24 @@ bool isText(const fs::path& file) {
   return file.extension() == ".txt" && std::find(names.begin(), names.end(), file.stem().string()) != names.end();
 }
 
-std::optional<Intrinsics> tryFile(const std::string& path, int width, int height) {
+std::optional<Intrinsics> tryFile(const std::string& path, const Images& images) {
   const fs::path file(path);
   const std::string extension = file.extension().string();
-  if (extension == ".json") return fromJson(path);
-  if (extension == ".yaml" || extension == ".yml") return fromYaml(path, readFile(path, kMostTextBytes));
-  return fromText(path, readFile(path, kMostTextBytes), width, height);
+  if (extension == ".json") return fromJson(path, images);
+  if (extension == ".yaml" || extension == ".yml") return fromYaml(path, readFile(path, kMostTextBytes), images);
+  return fromText(path, readFile(path, kMostTextBytes), images.width, images.height);
 }
 
 }  // namespace
 
-Intrinsics readIntrinsicsFile(const std::string& path, int width, int height) {
-  const std::optional<Intrinsics> K = tryFile(path, width, height);
+Intrinsics readIntrinsicsFile(const std::string& path, int width, int height, std::vector<std::string>* warnings) {
+  std::vector<std::string> lines;
+  const std::optional<Intrinsics> K = tryFile(path, {width, height, lines});
   if (!K)
     throw InputError(path +
                      ": has no camera intrinsics, must be a camera_info .yaml, a .json with intrinsic_matrix, a 3x3 "
                      "matrix as text, or COLMAP's cameras.txt");
+  if (warnings) warnings->insert(warnings->end(), lines.begin(), lines.end());
   return *K;
 }
 
@@ -233,6 +250,7 @@ std::optional<FoundIntrinsics> findIntrinsics(const std::string& folder, int wid
     std::string path;
     Intrinsics K;
     bool of_depth;
+    std::vector<std::string> warnings;
   };
   std::vector<Found> found;
   for (const std::string& name : filesIn(folder)) {
@@ -240,8 +258,9 @@ std::optional<FoundIntrinsics> findIntrinsics(const std::string& folder, int wid
     const std::string extension = file.extension().string();
     if (extension != ".json" && extension != ".yaml" && extension != ".yml" && !isText(file)) continue;
     const std::string path = (fs::path(folder) / name).string();
-    if (const auto K = tryFile(path, width, height))
-      found.push_back({path, *K, name.find("depth") != std::string::npos});
+    std::vector<std::string> lines;
+    if (const auto K = tryFile(path, {width, height, lines}))
+      found.push_back({path, *K, name.find("depth") != std::string::npos, lines});
   }
   if (found.empty()) return std::nullopt;
   const auto keep = [&](const auto& wanted) {
@@ -261,7 +280,7 @@ std::optional<FoundIntrinsics> findIntrinsics(const std::string& folder, int wid
     throw InputError(found[0].path + ": is of a camera of " + sizeText(K.width, K.height) +
                      " pixels, the depth images are " + sizeText(width, height) +
                      "; must be that of the depth images, or --intrinsics gives another file");
-  return FoundIntrinsics{K, found[0].path};
+  return FoundIntrinsics{K, found[0].path, found[0].warnings};
 }
 
 }  // namespace fuse_flow::io

@@ -4,6 +4,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace fuse_flow::io {
 
@@ -15,13 +16,16 @@ namespace fuse_flow::io {
  *
  *  Width and height are 0 where the file does not say them.
  *  \param width of the images, pixels: chooses among the cameras of a cameras.txt; 0: not known  \param height of the images
+ *  \param warnings gets those of withDistortion(); null: they are lost
  *  Throws InputError, naming the path and what is wrong, for any other file and for lenses that Intrinsics cannot express. */
-Intrinsics readIntrinsicsFile(const std::string& path, int width = 0, int height = 0);
+Intrinsics readIntrinsicsFile(const std::string& path, int width = 0, int height = 0,
+                              std::vector<std::string>* warnings = nullptr);
 
 /** \brief Intrinsics, and the file that has them. */
 struct FoundIntrinsics {
   Intrinsics intrinsics;
   std::string path;
+  std::vector<std::string> warnings;  ///< see withDistortion()
 };
 
 /** \brief Intrinsics that lie beside images: those of the folder's .json, .yaml, .yml and usual .txt files (camera-intrinsics.txt,

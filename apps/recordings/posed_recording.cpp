@@ -1,5 +1,7 @@
 #include "recordings/posed_recording.h"
 
+#include "recordings/depth_to_z.h"
+
 #include <fuse_flow/recordings/error.h>
 #include <fuse_flow/recordings/rig_json.h>
 
@@ -27,6 +29,7 @@ class MovedRecording : public Recording {
   std::optional<float> confidenceScale(std::size_t camera) const override {
     return recording_->confidenceScale(camera);
   }
+  DepthMeaning depthMeaning(std::size_t camera) const override { return recording_->depthMeaning(camera); }
   std::vector<std::string> inputs() const override { return recording_->inputs(); }
   void read(std::size_t frame, LoadedFrame& out) override {
     recording_->read(frame, out);
@@ -61,8 +64,20 @@ class PosedRecording : public MovedRecording {
       : MovedRecording(std::move(recording)), rig_json_(rig_json) {
     const RigDescription rig = readRigJson(rig_json);
     warnings_.insert(warnings_.end(), rig.warnings.begin(), rig.warnings.end());
-    for (const RigCamera& entry : rig.cameras) calibrations_[entry.camera.name] = entry.camera;
+    for (const RigCamera& entry : rig.cameras) calibrations_.emplace(entry.camera.name, entry);
     place(cameras_);
+    for (std::size_t k = 0; k < cameras_.size(); ++k) {
+      // What the recording itself says has been applied.
+      const DepthMeaning own = recording_->depthMeaning(k);
+      meanings_.push_back(own.isZ() ? calibrations_.at(cameras_[k].name).depth : own);
+      to_z_.emplace_back(cameras_[k], own.isZ() ? meanings_.back() : DepthMeaning());
+    }
+  }
+
+  DepthMeaning depthMeaning(std::size_t camera) const override { return meanings_[camera]; }
+  void read(std::size_t frame, LoadedFrame& out) override {
+    MovedRecording::read(frame, out);
+    for (std::size_t k = 0; k < to_z_.size(); ++k) to_z_[k].convert(out.images[k], out.rig.views[k]);
   }
 
   std::vector<std::string> inputs() const override {
@@ -77,15 +92,18 @@ class PosedRecording : public MovedRecording {
       const auto found = calibrations_.find(camera.name);
       if (found == calibrations_.end())
         throw InputError(rig_json_ + ": has no camera '" + camera.name + "', which the recording has");
-      camera.T_world_camera = found->second.T_world_camera;
-      camera.depth_correction = found->second.depth_correction;
-      camera.multipath = found->second.multipath;
-      if (found->second.noise) camera.noise = found->second.noise;
+      const Camera& calibrated = found->second.camera;
+      camera.T_world_camera = calibrated.T_world_camera;
+      camera.depth_correction = calibrated.depth_correction;
+      camera.multipath = calibrated.multipath;
+      if (calibrated.noise) camera.noise = calibrated.noise;
     }
   }
 
   std::string rig_json_;
-  std::map<std::string, Camera> calibrations_;
+  std::map<std::string, RigCamera> calibrations_;
+  std::vector<DepthMeaning> meanings_;
+  std::vector<DepthToZ> to_z_;
 };
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include "recordings/files/file_io.h"
 #include "recordings/files/json_file.h"
 #include "recordings/files/unknown_keys.h"
+#include "recordings/lens_models.h"
 
 #include <fuse_flow/recordings/error.h>
 
@@ -61,7 +62,7 @@ struct Entry {
   }
 };
 
-Intrinsics parseIntrinsics(const Entry& entry) {
+Intrinsics parseIntrinsics(const Entry& entry, std::vector<std::string>& warnings) {
   Intrinsics K;
   K.width = entry.size("width");
   K.height = entry.size("height");
@@ -69,12 +70,17 @@ Intrinsics parseIntrinsics(const Entry& entry) {
   K.fy = static_cast<float>(entry.positive("fy"));
   K.cx = static_cast<float>(entry.number("cx"));
   K.cy = static_cast<float>(entry.number("cy"));
-  if (entry.has("distortion")) {
+  if (!entry.has("distortion")) return K;
+  if (!entry.has("distortion_model")) {
     const std::vector<double> values = entry.numbers("distortion", 8);
     const std::vector<float> d(values.begin(), values.end());
     K.distortion = {d[0], d[1], d[2], d[3], d[4], d[5], d[6], d[7]};
+    return K;
   }
-  return K;
+  const Json& model = entry.object["distortion_model"];
+  if (!model.is_string()) entry.fail("distortion_model", "is " + quoted(model) + ", must be a name, like equidistant");
+  const Json& values = entry.object["distortion"];
+  return withDistortion(entry.owner, K, model.get<std::string>(), entry.numbers("distortion", values.size()), warnings);
 }
 
 DepthCorrection parseDepthCorrection(const Entry& entry) {
@@ -110,7 +116,8 @@ NoiseModel parseNoise(const Entry& entry) {
   return noise;
 }
 
-const std::vector<std::string> kLensKeys = {"width", "height", "fx", "fy", "cx", "cy", "distortion"};
+const std::vector<std::string> kLensKeys = {"width", "height", "fx",         "fy",
+                                            "cx",    "cy",     "distortion", "distortion_model"};
 
 std::vector<std::string> withLensKeys(std::vector<std::string> keys) {
   keys.insert(keys.end(), kLensKeys.begin(), kLensKeys.end());
@@ -127,9 +134,7 @@ const std::vector<std::pair<std::string, std::string>> kAliases = {
     {"transform", "T_world_camera, camera to world"},
     {"transform_matrix", "T_world_camera, camera to world, of axes x right, y down, z forward"},
     {"T_color_depth", "T_depth_color, colour camera to depth camera, the inverse"},
-    {"distortion_model",
-     "distortion, k1 k2 p1 p2 k3 k4 k5 k6 of the Brown-Conrady and rational models, the only ones there are"},
-    {"model", "distortion, k1 k2 p1 p2 k3 k4 k5 k6 of the Brown-Conrady and rational models, the only ones there are"},
+    {"model", "distortion_model"},
     {"distortion_coefficients", "distortion"},
     {"coeffs", "distortion"},
     {"D", "distortion"},
@@ -138,7 +143,6 @@ const std::vector<std::pair<std::string, std::string>> kAliases = {
     {"intrinsic_matrix", "fx, fy, cx, cy"},
     {"ppx", "cx"},
     {"ppy", "cy"},
-    {"depth_offset", "depth_correction, which is relative to the depth: of depth z the truth is z (1 + a + b z)"},
     {"depth_unit", "depth_scale, metres per unit"},
     {"depth_units", "depth_scale, metres per unit"},
     {"fps", "frames_per_second, beside cameras"},
@@ -184,8 +188,9 @@ class UnknownKeys {
 };
 
 void lookAtKeys(const Json& object, const std::string& owner, UnknownKeys& unknown) {
-  static const std::vector<std::string> of_camera = withLensKeys(
-      {"name", "depth_scale", "confidence_scale", "T_world_camera", "depth_correction", "multipath", "noise", "color"});
+  static const std::vector<std::string> of_camera =
+      withLensKeys({"name", "depth_scale", "depth_is", "depth_offset", "confidence_scale", "T_world_camera",
+                    "depth_correction", "multipath", "noise", "color"});
   static const std::vector<std::string> of_color = withLensKeys({"T_depth_color"});
   static const std::vector<std::string> of_correction = {"columns", "rows", "relative", "per_metre"};
   static const std::vector<std::string> of_multipath = {"modulation_frequency", "reflectance"};
@@ -200,15 +205,31 @@ void lookAtKeys(const Json& object, const std::string& owner, UnknownKeys& unkno
   look_inside("noise", of_noise);
 }
 
-RigCamera parseCamera(const Entry& entry, const std::string& name) {
+RigCamera parseCamera(const Entry& entry, const std::string& name, std::vector<std::string>& warnings) {
   RigCamera result;
   result.camera.name = name;
-  result.camera.intrinsics = parseIntrinsics(entry);
+  result.camera.intrinsics = parseIntrinsics(entry, warnings);
   result.has_depth_scale = entry.has("depth_scale");
   if (result.has_depth_scale) {
     const float depth_scale = result.camera.depth_scale = static_cast<float>(entry.positive("depth_scale"));
     if (!std::isfinite(depth_scale) || depth_scale == 0)
       entry.fail("depth_scale", "is " + quoted(entry.object["depth_scale"]) + ", must be metres per unit, like 0.001");
+  }
+  if (entry.has("depth_is")) {
+    const Json& meaning = entry.object["depth_is"];
+    if (meaning != "z" && meaning != "distance")
+      entry.fail("depth_is",
+                 "is " + quoted(meaning) + ", must be z, along the optical axis, or distance, along the pixel's ray");
+    result.depth.is_distance = meaning == "distance";
+  }
+  if (entry.has("depth_offset")) {
+    constexpr double most = 10;
+    const double offset = entry.number("depth_offset");
+    if (!(std::fabs(offset) <= most))
+      entry.fail("depth_offset", "is " + quoted(entry.object["depth_offset"]) + ", must be within " +
+                                     std::to_string(static_cast<int>(most)) +
+                                     " m: metres that are added to the measured depth");
+    result.depth.offset = static_cast<float>(offset);
   }
   if (entry.has("confidence_scale")) {
     result.confidence_scale = static_cast<float>(entry.positive("confidence_scale"));
@@ -241,7 +262,7 @@ RigCamera parseCamera(const Entry& entry, const std::string& name) {
     const Entry color{entry.object["color"], entry.owner + " color"};
     if (!color.object.is_object())
       entry.fail("color", "must be an object with width, height, fx, fy, cx, cy, T_depth_color");
-    result.camera.color = ColorCamera{parseIntrinsics(color),
+    result.camera.color = ColorCamera{parseIntrinsics(color, warnings),
                                       rigidPose(color.owner + ": T_depth_color", color.numbers("T_depth_color", 16))};
   }
   return result;
@@ -306,11 +327,11 @@ RigDescription readRigJson(const std::string& path) {
     if (!names.insert(name.get<std::string>()).second)
       throw InputError(number + ": name is " + quoted(name) + ", which another camera has");
     const std::string owner = path + ": camera '" + name.get<std::string>() + "'";
-    rig.cameras.push_back(parseCamera(Entry{object, owner}, name.get<std::string>()));
+    rig.cameras.push_back(parseCamera(Entry{object, owner}, name.get<std::string>(), rig.warnings));
     checkCameraInput(path, rig.cameras.back().camera);
     lookAtKeys(object, owner, unknown);
   }
-  rig.warnings = unknown.warnings();
+  for (std::string& line : unknown.warnings()) rig.warnings.push_back(std::move(line));
   return rig;
 }
 
@@ -322,6 +343,8 @@ void writeRigJson(const std::string& path, const RigDescription& rig) {
     entry["name"] = rig_camera.camera.name;
     putIntrinsics(entry, rig_camera.camera.intrinsics);
     if (rig_camera.has_depth_scale) entry["depth_scale"] = shortest(rig_camera.camera.depth_scale);
+    if (rig_camera.depth.is_distance) entry["depth_is"] = "distance";
+    if (rig_camera.depth.offset != 0) entry["depth_offset"] = shortest(rig_camera.depth.offset);
     if (rig_camera.confidence_scale) entry["confidence_scale"] = shortest(*rig_camera.confidence_scale);
     entry["T_world_camera"] = poseNumbers(rig_camera.camera.T_world_camera);
     if (rig_camera.camera.color) {

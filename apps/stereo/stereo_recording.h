@@ -44,6 +44,7 @@ class StereoRecording : public Recording {
   bool hasDepth(std::size_t camera) const override;
   bool hasColor(std::size_t camera) const override { return recording_->hasColor(camera); }
   std::optional<float> confidenceScale(std::size_t camera) const override;
+  DepthMeaning depthMeaning(std::size_t camera) const override { return recording_->depthMeaning(camera); }
   std::vector<std::string> inputs() const override { return recording_->inputs(); }
   void read(std::size_t frame, LoadedFrame& out) override;
 

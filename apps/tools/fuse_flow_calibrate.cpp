@@ -349,7 +349,8 @@ int run(Options options) {
     io::writeColorPng(options.picture, drawing::drawClouds(clouds, options.viewpoint));
   }
   io::RigDescription rig{{}, recording->framesPerSecond()};
-  for (std::size_t i = 0; i < after.size(); ++i) rig.cameras.push_back({after[i], recording->confidenceScale(i)});
+  for (std::size_t i = 0; i < after.size(); ++i)
+    rig.cameras.push_back({after[i], recording->confidenceScale(i), true, recording->depthMeaning(i)});
   io::writeRigJson(options.output, rig);
   if (options.from_scratch)
     std::printf(

@@ -1,3 +1,4 @@
+#include "recordings/depth_to_z.h"
 #include "recordings/files/file_io.h"
 #include "recordings/files/float_image.h"
 #include "recordings/range.h"
@@ -52,6 +53,8 @@ class RigRecording : public Recording {
       cameras_.push_back(entry.camera);
       if (options.depth_scale) cameras_.back().depth_scale = *options.depth_scale;
       confidence_scales_.push_back(entry.confidence_scale);
+      meanings_.push_back(entry.depth);
+      to_z_.emplace_back(cameras_.back(), entry.depth);
       const fs::path own_folder = folder_ / entry.camera.name;
       color_folders_.push_back(colorFolder(own_folder.string()));
       has_depth_.push_back(color_folders_.back().empty() || isThere((own_folder / "depth").string()));
@@ -75,6 +78,7 @@ class RigRecording : public Recording {
   bool hasDepth(std::size_t camera) const override { return has_depth_[camera]; }
   bool hasColor(std::size_t camera) const override { return read_color_ && !color_folders_[camera].empty(); }
   std::optional<float> confidenceScale(std::size_t camera) const override { return confidence_scales_[camera]; }
+  DepthMeaning depthMeaning(std::size_t camera) const override { return meanings_[camera]; }
   std::vector<std::string> inputs() const override { return inputs_; }
 
   void read(std::size_t frame, LoadedFrame& out) override {
@@ -90,6 +94,7 @@ class RigRecording : public Recording {
       loadView(filesOf(i, frame), cameras_[i], confidence_scales_[i], out.images[i], out.rig.views[i]);
       if (out.rig.views[i].depth32)
         for (float& z : out.images[i].depth32.data) z *= cameras_[i].depth_scale;
+      to_z_[i].convert(out.images[i], out.rig.views[i]);
     };
     loadViews(cameras_.size(), load, skip_damaged_, threads_, out);
     for (std::size_t i = 0; i < cameras_.size(); ++i)
@@ -186,6 +191,8 @@ class RigRecording : public Recording {
   int threads_;
   std::vector<Camera> cameras_;
   std::vector<std::optional<float>> confidence_scales_;
+  std::vector<DepthMeaning> meanings_;
+  std::vector<DepthToZ> to_z_;
   /** \brief Of each camera. One that has a folder of colour images, and none of depth, is one without depth. */
   std::vector<bool> has_depth_;
   /** \brief Of each camera's depth images, or, if it is one without depth, its colour images, by their number. */

@@ -153,13 +153,14 @@ Intrinsics intrinsicsOf(Sequence& sequence, const std::string& file) {
   const std::string size = std::to_string(width) + "x" + std::to_string(height);
   Intrinsics K;
   if (!file.empty()) {
-    K = readIntrinsicsFile(file, width, height);
+    K = readIntrinsicsFile(file, width, height, &sequence.warnings);
     sequence.inputs.push_back(file);
     if (K.width > 0 && K.height > 0 && (K.width != width || K.height != height))
       throw InputError(file + ": is of a camera of " + std::to_string(K.width) + "x" + std::to_string(K.height) +
                        " pixels, the depth images of " + sequence.path + " are " + size);
   } else if (const auto found = findIntrinsics(sequence.path, width, height)) {
     K = found->intrinsics;
+    sequence.warnings.insert(sequence.warnings.end(), found->warnings.begin(), found->warnings.end());
     sequence.inputs.push_back(found->path);
   } else {
     K = sequence.usual_intrinsics;

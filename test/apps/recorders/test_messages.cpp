@@ -165,8 +165,8 @@ TEST(CameraLens, AFisheyeIsTheNearestBrownConradyLens) {
 
 TEST(CameraLens, WhatNoLensIsLikeIsRefused) {
   std::vector<std::string> warnings;
-  EXPECT_TRUE(refuses([&] { io::lensOf("topic", info("cat_eye", {1}), false, warnings); },
-                      {"topic", "'cat_eye'", "plumb_bob"}));
+  EXPECT_TRUE(
+      refuses([&] { io::lensOf("topic", info("cat_eye", {1}), false, warnings); }, {"topic", "cat_eye", "plumb_bob"}));
   EXPECT_TRUE(refuses([&] { io::lensOf("topic", info("equidistant", {1}), false, warnings); },
                       {"1 distortion coefficients", "4"}));
   EXPECT_TRUE(refuses(

@@ -108,7 +108,10 @@ TEST_F(IntrinsicsFile, AmongSeveralCamerasOfColmapItIsTheOneOfTheImagesSize) {
 TEST_F(IntrinsicsFile, LensesThatCannotBeExpressedAreRefused) {
   std::string fisheye = kCameraInfo;
   fisheye.replace(fisheye.find("plumb_bob"), 9, "equidistant");
-  EXPECT_TRUE(refuses([&] { read("a.yaml", fisheye); }, {path("a.yaml"), "equidistant", "plumb_bob"}));
+  EXPECT_TRUE(refuses([&] { read("a.yaml", fisheye); }, {path("a.yaml"), "5 distortion coefficients", "must have 4"}));
+  std::string unknown = kCameraInfo;
+  unknown.replace(unknown.find("plumb_bob"), 9, "cat_eye");
+  EXPECT_TRUE(refuses([&] { read("a.yaml", unknown); }, {path("a.yaml"), "cat_eye", "plumb_bob"}));
   EXPECT_TRUE(refuses([&] { read("b.yaml", "camera_matrix: {data: [1, 0, 0, 0, 1, 0, 0, 0, 1]}\nD: [1, 2, 3]\n"); },
                       {path("b.yaml"), "has 3 distortion coefficients"}));
   EXPECT_TRUE(refuses([&] { read("c.yaml", "camera_matrix: {data: [24, 5, 29, 0, 20, 25, 0, 0, 1]}\n"); },

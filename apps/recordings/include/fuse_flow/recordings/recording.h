@@ -46,6 +46,17 @@ struct LoadedFrame {
   std::vector<DamagedView> ended;    ///< of a rig: "camera 'left' ends after 3 of 4 frames"
 };
 
+/** \brief What the numbers of a camera's depth images are, where they are not z in the camera's frame. */
+struct DepthMeaning {
+  /** \brief Whether they are distances from the optical centre, along the ray of the pixel: z = distance / √(1 + x² + y²) for the ray (x, y, 1). */
+  bool is_distance{false};
+  /** \brief Metres that are added to each measurement, before it becomes z; −10 … 10. */
+  float offset{0};
+
+  /** \brief Whether they are z. */
+  bool isZ() const { return !is_distance && offset == 0; }
+};
+
 /** \brief A source of rig frames: a folder of images with a calibration, see openRecording(). Only one thread may use an object. */
 class Recording {
  public:
@@ -77,6 +88,11 @@ class Recording {
   virtual std::optional<float> confidenceScale(std::size_t camera) const {
     (void)camera;
     return std::nullopt;
+  }
+  /** \brief What a camera's depth images are in its files. What read() gives is always z: in LoadedView::depth32, where they are something else. */
+  virtual DepthMeaning depthMeaning(std::size_t camera) const {
+    (void)camera;
+    return {};
   }
   /** \brief Name of a camera's files, for messages and reports: "frame-000060", "left". */
   std::string viewName(std::size_t view) const { return cameras()[view].name; }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <fuse_flow/camera.h>
+#include <fuse_flow/recordings/recording.h>
 
 #include <optional>
 #include <string>
@@ -15,6 +16,8 @@ struct RigCamera {
   std::optional<float> confidence_scale{};
   /** \brief Whether rig.json has its depth_scale, which a camera without depth does not need. */
   bool has_depth_scale{true};
+  /** \brief What its depth images hold. */
+  DepthMeaning depth{};
 };
 
 /** \brief The content of rig.json. */

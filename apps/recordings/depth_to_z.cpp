@@ -1,0 +1,43 @@
+#include "recordings/depth_to_z.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace fuse_flow::io {
+
+DepthToZ::DepthToZ(const Camera& camera, const DepthMeaning& meaning)
+    : meaning_(meaning), depth_scale_(camera.depth_scale) {
+  if (!meaning.is_distance) return;
+  const Intrinsics& K = camera.intrinsics;
+  z_per_distance_.reserve(static_cast<std::size_t>(K.width) * static_cast<std::size_t>(K.height));
+  for (int v = 0; v < K.height; ++v)
+    for (int u = 0; u < K.width; ++u) {
+      const Ray ray = unproject(K, {static_cast<float>(u), static_cast<float>(v)});
+      z_per_distance_.push_back(1 / std::sqrt(1 + ray.x * ray.x + ray.y * ray.y));
+    }
+}
+
+void DepthToZ::convert(LoadedView& images, DepthView& view) const {
+  if (meaning_.isZ() || view.missing()) return;
+  const auto z = [&](float metres, std::size_t pixel) {
+    if (!(metres > 0) || std::isinf(metres)) return 0.0f;
+    const float corrected = metres + meaning_.offset;
+    return std::max(0.0f, z_per_distance_.empty() ? corrected : corrected * z_per_distance_[pixel]);
+  };
+  if (!images.depth16.empty()) {
+    constexpr std::uint16_t nothing = std::numeric_limits<std::uint16_t>::max();
+    images.depth32.resize(images.depth16.width, images.depth16.height);
+    for (std::size_t k = 0; k < images.depth16.data.size(); ++k) {
+      const std::uint16_t raw = images.depth16.data[k];
+      images.depth32.data[k] = raw == nothing ? 0.0f : z(static_cast<float>(raw) * depth_scale_, k);
+    }
+    images.depth16.resize(0, 0);
+  } else {
+    for (std::size_t k = 0; k < images.depth32.data.size(); ++k) images.depth32.data[k] = z(images.depth32.data[k], k);
+  }
+  view.depth16 = {};
+  view.depth32 = images.depth32.view();
+}
+
+}  // namespace fuse_flow::io
