@@ -1,6 +1,7 @@
 // Fuses a recording of several depth cameras, frame by frame.
 
 #include "calibration/live_extrinsics.h"
+#include "clouds/plain_clouds.h"
 #include "command_line/config_file.h"
 #include "command_line/message_of.h"
 #include "command_line/method_arguments.h"
@@ -15,6 +16,7 @@
 #include "input_checks/estimated_depth.h"
 #include "input_checks/noise_check.h"
 #include "input_checks/view_overlap.h"
+#include "methods/plain_fusion.h"
 #include "recordings/range.h"
 #include "recordings/read_ahead.h"
 #include "recordings/still_there.h"
@@ -241,6 +243,69 @@ io::MethodOptions methodOptions(const Options& options, const command_line::Meth
   return result;
 }
 
+/** \brief Clouds of scanners, whose images nobody has: the spatial hash alone fuses them. */
+int runPlain(const Options& options) {
+  if (options.method != "fuse_flow")
+    throw io::OptionError("--method " + options.method + ": " + options.inputs[0] +
+                          " is a cloud, without the images it was measured in, must be fuse_flow");
+  for (const auto& [given, option] : {std::pair{!options.recording.views.empty(), "--views"},
+                                      {options.recording.slide != 0, "--slide"},
+                                      {options.recording.depth_scale.has_value(), "--depth-scale"},
+                                      {!options.recording.intrinsics.empty(), "--intrinsics"},
+                                      {options.refine_extrinsics, "--refine-extrinsics"}})
+    if (given) throw io::OptionError(std::string(option) + ": " + options.inputs[0] + " is a cloud, must not be given");
+  const io::PlainClouds clouds(options.inputs, options.recording.poses);
+  const std::vector<std::size_t> all = clouds.frames();
+  const std::vector<std::size_t> frames =
+      options.frames.empty() ? all : io::parseRangeOf(options.frames, all, "--frames");
+  if (options.normals && !clouds.haveNormals()) throw io::OptionError("--normals: " + options.inputs[0] + " has none");
+  const auto files = std::make_shared<io::CloudFiles>(options.output, options.format, frames.size());
+  io::InputFiles inputs(clouds.inputs());
+  for (const std::size_t frame : frames) inputs.refuseToReplace("-o", files->pathOf(frame));
+  if (!options.report.empty()) inputs.refuseToReplace("--report", options.report);
+  command_line::printWarnings(
+      "fuse_flow_fuse",
+      {"clouds without their images: the spatial hash alone fuses them, on the CPU; nothing says how sure a "
+       "point is, nor whether another scanner saw through it, and nothing is measured"});
+  io::QualityReport::Options report_options;
+  report_options.measure = false;
+  report_options.file = options.report;
+  io::QualityReport report("spatial_hash", clouds.scanners(), report_options);
+  pcl::PointCloud<io::PointFusedNormal> points;
+  std::vector<std::uint32_t> scanners;
+  io::catchInterrupts();
+  std::size_t done = 0;
+  for (const std::size_t number : frames) {
+    if (io::interrupt_requested) break;
+    const auto frame = std::make_shared<io::FusedFrame>();
+    frame->number = number;
+    clouds.read(number, points, scanners);
+    const auto start = std::chrono::steady_clock::now();
+    try {
+      io::fusePlainCloud(points, scanners, options.method_options.parameters.aggregation,
+                         options.method_options.threads, frame->with_normals);
+    } catch (const pcl::PCLException& error) {
+      throw io::InputError(options.inputs[0] + ": frame " + std::to_string(number) + ": " + whyNotFused(error));
+    }
+    frame->statistics.total_ms = frame->statistics.fuse_ms = 1e3 * seconds(start);
+    frame->statistics.measured_points = points.size();
+    frame->statistics.fused_points = frame->with_normals.size();
+    frame->has_normals = options.normals;
+    io::withoutNormals(frame->with_normals, frame->cloud);
+    files->take(frame);
+    report.take(frame);
+    ++done;
+  }
+  std::vector<std::string> noticed = files->finish();
+  report.finish();
+  std::cout << report.report().summary();
+  for (const std::string& line : noticed) std::cout << "  " << line << "\n";
+  if (!io::interrupt_requested) return command_line::kSuccess;
+  std::cerr << "fuse_flow_fuse: interrupted after " << done << " of " << frames.size() << " frames; those are complete"
+            << std::endl;
+  return command_line::kInterrupted;
+}
+
 int run(Options& options, const command_line::MethodArguments& arguments) {
   std::unique_ptr<io::Method> method = io::makeMethod(options.method, options.method_options);
   const std::unique_ptr<io::Recording> recording =
@@ -315,11 +380,11 @@ int run(Options& options, const command_line::MethodArguments& arguments) {
   }
   const std::vector<std::string> noticed = sinks.finish();
   std::cout << report->report().summary();
-  if (options.overlap && done > 1) std::cout << sideBySide(done, seconds(start)) << "\n";
   if (stereo) std::cout << "  " << stereo->summary() << "\n";
   for (const auto& [camera, message] : ended) std::cout << "  " << message << "\n";
   for (const std::string& complaint : checks.complaints()) std::cout << "  " << complaint << "\n";
   for (const std::string& line : noticed) std::cout << "  " << line << "\n";
+  if (options.overlap && done > 1) std::cout << sideBySide(done, seconds(start)) << "\n";
   if (io::interrupt_requested) {
     std::cerr << "fuse_flow_fuse: interrupted after " << done << " of " << frames.size()
               << " frames; those are complete" << std::endl;
@@ -370,6 +435,6 @@ int main(int argc, char** argv) {
     options.overlap = options.overlap && options.method_options.threads != 1;
     options.config = command_line::configFileOf(app);
     command_line::requireThreads(options.method_options.threads);
-    return run(options, method);
+    return io::PlainClouds::are(options.inputs) ? runPlain(options) : run(options, method);
   });
 }

@@ -38,16 +38,16 @@ void expectSame(const Intrinsics& K, const Formula& distorted, double worst) {
 TEST(LensModels, BrownConradyIsTakenAsItIsByAnyOfItsNames) {
   std::vector<std::string> warnings;
   for (const char* name : {"", "plumb_bob", "Brown Conrady", "RADTAN", "opencv"}) {
-    const Intrinsics K = withDistortion("file", pinhole(), name, {0.1, -0.2, 0.001, 0.002, 0.05}, warnings);
+    const Intrinsics K = io::withDistortion("file", pinhole(), name, {0.1, -0.2, 0.001, 0.002, 0.05}, warnings);
     EXPECT_FLOAT_EQ(K.distortion.k1, 0.1f) << name;
     EXPECT_FLOAT_EQ(K.distortion.p2, 0.002f);
     EXPECT_FLOAT_EQ(K.distortion.k3, 0.05f);
     EXPECT_EQ(K.fx, 500);
   }
   EXPECT_FLOAT_EQ(
-      withDistortion("file", pinhole(), "rational_polynomial", {0, 0, 0, 0, 0, 0, 0, 0.5}, warnings).distortion.k6,
+      io::withDistortion("file", pinhole(), "rational_polynomial", {0, 0, 0, 0, 0, 0, 0, 0.5}, warnings).distortion.k6,
       0.5f);
-  EXPECT_TRUE(isIdeal(withDistortion("file", pinhole(), "no such model", {0, 0, 0, 0}, warnings).distortion));
+  EXPECT_TRUE(isIdeal(io::withDistortion("file", pinhole(), "no such model", {0, 0, 0, 0}, warnings).distortion));
   EXPECT_TRUE(warnings.empty());
 }
 
@@ -56,7 +56,7 @@ TEST(LensModels, ThinPrismAndTiltOfOpencvAreTheNearestLens) {
   const std::vector<double> prism{-0.1, 0, 0, 0, 0, 0, 0, 0, 0.002, 0, -0.001, 0};
   std::vector<std::string> warnings;
   expectSame(
-      withDistortion("file", pinhole(), "opencv", prism, warnings),
+      io::withDistortion("file", pinhole(), "opencv", prism, warnings),
       [](double x, double y) {
         const double r2 = x * x + y * y, s = 1 - 0.1 * r2;
         return Eigen::Vector2d(x * s + 0.002 * r2, y * s - 0.001 * r2);
@@ -67,7 +67,7 @@ TEST(LensModels, ThinPrismAndTiltOfOpencvAreTheNearestLens) {
   tilted[13] = 0.002;
   warnings.clear();
   expectSame(
-      withDistortion("file", pinhole(), "opencv", tilted, warnings),
+      io::withDistortion("file", pinhole(), "opencv", tilted, warnings),
       [](double x, double y) {
         const double c = std::cos(0.002), s = std::sin(0.002);
         // R = [c 0 -s; 0 1 0; s 0 c], the tilt [c 0 s; 0 c 0; 0 0 1] R
@@ -76,8 +76,8 @@ TEST(LensModels, ThinPrismAndTiltOfOpencvAreTheNearestLens) {
       },
       0.5);
   tilted[13] = 0.02;
-  EXPECT_TRUE(
-      refuses([&] { withDistortion("file", pinhole(), "opencv", tilted, warnings); }, {"file", "tilt", "rectified"}));
+  EXPECT_TRUE(refuses([&] { io::withDistortion("file", pinhole(), "opencv", tilted, warnings); },
+                      {"file", "tilt", "rectified"}));
   ASSERT_EQ(warnings.size(), 1u);
   EXPECT_NE(warnings[0].find("thin prism or tilt is taken as the nearest Brown-Conrady lens"), std::string::npos)
       << warnings[0];
@@ -89,7 +89,7 @@ TEST(LensModels, AFisheyeNeedsTheSizeOfItsImages) {
   K.width = K.height = 0;
   EXPECT_TRUE(refuses(
       [&] {
-        withDistortion("file", K, "equidistant", {0.1, 0, 0, 0}, warnings);
+        io::withDistortion("file", K, "equidistant", {0.1, 0, 0, 0}, warnings);
       },
       {"file", "size of its images"}));
 }

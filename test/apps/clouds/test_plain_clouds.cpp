@@ -1,0 +1,143 @@
+#include "clouds/plain_clouds.h"
+
+#include "../recordings/io_fixture.h"
+
+#include "clouds/cloud_io.h"
+#include "methods/plain_fusion.h"
+
+#include <pcl/point_types.h>
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+
+namespace {
+
+using namespace io_test;
+
+class PlainCloudsTest : public IoTest {
+ protected:
+  /** \brief A square of 20 x 20 points, 10 mm apart, in the plane z, of one colour. */
+  std::string writeSquare(const std::string& name, float z, std::uint8_t red, float shift = 0) const {
+    pcl::PointCloud<pcl::PointXYZRGB> cloud;
+    for (int v = 0; v < 20; ++v)
+      for (int u = 0; u < 20; ++u) {
+        pcl::PointXYZRGB p(red, 0, 0);
+        p.x = 0.01f * static_cast<float>(u) + shift;
+        p.y = 0.01f * static_cast<float>(v);
+        p.z = z;
+        cloud.push_back(p);
+      }
+    fs::create_directories(fs::path(path(name)).parent_path());
+    io::writeCloud(path(name), cloud);
+    return path(name);
+  }
+};
+
+TEST_F(PlainCloudsTest, FilesAreTheScannersOfOneFrame) {
+  const std::vector<std::string> files{writeSquare("a.ply", 1, 200), writeSquare("b.pcd", 1.004f, 100)};
+  ASSERT_TRUE(io::PlainClouds::are(files));
+  const io::PlainClouds clouds(files, "");
+  EXPECT_EQ(clouds.scanners(), (std::vector<std::string>{"a", "b"}));
+  EXPECT_EQ(clouds.frames(), std::vector<std::size_t>{0});
+  pcl::PointCloud<io::PointFusedNormal> points;
+  std::vector<std::uint32_t> scanners;
+  clouds.read(0, points, scanners);
+  ASSERT_EQ(points.size(), 800u);
+  EXPECT_EQ(scanners.front(), 0u);
+  EXPECT_EQ(scanners.back(), 1u);
+  EXPECT_EQ(points[0].confidence, 1);
+  EXPECT_EQ(points[0].r, 200);
+
+  // Two scanners 4 mm apart become one surface between them, which both have seen.
+  pcl::PointCloud<io::PointFusedNormal> fused;
+  io::fusePlainCloud(points, scanners, {}, 1, fused);
+  EXPECT_LT(fused.size(), 600u);
+  EXPECT_GT(fused.size(), 200u);
+  std::size_t both = 0;
+  for (const io::PointFusedNormal& p : fused) {
+    EXPECT_GT(p.z, 0.9999f);
+    EXPECT_LT(p.z, 1.0041f);
+    both += p.view_count == 2;
+  }
+  EXPECT_GT(both, fused.size() / 2);
+  pcl::PointCloud<io::PointFusedNormal> again;
+  io::fusePlainCloud(points, scanners, {}, 3, again);
+  ASSERT_EQ(again.size(), fused.size());
+  for (std::size_t k = 0; k < fused.size(); ++k) EXPECT_EQ(again[k].getVector3fMap(), fused[k].getVector3fMap());
+}
+
+TEST_F(PlainCloudsTest, FoldersHaveAFileForEachFrame) {
+  writeSquare("left/scan_0001.ply", 1, 1);
+  writeSquare("left/scan_0002.ply", 1, 2);
+  writeSquare("right/2.ply", 1, 3);
+  write("right/notes.txt", "no cloud");
+  const std::vector<std::string> folders{path("left"), path("right")};
+  ASSERT_TRUE(io::PlainClouds::are(folders));
+  const io::PlainClouds clouds(folders, "");
+  EXPECT_EQ(clouds.frames(), (std::vector<std::size_t>{1, 2}));
+  pcl::PointCloud<io::PointFusedNormal> points;
+  std::vector<std::uint32_t> scanners;
+  clouds.read(1, points, scanners);
+  EXPECT_EQ(points.size(), 400u);  // the right one has lost it
+  clouds.read(2, points, scanners);
+  EXPECT_EQ(points.size(), 800u);
+  writeSquare("right/other_2.ply", 1, 3);
+  EXPECT_TRUE(refuses([&] { io::PlainClouds(folders, ""); }, {"2.ply", "other_2.ply", "one cloud of a frame"}));
+  EXPECT_TRUE(refuses(
+      [&] {
+        io::PlainClouds({path("left"), writeSquare("c.ply", 1, 1)}, "");
+      },
+      {"c.ply", "all be folders"}));
+}
+
+TEST_F(PlainCloudsTest, PosesMoveTheScannerOfTheirName) {
+  const std::vector<std::string> files{writeSquare("a.ply", 1, 1), writeSquare("b.ply", 1, 1)};
+  nlohmann::json rig;
+  for (const auto& [name, x] : {std::pair{"b", 5.0}, {"a", 0.0}})
+    rig["cameras"].push_back({{"name", name},
+                              {"width", 4},
+                              {"height", 3},
+                              {"fx", 4},
+                              {"fy", 4},
+                              {"cx", 2},
+                              {"cy", 1},
+                              {"depth_scale", 1},
+                              {"T_world_camera", {1, 0, 0, x, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}}});
+  const io::PlainClouds clouds(files, write("rig.json", rig.dump()));
+  pcl::PointCloud<io::PointFusedNormal> points;
+  std::vector<std::uint32_t> scanners;
+  clouds.read(0, points, scanners);
+  EXPECT_EQ(points[0].x, 0);
+  EXPECT_EQ(points[400].x, 5);
+  rig["cameras"].erase(0);
+  EXPECT_TRUE(refuses([&] { io::PlainClouds(files, write("rig.json", rig.dump())); }, {"rig.json", "no camera 'b'"}));
+}
+
+TEST_F(PlainCloudsTest, WhatIsNoPlainCloud) {
+  const std::string file = writeSquare("a.ply", 1, 1);
+  EXPECT_FALSE(io::PlainClouds::are({}));
+  EXPECT_FALSE(io::PlainClouds::are({file, path("missing.ply")}));
+  EXPECT_FALSE(io::PlainClouds::are({file, write("rig.json", "{}")}));
+  pcl::PointCloud<pcl::PointXYZ> organized(4, 3);
+  io::writeCloud(path("organized.pcd"), organized);
+  EXPECT_FALSE(io::PlainClouds::are({path("organized.pcd")}));  // a recording
+  fs::create_directories(path("empty"));
+  EXPECT_FALSE(io::PlainClouds::are({path("empty")}));
+}
+
+TEST_F(PlainCloudsTest, AConfidenceOfTheFileIsKept) {
+  pcl::PointCloud<PointFused> cloud(2, 1);
+  cloud[0].z = cloud[1].z = 1;
+  cloud[1].x = 1;
+  cloud[0].confidence = 0.25f;
+  cloud[1].confidence = 0.5f;
+  io::writeCloud(path("a.ply"), cloud);
+  pcl::PointCloud<io::PointFusedNormal> points;
+  std::vector<std::uint32_t> scanners;
+  io::PlainClouds({path("a.ply")}, "").read(0, points, scanners);
+  EXPECT_EQ(points[0].confidence, 0.25f);
+  EXPECT_EQ(points[1].confidence, 0.5f);
+}
+
+}  // namespace
