@@ -35,7 +35,7 @@ class PlainCloudsTest : public IoTest {
 };
 
 TEST_F(PlainCloudsTest, FilesAreTheScannersOfOneFrame) {
-  const std::vector<std::string> files{writeSquare("a.ply", 1, 200), writeSquare("b.pcd", 1.004f, 100)};
+  const std::vector<std::string> files{writeSquare("a.ply", 1.001f, 200), writeSquare("b.pcd", 1.005f, 100)};
   ASSERT_TRUE(io::PlainClouds::are(files));
   const io::PlainClouds clouds(files, "");
   EXPECT_EQ(clouds.scanners(), (std::vector<std::string>{"a", "b"}));
@@ -49,15 +49,15 @@ TEST_F(PlainCloudsTest, FilesAreTheScannersOfOneFrame) {
   EXPECT_EQ(points[0].confidence, 1);
   EXPECT_EQ(points[0].r, 200);
 
-  // Two scanners 4 mm apart become one surface between them, which both have seen.
+  // Two scanners 4 mm apart, within one cell, become one surface between them, which both have seen.
   pcl::PointCloud<io::PointFusedNormal> fused;
   io::fusePlainCloud(points, scanners, {}, 1, fused);
   EXPECT_LT(fused.size(), 600u);
   EXPECT_GT(fused.size(), 200u);
   std::size_t both = 0;
   for (const io::PointFusedNormal& p : fused) {
-    EXPECT_GT(p.z, 0.9999f);
-    EXPECT_LT(p.z, 1.0041f);
+    EXPECT_GT(p.z, 1.0009f);
+    EXPECT_LT(p.z, 1.0051f);
     both += p.view_count == 2;
   }
   EXPECT_GT(both, fused.size() / 2);
