@@ -31,6 +31,7 @@ class MovedRecording : public Recording {
   }
   DepthMeaning depthMeaning(std::size_t camera) const override { return recording_->depthMeaning(camera); }
   std::vector<std::string> inputs() const override { return recording_->inputs(); }
+  bool readsConcurrently() const override { return recording_->readsConcurrently(); }
   void read(std::size_t frame, LoadedFrame& out) override {
     recording_->read(frame, out);
     place(out.rig.cameras);

@@ -5,7 +5,10 @@
 namespace fuse_flow::io {
 
 ReadAhead::ReadAhead(Recording& recording, std::vector<std::size_t> frames, std::size_t ahead)
-    : recording_(recording), frames_(std::move(frames)), ahead_(ahead), thread_([this] { run(); }) {}
+    : recording_(recording), frames_(std::move(frames)), ahead_(ahead) {
+  const std::size_t threads = recording.readsConcurrently() ? ahead : 1;
+  for (std::size_t k = 0; k < threads; ++k) threads_.emplace_back([this] { run(); });
+}
 
 ReadAhead::~ReadAhead() {
   {
@@ -13,33 +16,34 @@ ReadAhead::~ReadAhead() {
     ending_ = true;
   }
   changed_.notify_all();
-  thread_.join();
+  for (std::thread& thread : threads_) thread.join();
 }
 
 void ReadAhead::run() {
-  for (const std::size_t number : frames_) {
+  for (;;) {
     Read read;
+    std::size_t place = 0;
     {
       std::unique_lock<std::mutex> lock(mutex_);
-      changed_.wait(lock, [this] { return ending_ || ready_.size() < ahead_; });
-      if (ending_) return;
+      changed_.wait(lock, [this] { return ending_ || begun_ == frames_.size() || begun_ < taken_ + ahead_; });
+      if (ending_ || begun_ == frames_.size()) return;
+      place = begun_++;
       if (!spare_.empty()) {
         read.frame = std::move(spare_.back());
         spare_.pop_back();
       }
     }
     try {
-      recording_.read(number, read.frame);
+      recording_.read(frames_[place], read.frame);
     } catch (...) {
       read.error = std::current_exception();
     }
-    const bool failed = read.error != nullptr;
     {
       const std::lock_guard<std::mutex> lock(mutex_);
-      ready_.push_back(std::move(read));
+      ending_ = ending_ || read.error;  // those behind it are not asked for
+      ready_.emplace(place, std::move(read));
     }
     changed_.notify_all();
-    if (failed) return;
   }
 }
 
@@ -47,9 +51,11 @@ void ReadAhead::next(LoadedFrame& frame) {
   Read read;
   {
     std::unique_lock<std::mutex> lock(mutex_);
-    changed_.wait(lock, [this] { return !ready_.empty(); });
-    read = std::move(ready_.front());
-    ready_.pop_front();
+    changed_.wait(lock, [this] { return ready_.count(taken_) > 0; });
+    const auto first = ready_.find(taken_);
+    read = std::move(first->second);
+    ready_.erase(first);
+    ++taken_;
     if (spare_.size() < ahead_) spare_.push_back(std::move(frame));
   }
   changed_.notify_all();

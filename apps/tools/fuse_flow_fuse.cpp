@@ -25,6 +25,7 @@
 #include "sinks/frame_sink.h"
 #include "sinks/quality_report.h"
 
+#include <fuse_flow/impl/host/parallel.hpp>
 #include <fuse_flow/recordings/input_files.h>
 
 #include <unistd.h>
@@ -177,9 +178,9 @@ class InputChecks {
 /** \brief The frames of a recording, one after the other, or some of them ahead. */
 class Frames {
  public:
-  Frames(io::Recording& recording, const std::vector<std::size_t>& frames, bool ahead) : recording_(recording) {
-    constexpr std::size_t most = 2;  // so that reading does not wait for a frame that takes longer
-    if (ahead) ahead_.emplace(recording, frames, most);
+  Frames(io::Recording& recording, const std::vector<std::size_t>& frames, bool ahead, int threads)
+      : recording_(recording) {
+    if (ahead) ahead_.emplace(recording, frames, threads > 4 ? 4 : 2);  // beyond what cores decode side by side
   }
   void next(std::size_t number, io::LoadedFrame& frame) {
     if (ahead_)
@@ -327,7 +328,8 @@ int run(Options& options, const command_line::MethodArguments& arguments) {
   for (const Camera& camera : recording->cameras()) cameras.push_back(camera.name);
   const auto report = std::make_shared<io::QualityReport>(options.method, std::move(cameras), reportOptions(options));
   Sinks sinks({files, report}, options.overlap);
-  Frames reading(*recording, frames, options.overlap);
+  Frames reading(*recording, frames, options.overlap,
+                 host::resolveThreads(static_cast<int>(options.method_options.threads)));
 
   io::FramePool pool;
   io::LiveExtrinsics extrinsics(options.method_options.device);

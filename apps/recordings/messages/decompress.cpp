@@ -16,7 +16,7 @@ namespace {
 
 [[noreturn]] [[maybe_unused]] void throwNotBuilt(const std::string& name, const std::string& library,
                                                  const std::string& package) {
-  throw InputError(name + ": cannot be read, since FUSE-Flow was built without " + library + "; install " + package +
+  throw InputError(name + ": cannot be used, since FUSE-Flow was built without " + library + "; install " + package +
                    ", and build it again");
 }
 
@@ -63,6 +63,27 @@ void decompress(const std::string& name, const std::string& compression, const s
                      (result.resize(size),
                       compression == "lz4" ? decompressLz4(name, bytes, result) : decompressZstd(name, bytes, result));
   if (!whole) throw InputError(name + ": is damaged, and cannot be decompressed");
+}
+
+std::string compress([[maybe_unused]] const std::string& name, const std::string& compression,
+                     [[maybe_unused]] const std::string& bytes) {
+  std::string result;
+  if (compression == "lz4") {
+#ifdef FUSE_FLOW_WITH_LZ4
+    result.resize(LZ4F_compressFrameBound(bytes.size(), nullptr));
+    result.resize(LZ4F_compressFrame(result.data(), result.size(), bytes.data(), bytes.size(), nullptr));
+#else
+    throwNotBuilt(name, "LZ4", "liblz4-dev");
+#endif
+  } else {
+#ifdef FUSE_FLOW_WITH_ZSTD
+    result.resize(ZSTD_compressBound(bytes.size()));
+    result.resize(ZSTD_compress(result.data(), result.size(), bytes.data(), bytes.size(), 1));
+#else
+    throwNotBuilt(name, "Zstandard", "libzstd-dev");
+#endif
+  }
+  return result;
 }
 
 }  // namespace fuse_flow::io

@@ -10,4 +10,7 @@ namespace fuse_flow::io {
 void decompress(const std::string& name, const std::string& compression, const std::string& bytes, std::uint64_t size,
                 std::string& result);
 
+/** \brief Throws InputError where the build has no library for it. \param name for messages  \param compression "lz4" or "zstd", both as fast as they are */
+std::string compress(const std::string& name, const std::string& compression, const std::string& bytes);
+
 }  // namespace fuse_flow::io

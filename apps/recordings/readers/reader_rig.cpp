@@ -81,6 +81,7 @@ class RigRecording : public Recording {
   DepthMeaning depthMeaning(std::size_t camera) const override { return meanings_[camera]; }
   std::vector<std::string> inputs() const override { return inputs_; }
 
+  bool readsConcurrently() const override { return true; }
   void read(std::size_t frame, LoadedFrame& out) override {
     out.rig.cameras = cameras_;
     out.rig.views.resize(cameras_.size());

@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <map>
+#include <mutex>
 #include <numeric>
 
 namespace fuse_flow::io {
@@ -51,6 +52,7 @@ class RecordedRig : public Recording {
   bool hasColor(std::size_t camera) const override { return read_color_ && recorded_[camera].color; }
   std::vector<std::string> inputs() const override { return files_; }
 
+  bool readsConcurrently() const override { return true; }
   void read(std::size_t frame, LoadedFrame& out) override {
     const FrameSet& set = sets_.at(frame);
     out.rig.cameras = cameras_;
@@ -59,22 +61,16 @@ class RecordedRig : public Recording {
     out.rig.stamp = static_cast<std::uint64_t>(std::max<Nanoseconds>(0, set.stamp / 1000));
     out.damaged.clear();
     out.ended.clear();
-    fetched_.resize(cameras_.size());
+    std::vector<Fetched> fetched = fetchAll(set);
     for (std::size_t c = 0; c < cameras_.size(); ++c) {
       out.rig.views[c] = DepthView();
       out.images[c].color_file.clear();
       if (frame >= ends_[c]) out.ended.push_back({c, ending(c)});
-      fetched_[c].damage.clear();
-      try {
-        fetch(c, set.images[c]);
-      } catch (const InputError& error) {
-        if (!skip_damaged_) throw;
-        fetched_[c].damage = error.what();
-      }
     }
-    loadViews(
-        cameras_.size(), [&](std::size_t c) { decode(c, out.images[c], out.rig.views[c]); }, skip_damaged_, threads_,
-        out);
+    const auto decode_view = [&](std::size_t c) { decode(c, fetched[c], out.images[c], out.rig.views[c]); };
+    loadViews(cameras_.size(), decode_view, skip_damaged_, threads_, out);
+    const std::lock_guard<std::mutex> lock(mutex_);
+    spare_.push_back(std::move(fetched));
   }
 
  private:
@@ -85,17 +81,36 @@ class RecordedRig : public Recording {
     std::string damage;  ///< why there are none
   };
 
-  void fetch(std::size_t c, std::optional<std::size_t> image) {
+  /** \brief Files are read by one thread at a time; what is in them is decoded by many. */
+  std::vector<Fetched> fetchAll(const FrameSet& set) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    std::vector<Fetched> fetched;
+    if (!spare_.empty()) {
+      fetched = std::move(spare_.back());
+      spare_.pop_back();
+    }
+    fetched.resize(cameras_.size());
+    for (std::size_t c = 0; c < cameras_.size(); ++c) {
+      fetched[c].damage.clear();
+      try {
+        fetch(c, set.images[c], fetched[c]);
+      } catch (const InputError& error) {
+        if (!skip_damaged_) throw;
+        fetched[c].damage = error.what();
+      }
+    }
+    return fetched;
+  }
+
+  void fetch(std::size_t c, std::optional<std::size_t> image, Fetched& fetched) {
     const RecordedCamera& recorded = recorded_[c];
-    Fetched& fetched = fetched_[c];
     fetched.depth = recorded.depth ? image : std::nullopt;
     fetched.color = !image || !hasColor(c) ? std::nullopt : recorded.depth ? color_of_[c][*image] : image;
     if (fetched.depth) recorded.depth->fetch(*fetched.depth, fetched.depth_bytes);
     if (fetched.color) recorded.color->fetch(*fetched.color, fetched.color_bytes);
   }
 
-  void decode(std::size_t c, LoadedView& images, DepthView& view) const {
-    const Fetched& fetched = fetched_[c];
+  void decode(std::size_t c, const Fetched& fetched, LoadedView& images, DepthView& view) const {
     if (!fetched.damage.empty()) throw InputError(fetched.damage);
     if (fetched.depth) {
       recorded_[c].depth->decode(*fetched.depth, fetched.depth_bytes, images);
@@ -204,7 +219,8 @@ class RecordedRig : public Recording {
   int threads_;
   std::vector<Camera> cameras_;
   std::vector<FrameSet> sets_;
-  std::vector<Fetched> fetched_;                                   ///< of each camera, of the frame that is read
+  std::mutex mutex_;                                               ///< of the files, and of spare_
+  std::vector<std::vector<Fetched>> spare_;                        ///< memory
   std::vector<std::size_t> ends_;                                  ///< of each camera, the frame behind its last one
   std::vector<std::vector<std::optional<std::size_t>>> color_of_;  ///< of each camera's depth images, the colour image
 };

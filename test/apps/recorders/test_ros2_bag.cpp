@@ -1,4 +1,6 @@
 #include "recordings/files/checksum.h"
+#include "recordings/messages/image_messages.h"
+#include "recordings/messages/rig_messages.h"
 
 #include "../recordings/io_fixture.h"
 #include "recorder_images.h"
@@ -6,6 +8,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <cstring>
+#include <map>
 
 #if defined(FUSE_FLOW_WITH_FASTCDR) && defined(FUSE_FLOW_WITH_SQLITE) && defined(FUSE_FLOW_WITH_LZ4)
 
@@ -358,10 +361,146 @@ TEST_F(Ros2Bag, StampsThatJumpBackAreLeftOutAndCounted) {
   expectDepth(frame.images[1].depth16, 1, 2);
 }
 
+/** \brief The rig of a rig.json with colour beside depth, and one image of each camera and frame. */
+struct WrittenRig {
+  std::vector<Camera> cameras{2};
+  io::LoadedFrame frame;
+
+  WrittenRig() {
+    cameras[0].name = "left";
+    cameras[0].intrinsics = {
+        kDepthWidth, kDepthHeight, 60, 61, 31.5f, 23.5f, {0.1f, -0.05f, 0.001f, -0.002f, 0.01f, 0.2f, 0, 0}};
+    cameras[0].T_world_camera = Eigen::Translation3d(1, 2, 3) * Eigen::AngleAxisd(0.5, Eigen::Vector3d::UnitY());
+    cameras[0].color = ColorCamera();
+    cameras[0].color->intrinsics = {kColorWidth, kColorHeight, 70, 71, 39.5f, 29.5f, {}};
+    cameras[0].color->T_depth_color = Eigen::Translation3d(0.03, 0, 0);
+    cameras[1].name = "right-2";  // no name in ROS
+    cameras[1].intrinsics = {kDepthWidth, kDepthHeight, 60, 60, 31.5f, 23.5f, {}};
+    cameras[1].depth_scale = 0.0005f;
+    frame.rig.cameras = cameras;
+    frame.rig.views.resize(2);
+    frame.images.resize(2);
+  }
+  /** \brief The right camera loses the second frame. */
+  void make(int k) {
+    for (int c = 0; c < 2; ++c) {
+      io::DepthImage& depth = frame.images[static_cast<std::size_t>(c)].depth16;
+      depth.resize(kDepthWidth, kDepthHeight);
+      for (int v = 0; v < kDepthHeight; ++v)
+        for (int u = 0; u < kDepthWidth; ++u) depth.at(u, v) = depthAt(c, k, u, v);
+      depth.at(3, 1) = 65535;
+      frame.rig.views[static_cast<std::size_t>(c)] = {};
+      if (c == 0 || k != 1) frame.rig.views[static_cast<std::size_t>(c)].depth16 = depth.view();
+    }
+    io::ColorImage& color = frame.images[0].color;
+    color.resize(kColorWidth, kColorHeight);
+    for (int v = 0; v < kColorHeight; ++v)
+      for (int u = 0; u < kColorWidth; ++u)
+        color.at(u, v) = {static_cast<std::uint8_t>(3 * u), static_cast<std::uint8_t>(4 * v), 100};
+    frame.rig.views[0].color = color.view();
+  }
+  void write(const std::string& file, const std::string& compression, int frames, bool finish) {
+    io::RigMessages::Options options;
+    options.compression = compression;
+    io::RigMessages messages(file, cameras, {true, false}, options);
+    ASSERT_EQ(messages.warnings().size(), 1u);
+    EXPECT_NE(messages.warnings()[0].find("'right-2' is not in millimetres"), std::string::npos);
+    for (int k = 0; k < frames; ++k) {
+      make(k);
+      messages.write(timeOf(k), frame);
+    }
+    if (finish) messages.finish();
+  }
+};
+
+TEST_F(Ros2Bag, WhatIsWrittenReadsBackTheSame) {
+  for (const char* compression : {"", "lz4", "zstd"}) {
+    SCOPED_TRACE(compression);
+    WrittenRig rig;
+    rig.write(path("rig.mcap"), compression, 5, true);
+    const auto recording = io::openRecording({path("rig.mcap")});
+    EXPECT_TRUE(recording->warnings().empty()) << recording->warnings()[0];
+    ASSERT_EQ(recording->cameras().size(), 2u);
+    const Camera& left = recording->cameras()[0];
+    EXPECT_EQ(left.name, "left");
+    EXPECT_EQ(recording->cameras()[1].name, "right_2");
+    EXPECT_TRUE(left.T_world_camera.isApprox(rig.cameras[0].T_world_camera, 1e-12));
+    EXPECT_FLOAT_EQ(left.intrinsics.distortion.k4, 0.2f);
+    EXPECT_FLOAT_EQ(left.intrinsics.fy, 61);
+    ASSERT_TRUE(left.color);
+    EXPECT_TRUE(left.color->T_depth_color.isApprox(rig.cameras[0].color->T_depth_color, 1e-12));
+    EXPECT_EQ(recording->frameCount(), 5u);
+    io::LoadedFrame frame;
+    for (int k = 0; k < 5; ++k) {
+      recording->read(static_cast<std::size_t>(k), frame);
+      rig.make(k);
+      EXPECT_EQ(frame.images[0].depth16.data, rig.frame.images[0].depth16.data);
+      EXPECT_EQ(frame.rig.views[1].missing(), k == 1);
+      if (k != 1) {
+        EXPECT_FLOAT_EQ(frame.images[1].depth32.at(5, 9), static_cast<float>(depthAt(1, k, 5, 9)) * 0.0005f);
+        EXPECT_EQ(frame.images[1].depth32.at(3, 1), 0);
+      }
+      EXPECT_NEAR(frame.images[0].color.at(40, 30).r, 120, 4);  // by JPEG
+      EXPECT_NEAR(frame.images[0].color.at(40, 30).b, 100, 4);
+      EXPECT_EQ(frame.rig.stamp, static_cast<std::uint64_t>(timeOf(k) / 1000));
+    }
+  }
+}
+
+TEST_F(Ros2Bag, AWriterThatIsKilledLeavesAFileThatPlaysUpToItsLastChunk) {
+  WrittenRig rig;
+  rig.write(path("killed.mcap"), "", 700, false);  // some 15 kB a frame: two chunks, and the beginning of a third
+  const auto recording = io::openRecording({path("killed.mcap")});
+  EXPECT_NE(recording->warnings()[0].find("was not closed"), std::string::npos);
+  EXPECT_GT(recording->frameCount(), 400u);
+  EXPECT_LT(recording->frameCount(), 700u);
+}
+
+TEST_F(Ros2Bag, AFullDiskAndTwoCamerasOfOneNameAreErrors) {
+  WrittenRig rig;
+  if (fs::exists("/dev/full")) {
+    EXPECT_TRUE(refuses<io::OutputError>([&] { rig.write("/dev/full", "", 1, true); },
+                                         {"/dev/full: cannot be written", "plays up to there"}));
+  }
+  rig.cameras[1].name = "left";
+  EXPECT_TRUE(refuses<io::OutputError>(
+      [&] {
+        io::RigMessages(path("a.mcap"), rig.cameras, {false, false}, {});
+      },
+      {"two cameras", "'left'"}));
+}
+
+TEST(Rvl, OfAnyImageIsWhatItWas) {
+  std::uint32_t state = 7;
+  for (const int kind : {0, 1, 2, 3}) {
+    io::DepthImage image;
+    image.resize(61, 37);
+    for (std::uint16_t& z : image.data) {
+      state = state * 1664525u + 1013904223u;
+      const std::uint32_t random = state >> 16;
+      z = static_cast<std::uint16_t>(kind == 0    ? 0
+                                     : kind == 1  ? random
+                                     : kind == 2  ? 1000 + random % 5
+                                     : random % 3 ? 0
+                                                  : random);
+    }
+    std::string data(12, '\0');
+    for (const std::uint32_t side : {61u, 37u}) data.append(reinterpret_cast<const char*>(&side), 4);
+    data += io::encodeRvl(image);
+    io::CompressedImageMessage message;
+    message.format = "16UC1; compressedDepth rvl";
+    message.data = data;
+    io::LoadedView view;
+    io::decodeDepth("image", message, view);
+    EXPECT_EQ(view.depth16.data, image.data) << kind;
+  }
+}
+
 /** \brief The files that write_mcap.cjs writes with @mcap/core and messages by @foxglove/rosmsg2-serialization. */
 TEST_F(Ros2Bag, McapFilesOfAnotherImplementation) {
   const std::string packages =
-      " @mcap/core@2 @foxglove/rosmsg2-serialization@3 @foxglove/rosmsg-msgs-common@3 @foxglove/wasm-zstd@1";
+      " @mcap/core@2 @foxglove/rosmsg@5 @foxglove/rosmsg2-serialization@3 @foxglove/rosmsg-msgs-common@3 "
+      "@foxglove/wasm-zstd@1";
   const std::string quiet = " > '" + path("log") + "' 2>&1";
   std::string modules = path("node_modules");
   if (const char* given = std::getenv("FUSE_FLOW_TEST_NODE_MODULES"))
@@ -393,6 +532,29 @@ TEST_F(Ros2Bag, McapFilesOfAnotherImplementation) {
       expectColor(frame.images[0].color, 0, k);
     }
   }
+
+  // And it reads ours.
+  WrittenRig rig;
+  rig.write(path("ours.mcap"), "zstd", 3, true);
+  ASSERT_EQ(std::system(("NODE_PATH='" + modules +
+                         "' node " FUSE_FLOW_TEST_SOURCE_DIR "/test/apps/recorders/read_mcap.cjs '" +
+                         path("ours.mcap") + "' > '" + path("said") + "'" + " 2> '" + path("log") + "'")
+                            .c_str()),
+            0);
+  std::ifstream said(path("said"));
+  const std::string text((std::istreambuf_iterator<char>(said)), {});
+  const std::string last = std::to_string(timeOf(2));
+  EXPECT_EQ(
+      text,
+      "/left/color/camera_info sensor_msgs/msg/CameraInfo 1 " + std::to_string(timeOf(0)) + " 80x60 plumb_bob 70\n" +
+          "/left/color/image_raw/compressed sensor_msgs/msg/CompressedImage 3 " + last +
+          " left_color rgb8; jpeg compressed bgr8 true\n" + "/left/depth/camera_info sensor_msgs/msg/CameraInfo 1 " +
+          std::to_string(timeOf(0)) + " 64x48 rational_polynomial 60\n" +
+          "/left/depth/image_raw/compressedDepth sensor_msgs/msg/CompressedImage 3 " + last +
+          " left_depth 16UC1; compressedDepth rvl true\n" + "/right_2/depth/camera_info sensor_msgs/msg/CameraInfo 1 " +
+          std::to_string(timeOf(0)) + " 64x48 plumb_bob 60\n" + "/right_2/depth/image_raw sensor_msgs/msg/Image 2 " +
+          last + " right_2_depth 32FC1 true\n" + "/tf_static tf2_msgs/msg/TFMessage 1 " + std::to_string(timeOf(0)) +
+          " world>left_depth:1,left_depth>left_color:0.03,world>right_2_depth:0\n");
 }
 
 }  // namespace

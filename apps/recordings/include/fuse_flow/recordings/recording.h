@@ -57,7 +57,8 @@ struct DepthMeaning {
   bool isZ() const { return !is_distance && offset == 0; }
 };
 
-/** \brief A source of rig frames: a folder of images with a calibration, see openRecording(). Only one thread may use an object. */
+/** \brief A source of rig frames: a folder of images with a calibration, or files of recorders, see openRecording(). Only one thread may use an
+ *  object, but for read(), where readsConcurrently(). */
 class Recording {
  public:
   virtual ~Recording() = default;
@@ -103,6 +104,9 @@ class Recording {
    *  missing view; one without depth is a missing view with colour. Throws InputError on a damaged file or an image that does not fit its camera, unless
    *  RecordingOptions::skip_damaged. */
   virtual void read(std::size_t frame, LoadedFrame& out) = 0;
+
+  /** \brief Whether several threads may call read() at a time, each with a frame of its own. */
+  virtual bool readsConcurrently() const { return false; }
 
   /** \brief Assumptions and ignored inputs at opening, one line each, without a line end. */
   const std::vector<std::string>& warnings() const { return warnings_; }

@@ -1,0 +1,288 @@
+#include "recordings/messages/rig_messages.h"
+
+#include "recordings/files/jpeg_encode.h"
+
+#include <fuse_flow/recordings/error.h>
+
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <cctype>
+#include <cstring>
+#include <set>
+
+#ifdef FUSE_FLOW_WITH_FASTCDR
+#include <fastcdr/Cdr.h>
+#include <fastcdr/FastBuffer.h>
+#endif
+
+namespace fuse_flow::io {
+namespace {
+
+// The types, as ROS 2 defines them, without its comments.
+const std::string separator = "================================================================================\nMSG: ";
+const std::string of_time = separator + "builtin_interfaces/Time\nint32 sec\nuint32 nanosec\n";
+const std::string of_header = separator + "std_msgs/Header\nbuiltin_interfaces/Time stamp\nstring frame_id\n" + of_time;
+const std::string image_definition =
+    "std_msgs/Header header\nuint32 height\nuint32 width\nstring encoding\nuint8 is_bigendian\nuint32 step\nuint8[] "
+    "data\n" +
+    of_header;
+const std::string compressed_definition = "std_msgs/Header header\nstring format\nuint8[] data\n" + of_header;
+const std::string info_definition =
+    "std_msgs/Header header\nuint32 height\nuint32 width\nstring distortion_model\nfloat64[] d\nfloat64[9] "
+    "k\nfloat64[9] "
+    "r\nfloat64[12] p\nuint32 binning_x\nuint32 binning_y\nsensor_msgs/RegionOfInterest roi\n" +
+    of_header + separator +
+    "sensor_msgs/RegionOfInterest\nuint32 x_offset\nuint32 y_offset\nuint32 height\nuint32 width\nbool do_rectify\n";
+const std::string tf_definition =
+    "geometry_msgs/TransformStamped[] transforms\n" + separator +
+    "geometry_msgs/TransformStamped\nstd_msgs/Header header\nstring child_frame_id\ngeometry_msgs/Transform "
+    "transform\n" +
+    of_header + separator +
+    "geometry_msgs/Transform\ngeometry_msgs/Vector3 translation\ngeometry_msgs/Quaternion rotation\n" + separator +
+    "geometry_msgs/Vector3\nfloat64 x\nfloat64 y\nfloat64 z\n" + separator +
+    "geometry_msgs/Quaternion\nfloat64 x\nfloat64 y\nfloat64 z\nfloat64 w\n";
+
+#ifdef FUSE_FLOW_WITH_FASTCDR
+
+/** \brief A message in CDR. */
+class CdrMessage {
+ public:
+  CdrMessage()
+#if FASTCDR_VERSION_MAJOR >= 2
+      : cdr_(buffer_, eprosima::fastcdr::Cdr::DEFAULT_ENDIAN, eprosima::fastcdr::CdrVersion::XCDRv1) {
+    cdr_.set_encoding_flag(eprosima::fastcdr::EncodingAlgorithmFlag::PLAIN_CDR);
+#else
+      : cdr_(buffer_, eprosima::fastcdr::Cdr::DEFAULT_ENDIAN, eprosima::fastcdr::Cdr::DDS_CDR) {
+#endif
+    cdr_.serialize_encapsulation();
+  }
+
+  template <typename Value>
+  CdrMessage& operator<<(const Value& value) {
+    cdr_ << value;
+    return *this;
+  }
+  CdrMessage& header(Nanoseconds time, const std::string& frame) {
+    constexpr Nanoseconds second = 1'000'000'000;
+    return *this << static_cast<std::int32_t>(time / second) << static_cast<std::uint32_t>(time % second) << frame;
+  }
+  /** \brief A list of bytes. */
+  CdrMessage& bytes(const void* data, std::size_t size) {
+    *this << static_cast<std::uint32_t>(size);
+    const auto* first = static_cast<const std::uint8_t*>(data);
+#if FASTCDR_VERSION_MAJOR >= 2
+    cdr_.serialize_array(first, size);
+#else
+    cdr_.serializeArray(first, size);
+#endif
+    return *this;
+  }
+  std::string_view view() {
+#if FASTCDR_VERSION_MAJOR >= 2
+    return std::string_view(buffer_.getBuffer(), cdr_.get_serialized_data_length());
+#else
+    return std::string_view(buffer_.getBuffer(), cdr_.getSerializedDataLength());
+#endif
+  }
+
+ private:
+  eprosima::fastcdr::FastBuffer buffer_;
+  eprosima::fastcdr::Cdr cdr_;
+};
+
+void putInfo(CdrMessage& message, Nanoseconds time, const std::string& frame, const Intrinsics& K) {
+  const Distortion& d = K.distortion;
+  const bool rational = d.k4 != 0 || d.k5 != 0 || d.k6 != 0;
+  std::vector<double> D{d.k1, d.k2, d.p1, d.p2, d.k3};
+  if (rational)
+    for (const float k : {d.k4, d.k5, d.k6}) D.push_back(k);
+  message.header(time, frame) << static_cast<std::uint32_t>(K.height) << static_cast<std::uint32_t>(K.width)
+                              << std::string(rational ? "rational_polynomial" : "plumb_bob") << D;
+  for (const double k : {double{K.fx}, 0.0, double{K.cx}, 0.0, double{K.fy}, double{K.cy}, 0.0, 0.0, 1.0}) message << k;
+  for (int k = 0; k < 9; ++k) message << (k % 4 == 0 ? 1.0 : 0.0);
+  for (const double p :
+       {double{K.fx}, 0.0, double{K.cx}, 0.0, 0.0, double{K.fy}, double{K.cy}, 0.0, 0.0, 0.0, 1.0, 0.0})
+    message << p;
+  for (int k = 0; k < 6; ++k) message << std::uint32_t{0};  // no binning, no region of interest
+  message << false;
+}
+
+void putTransform(CdrMessage& message, Nanoseconds time, const std::string& parent, const std::string& child,
+                  const Eigen::Isometry3d& T) {
+  message.header(time, parent) << child;
+  const Eigen::Quaterniond q(T.rotation());
+  for (const double value : {T.translation().x(), T.translation().y(), T.translation().z(), q.x(), q.y(), q.z(), q.w()})
+    message << value;
+}
+
+#endif
+
+/** \brief As a name must be in ROS. */
+std::string rosName(std::string name) {
+  for (char& c : name)
+    if (!std::isalnum(static_cast<unsigned char>(c))) c = '_';
+  return std::isdigit(static_cast<unsigned char>(name[0])) ? "camera_" + name : name;
+}
+
+bool isMillimetres(const Camera& camera) { return camera.depth_scale == 0.001f; }
+
+}  // namespace
+
+std::string encodeRvl(const DepthImage& image) {
+  std::string words;
+  std::uint32_t word = 0;
+  int nibbles = 0;
+  const auto put = [&](std::uint32_t value) {
+    do {
+      const std::uint32_t rest = value >> 3;
+      word = word << 4 | (value & 7u) | (rest != 0 ? 8u : 0u);
+      value = rest;
+      if (++nibbles == 8) {
+        words.append(reinterpret_cast<const char*>(&word), sizeof word);
+        nibbles = 0;
+        word = 0;
+      }
+    } while (value != 0);
+  };
+  const std::vector<std::uint16_t>& depth = image.data;
+  std::int32_t last = 0;
+  for (std::size_t at = 0; at < depth.size();) {
+    const std::size_t zeros_from = at;
+    while (at < depth.size() && depth[at] == 0) ++at;
+    put(static_cast<std::uint32_t>(at - zeros_from));
+    const std::size_t from = at;
+    while (at < depth.size() && depth[at] != 0) ++at;
+    put(static_cast<std::uint32_t>(at - from));
+    for (std::size_t k = from; k < at; ++k) {
+      const std::int32_t delta = depth[k] - last;
+      put(static_cast<std::uint32_t>(delta * 2) ^ static_cast<std::uint32_t>(delta >> 31));
+      last = depth[k];
+    }
+  }
+  if (nibbles > 0) {
+    word <<= 4 * (8 - nibbles);
+    words.append(reinterpret_cast<const char*>(&word), sizeof word);
+  }
+  return words;
+}
+
+#ifndef FUSE_FLOW_WITH_FASTCDR
+
+RigMessages::RigMessages(const std::string& path, const std::vector<Camera>& cameras, const std::vector<bool>&,
+                         const Options& options)
+    : cameras_(cameras), options_(options), writer_(path, options.compression) {
+  throw InputError(path + ": FUSE-Flow was built without Fast CDR; install libfastcdr-dev, and build it again");
+}
+void RigMessages::writeCalibration(Nanoseconds) {}
+void RigMessages::write(Nanoseconds, const LoadedFrame&) {}
+
+#else
+
+RigMessages::RigMessages(const std::string& path, const std::vector<Camera>& cameras,
+                         const std::vector<bool>& has_color, const Options& options)
+    : cameras_(cameras), options_(options), writer_(path, options.compression) {
+  std::set<std::string> names;
+  std::string corrected, in_float;
+  for (std::size_t k = 0; k < cameras.size(); ++k) {
+    const Camera& camera = cameras[k];
+    Channels channels;
+    channels.name = rosName(camera.name);
+    if (!names.insert(channels.name).second)
+      throw OutputError(path + ": two cameras are called '" + channels.name + "' in ROS, must be different");
+    const std::string prefix = "/" + channels.name;
+    if (isMillimetres(camera))
+      channels.depth = writer_.addChannel(prefix + "/depth/image_raw/compressedDepth",
+                                          "sensor_msgs/msg/CompressedImage", compressed_definition);
+    channels.float_depth = writer_.addChannel(prefix + "/depth/image_raw", "sensor_msgs/msg/Image", image_definition);
+    channels.depth_info =
+        writer_.addChannel(prefix + "/depth/camera_info", "sensor_msgs/msg/CameraInfo", info_definition);
+    if (has_color[k]) {
+      channels.color = writer_.addChannel(prefix + "/color/image_raw/compressed", "sensor_msgs/msg/CompressedImage",
+                                          compressed_definition);
+      channels.color_info =
+          writer_.addChannel(prefix + "/color/camera_info", "sensor_msgs/msg/CameraInfo", info_definition);
+    }
+    channels_.push_back(channels);
+    const bool more = !camera.depth_correction.empty() || camera.multipath.modulation_frequency > 0 || camera.noise;
+    if (more) corrected += (corrected.empty() ? "'" : ", '") + camera.name + "'";
+    if (!isMillimetres(camera)) in_float += (in_float.empty() ? "'" : ", '") + camera.name + "'";
+  }
+  if (!corrected.empty())
+    warnings_.push_back("depth correction, multipath and noise of " + corrected +
+                        " have no place in such a file; --poses with the rig.json that has them gives them back");
+  if (!in_float.empty())
+    warnings_.push_back("depth of " + in_float + " is not in millimetres, and is written in metres, in float");
+  tf_ = writer_.addChannel("/tf_static", "tf2_msgs/msg/TFMessage", tf_definition);
+}
+
+void RigMessages::writeCalibration(Nanoseconds time) {
+  CdrMessage tf;
+  std::uint32_t transforms = 0;
+  for (std::size_t k = 0; k < cameras_.size(); ++k) transforms += cameras_[k].color && channels_[k].color ? 2 : 1;
+  tf << transforms;
+  for (std::size_t k = 0; k < cameras_.size(); ++k) {
+    const Channels& c = channels_[k];
+    const Camera& camera = cameras_[k];
+    const std::string depth_frame = c.name + "_depth", color_frame = camera.color ? c.name + "_color" : depth_frame;
+    putTransform(tf, time, "world", depth_frame, camera.T_world_camera);
+    if (camera.color && c.color) putTransform(tf, time, depth_frame, color_frame, camera.color->T_depth_color);
+    CdrMessage info;
+    putInfo(info, time, depth_frame, camera.intrinsics);
+    writer_.write(c.depth_info, time, info.view());
+    if (!c.color) continue;
+    CdrMessage color_info;
+    putInfo(color_info, time, color_frame, camera.color ? camera.color->intrinsics : camera.intrinsics);
+    writer_.write(c.color_info, time, color_info.view());
+  }
+  writer_.write(tf_, time, tf.view());
+}
+
+void RigMessages::write(Nanoseconds time, const LoadedFrame& frame) {
+  if (!calibrated_) writeCalibration(time);
+  calibrated_ = true;
+  for (std::size_t k = 0; k < cameras_.size(); ++k) {
+    const Channels& c = channels_[k];
+    const DepthView& view = frame.rig.views[k];
+    const LoadedView& images = frame.images[k];
+    const std::string depth_frame = c.name + "_depth";
+    if (view.depth16 && c.depth) {
+      const std::string rvl = encodeRvl(images.depth16);
+      std::string data(12, '\0');  // an enumeration that nobody sets, and parameters for float depth
+      for (const std::uint32_t side :
+           {static_cast<std::uint32_t>(images.depth16.width), static_cast<std::uint32_t>(images.depth16.height)})
+        data.append(reinterpret_cast<const char*>(&side), sizeof side);
+      data += rvl;
+      CdrMessage message;
+      message.header(time, depth_frame) << std::string("16UC1; compressedDepth rvl");
+      writer_.write(c.depth, time, message.bytes(data.data(), data.size()).view());
+    } else if (!view.missing()) {
+      FloatImage metres = images.depth32;
+      if (view.depth16) {
+        metres.resize(images.depth16.width, images.depth16.height);
+        std::transform(
+            images.depth16.data.begin(), images.depth16.data.end(), metres.data.begin(),
+            [&](std::uint16_t raw) { return raw == 65535 ? 0.0f : static_cast<float>(raw) * cameras_[k].depth_scale; });
+      }
+      CdrMessage message;
+      message.header(time, depth_frame) << static_cast<std::uint32_t>(metres.height)
+                                        << static_cast<std::uint32_t>(metres.width) << std::string("32FC1")
+                                        << std::uint8_t{0} << static_cast<std::uint32_t>(metres.width * sizeof(float));
+      writer_.write(c.float_depth, time, message.bytes(metres.data.data(), metres.data.size() * sizeof(float)).view());
+    }
+    if (!view.color || !c.color) continue;
+    const std::string jpeg = encodeJpeg(images.color, options_.color_quality);
+    CdrMessage message;
+    message.header(time, cameras_[k].color ? c.name + "_color" : depth_frame)
+        << std::string("rgb8; jpeg compressed bgr8");
+    writer_.write(c.color, time, message.bytes(jpeg.data(), jpeg.size()).view());
+  }
+}
+
+#endif
+
+RigMessages::~RigMessages() = default;
+
+void RigMessages::finish() { writer_.finish(); }
+
+}  // namespace fuse_flow::io
