@@ -131,6 +131,11 @@ Intrinsics fitted(const std::string& owner, const std::string& model, const Intr
   if (!(fit.worst <= nearest))
     throw InputError(owner + ": its lens of the model " + model +
                      " is not like any Brown-Conrady lens within half a pixel; its images must be rectified");
+  constexpr std::size_t all = (steps + 1) * (steps + 1);
+  if (rays.size() < all)
+    warnings.push_back(owner + ": " + std::to_string(100 * (all - rays.size()) / all) +
+                       " % of its pixels see more than 80 degrees aside, or nothing, by its lens of the model " +
+                       model + "; what they measure is placed wrongly, and must be masked out");
   if (fit.worst > 0.01) {
     char line[64];
     std::snprintf(line, sizeof line, "%.2f", fit.worst);

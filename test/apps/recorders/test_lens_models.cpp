@@ -83,6 +83,15 @@ TEST(LensModels, ThinPrismAndTiltOfOpencvAreTheNearestLens) {
       << warnings[0];
 }
 
+TEST(LensModels, PixelsThatNoPlaneHoldsAreSaid) {
+  std::vector<std::string> warnings;
+  Intrinsics wide = pinhole();
+  wide.fx = wide.fy = 220;  // corners lie 400 pixels, 1.8 radians, from the axis
+  io::withDistortion("file", wide, "equidistant", {0.0001, 0, 0, 0}, warnings);
+  ASSERT_FALSE(warnings.empty());
+  EXPECT_NE(warnings[0].find("see more than 80 degrees aside"), std::string::npos) << warnings[0];
+}
+
 TEST(LensModels, AFisheyeNeedsTheSizeOfItsImages) {
   std::vector<std::string> warnings;
   Intrinsics K = pinhole();

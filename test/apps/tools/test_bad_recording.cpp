@@ -432,7 +432,7 @@ TEST_F(BadRecording, PointsThatAreNotFiniteOrFarAwayAreLeftOut) {
   }
 }
 
-TEST_F(BadRecording, AnUnorganisedOrDamagedPcdIsNamed) {
+TEST_F(BadRecording, ADamagedPcdIsNamed) {
   const fs::path path = folder_ / "cloud.pcd";
   const std::string whole = organisedPcd();
   const auto replaced = [&](const std::string& before, const std::string& after) {
@@ -444,7 +444,6 @@ TEST_F(BadRecording, AnUnorganisedOrDamagedPcdIsNamed) {
       {"a PLY", "ply\nformat ascii 1.0\nelement vertex 0\nend_header\n"},
       {"only a header", whole.substr(0, whole.find("DATA"))},
       {"cut short", whole.substr(0, whole.size() / 2)},
-      {"unorganised", replaced("WIDTH 32\nHEIGHT 24", "WIDTH 768\nHEIGHT 1")},
       {"no z", replaced("FIELDS x y z", "FIELDS x y w")},
       {"binary data that is not there", replaced("DATA ascii", "DATA binary").substr(0, 300)},
       {"compressed data that is not there", replaced("DATA ascii", "DATA binary_compressed").substr(0, 300)},
@@ -454,6 +453,25 @@ TEST_F(BadRecording, AnUnorganisedOrDamagedPcdIsNamed) {
     writeText(path, bytes);
     EXPECT_REFUSED((std::vector<std::string>{path.string(), "-o", out()}), path.string()) << what;
   }
+}
+
+/** \brief Without rows and columns nothing tells which rays were measured: a plain cloud, which is said. */
+TEST_F(BadRecording, AnUnorganisedPcdIsAPlainCloud) {
+  std::string text = organisedPcd();
+  text.replace(text.find("WIDTH 32"), 18, "WIDTH 768\nHEIGHT 1");
+  writeText(folder_ / "cloud.pcd", text);
+  const std::string cloud = (folder_ / "cloud.pcd").string();
+  const ToolResult result = fuse({cloud, "-o", out("c.ply")});
+  ASSERT_TRUE(succeeded(result));
+  EXPECT_NE(result.err.find("clouds without their images"), std::string::npos) << result.err;
+  EXPECT_FALSE(readCloudFile(out("c.ply")).empty());
+  const auto refused = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), {cloud, "-o", out("d.ply")});
+    return isOneLineError(fuse(more), 2, {more[3], "is a cloud"});
+  };
+  EXPECT_TRUE(refused({"--method", "voxel_grid"}));
+  EXPECT_TRUE(refused({"--views", "0"}));
+  EXPECT_EQ(listing(out_), std::vector<std::string>{"c.ply"});
 }
 
 TEST_F(BadRecording, ACloudToEvaluateThatIsDamagedIsNamed) {
