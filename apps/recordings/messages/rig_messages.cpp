@@ -116,8 +116,6 @@ void putTransform(CdrMessage& message, Nanoseconds time, const std::string& pare
     message << value;
 }
 
-#endif
-
 /** \brief As a name must be in ROS. */
 std::string rosName(std::string name) {
   for (char& c : name)
@@ -126,6 +124,8 @@ std::string rosName(std::string name) {
 }
 
 bool isMillimetres(const Camera& camera) { return camera.depth_scale == 0.001f; }
+
+#endif
 
 }  // namespace
 
