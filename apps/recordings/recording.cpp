@@ -54,6 +54,11 @@ std::unique_ptr<Recording> openUnposed(const std::vector<std::string>& inputs, c
 
 }  // namespace
 
+bool isRecordingFolder(const std::string& folder) {
+  return isRigFolder(folder) || isSevenScenesFolder(folder) || isTumFolder(folder) || isMvsnetFolder(folder) ||
+         isRedwoodFolder(folder) || isColmapFolder(folder) || isMessageLog(folder);
+}
+
 std::vector<std::size_t> Recording::frames() const {
   std::vector<std::size_t> numbers(frameCount());
   std::iota(numbers.begin(), numbers.end(), std::size_t{0});

@@ -170,10 +170,12 @@ void decodeRvl(const std::string& name, std::string_view data, DepthImage& into)
 
 ImageKind kindOf(const ImageMessage& image, const std::string& topic) {
   const std::string name = lowerCase(topic);
-  if (image.encoding == "32FC1") return contains(name, "disparity") ? ImageKind::Neither : ImageKind::Depth;
+  for (const char* other : {"disparity", "confidence", "amplitude", "intensity", "variance"})
+    if (contains(name, other)) return ImageKind::Neither;
+  if (image.encoding == "32FC1") return ImageKind::Depth;
   if (image.encoding == "16UC1" || image.encoding == "mono16")
     return contains(name, "depth") ? ImageKind::Depth : ImageKind::Neither;
-  if (namesInfrared(topic) || contains(name, "confidence")) return ImageKind::Neither;
+  if (namesInfrared(topic)) return ImageKind::Neither;
   const bool color =
       layouts().count(image.encoding) > 0 || !bayerPattern(image.encoding).empty() || lumaOffset(image.encoding);
   return color ? ImageKind::Color : ImageKind::Neither;

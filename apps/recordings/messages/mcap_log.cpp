@@ -146,7 +146,8 @@ class McapLog : public MessageLog {
     chunk.compression = cursor.text();
     chunk.stored = cursor.u64();
     chunk.offset = content + cursor.position();
-    if (chunk.offset > content + length || chunk.stored > content + length - chunk.offset || chunk.size > kMostOfAChunk)
+    if (chunk.offset > content + length || chunk.stored > content + length - chunk.offset ||
+        std::max(chunk.size, chunk.stored) > kMostOfAChunk)
       throw InputError(path_ + ": has a damaged chunk at byte " + std::to_string(content));
     chunks_.push_back(std::move(chunk));
     indexed_ = false;
@@ -156,6 +157,7 @@ class McapLog : public MessageLog {
   /** \brief The times of one channel's messages in the chunk before, and where they are in it. */
   void takeIndex(std::uint64_t content, std::uint64_t length) {
     if (chunks_.empty()) return;
+    if (length > kMostTextBytes) throw InputError(path_ + ": has a damaged index at byte " + std::to_string(content));
     std::string record;
     readAt(content, length, record);
     ByteCursor cursor(path_, record);

@@ -12,8 +12,7 @@
 #include <set>
 
 #ifdef FUSE_FLOW_WITH_FASTCDR
-#include <fastcdr/Cdr.h>
-#include <fastcdr/FastBuffer.h>
+#include "recordings/messages/cdr_message.h"
 #endif
 
 namespace fuse_flow::io {
@@ -44,52 +43,6 @@ const std::string tf_definition =
     "geometry_msgs/Quaternion\nfloat64 x\nfloat64 y\nfloat64 z\nfloat64 w\n";
 
 #ifdef FUSE_FLOW_WITH_FASTCDR
-
-/** \brief A message in CDR. */
-class CdrMessage {
- public:
-  CdrMessage()
-#if FASTCDR_VERSION_MAJOR >= 2
-      : cdr_(buffer_, eprosima::fastcdr::Cdr::DEFAULT_ENDIAN, eprosima::fastcdr::CdrVersion::XCDRv1) {
-    cdr_.set_encoding_flag(eprosima::fastcdr::EncodingAlgorithmFlag::PLAIN_CDR);
-#else
-      : cdr_(buffer_, eprosima::fastcdr::Cdr::DEFAULT_ENDIAN, eprosima::fastcdr::Cdr::DDS_CDR) {
-#endif
-    cdr_.serialize_encapsulation();
-  }
-
-  template <typename Value>
-  CdrMessage& operator<<(const Value& value) {
-    cdr_ << value;
-    return *this;
-  }
-  CdrMessage& header(Nanoseconds time, const std::string& frame) {
-    constexpr Nanoseconds second = 1'000'000'000;
-    return *this << static_cast<std::int32_t>(time / second) << static_cast<std::uint32_t>(time % second) << frame;
-  }
-  /** \brief A list of bytes. */
-  CdrMessage& bytes(const void* data, std::size_t size) {
-    *this << static_cast<std::uint32_t>(size);
-    const auto* first = static_cast<const std::uint8_t*>(data);
-#if FASTCDR_VERSION_MAJOR >= 2
-    cdr_.serialize_array(first, size);
-#else
-    cdr_.serializeArray(first, size);
-#endif
-    return *this;
-  }
-  std::string_view view() {
-#if FASTCDR_VERSION_MAJOR >= 2
-    return std::string_view(buffer_.getBuffer(), cdr_.get_serialized_data_length());
-#else
-    return std::string_view(buffer_.getBuffer(), cdr_.getSerializedDataLength());
-#endif
-  }
-
- private:
-  eprosima::fastcdr::FastBuffer buffer_;
-  eprosima::fastcdr::Cdr cdr_;
-};
 
 void putInfo(CdrMessage& message, Nanoseconds time, const std::string& frame, const Intrinsics& K) {
   const Distortion& d = K.distortion;

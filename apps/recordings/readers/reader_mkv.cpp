@@ -121,9 +121,9 @@ const VideoTrack& depthTrack(const VideoFile& file) {
   return *track;
 }
 
-/** \brief Null, where it has none, or it is not wanted. */
-const VideoTrack* colorTrack(const VideoFile& file, bool wanted) {
-  const VideoTrack* track = wanted ? file.track("COLOR") : nullptr;
+/** \brief Null, where it has none, or none was wanted. */
+const VideoTrack* colorTrack(const VideoFile& file) {
+  const VideoTrack* track = file.track("COLOR");
   if (!track || track->stamps.empty()) return nullptr;
   if (track->codec == VideoCodec::Other || track->codec == VideoCodec::Grey16BigEndian)
     throw InputError(file.path() + ": its colour is encoded as " + track->codec_name +
@@ -139,7 +139,8 @@ std::string clockOf(const VideoFile& file) {
 
 RecordedCamera openCamera(const std::string& path, const std::string& name, bool read_color,
                           std::vector<std::string>& warnings) {
-  const auto file = std::make_shared<VideoFile>(path, std::vector<std::string>{"DEPTH", "COLOR"});
+  const auto file = std::make_shared<VideoFile>(
+      path, read_color ? std::vector<std::string>{"DEPTH", "COLOR"} : std::vector<std::string>{"DEPTH"});
   warnings.insert(warnings.end(), file->warnings().begin(), file->warnings().end());
   const std::string calibration = file->attachment("calibration.json");
   if (calibration.empty())
@@ -147,7 +148,7 @@ RecordedCamera openCamera(const std::string& path, const std::string& name, bool
                      ": has no calibration.json attached, must be a recording of an Azure Kinect or an Orbbec Femto by "
                      "k4arecorder");
   const VideoTrack& depth = depthTrack(*file);
-  const VideoTrack* color = colorTrack(*file, read_color);
+  const VideoTrack* color = colorTrack(*file);
   RecordedCamera recorded;
   recorded.camera = azureKinectCamera(path + ": calibration.json", calibration,
                                       {tagOf(depth.tags, "K4A_DEPTH_MODE"), color ? colorMode(*color) : ""});

@@ -38,6 +38,9 @@ bool isPcdFile(const std::string& path);
 /** \brief Organised PCD files, each a camera of the one instant. */
 std::unique_ptr<Recording> openPcd(const std::vector<std::string>& paths, const RecordingOptions& options);
 
+/** \brief Whether a folder is one of those above, or a bag of ROS 2. */
+bool isRecordingFolder(const std::string& folder);
+
 bool isMkvFile(const std::string& path);
 /** \brief Files of an Azure Kinect's or an Orbbec Femto's recorder, one for each camera. */
 std::unique_ptr<Recording> openMkv(const std::vector<std::string>& paths, const RecordingOptions& options);

@@ -114,13 +114,19 @@ class Sweep {
     FrameSet set;
     set.images.resize(cameras_.size());
     const Nanoseconds from = head(earliest).stamp;
-    Nanoseconds last = from;
+    Nanoseconds last = from, first_image = std::numeric_limits<Nanoseconds>::max(), last_image = from;
     for (const std::size_t c : members) {
-      set.images[c] = head(c).image;
-      last = std::max(last, head(c).stamp);
+      const Slot& slot = head(c);
+      last = std::max(last, slot.stamp);
+      if (slot.image) {
+        first_image = std::min(first_image, slot.stamp);
+        last_image = std::max(last_image, slot.stamp);
+      }
+      set.images[c] = slot.image;
       ++heads_[c];
     }
     set.stamp = from + (last - from) / 2;
+    set.spread = std::max<Nanoseconds>(0, last_image - first_image);
     return set;
   }
 

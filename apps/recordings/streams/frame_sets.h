@@ -12,7 +12,8 @@ using Nanoseconds = std::int64_t;
 
 /** \brief The images of one instant. */
 struct FrameSet {
-  Nanoseconds stamp{0};  ///< middle between its earliest and its latest image
+  Nanoseconds stamp{0};   ///< middle between its earliest and its latest image
+  Nanoseconds spread{0};  ///< from its earliest to its latest image
   /** \brief images[c] is the number of camera c's image; it has no value if the camera has none of that instant. */
   std::vector<std::optional<std::size_t>> images;
 };

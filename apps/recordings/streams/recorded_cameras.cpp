@@ -9,7 +9,6 @@
 #include <filesystem>
 #include <map>
 #include <mutex>
-#include <numeric>
 
 namespace fuse_flow::io {
 namespace {
@@ -18,6 +17,14 @@ std::string milliseconds(Nanoseconds time) {
   char text[32];
   std::snprintf(text, sizeof text, "%.1f ms", static_cast<double>(time) * 1e-6);
   return text;
+}
+
+constexpr Nanoseconds kSeen = 5'000'000;  // a hand at 2 m/s is 10 mm further
+
+Nanoseconds middleOf(std::vector<Nanoseconds>& times) {
+  const auto middle = times.begin() + static_cast<std::ptrdiff_t>(times.size() / 2);
+  std::nth_element(times.begin(), middle, times.end());
+  return *middle;
 }
 
 /** \brief What makes its frames. */
@@ -160,6 +167,20 @@ class RecordedRig : public Recording {
                             milliseconds(2 * grouped.tolerance) +
                             ", and are left out; the slowest camera sets the rate");
     warnOfStrangers();
+    warnOfSpread();
+  }
+
+  /** \brief What moves stands elsewhere for each camera of a set. */
+  void warnOfSpread() {
+    std::vector<Nanoseconds> spreads;
+    for (const FrameSet& set : sets_)
+      if (std::count_if(set.images.begin(), set.images.end(), [](const auto& image) { return image.has_value(); }) > 1)
+        spreads.push_back(set.spread);
+    if (spreads.empty()) return;
+    if (const Nanoseconds middle = middleOf(spreads); middle > kSeen)
+      warnings_.push_back(
+          "the cameras' images of one frame are taken within " + milliseconds(middle) +
+          " (median), so that what moves may be double; cameras that expose together have them within 1 ms");
   }
 
   /** \brief Clocks that do not belong together give sets of one camera each. */
@@ -199,9 +220,7 @@ class RecordedRig : public Recording {
       warnings_.push_back(name + std::to_string(without) + " of " + std::to_string(depth.size()) +
                           " depth images have no colour image of their time, and give points without colour");
     if (apart.empty()) return;
-    std::nth_element(apart.begin(), apart.begin() + static_cast<std::ptrdiff_t>(apart.size() / 2), apart.end());
-    constexpr Nanoseconds seen = 5'000'000;  // a hand at 2 m/s is 10 mm further
-    if (const Nanoseconds middle = apart[apart.size() / 2]; middle > seen)
+    if (const Nanoseconds middle = middleOf(apart); middle > kSeen)
       warnings_.push_back(name + "its colour images are taken " + milliseconds(middle) +
                           " before or after depth (median), so that what moves gets the colour of what is beside it");
   }

@@ -15,7 +15,6 @@ extern "C" {
 }
 
 #include <algorithm>
-#include <deque>
 #include <utility>
 
 namespace fuse_flow::io {
@@ -185,7 +184,7 @@ const std::string& VideoFile::packet(const VideoTrack& track, std::size_t number
   for (;;) {
     if (const auto found = waiting.find(number); found != waiting.end()) {
       demuxer.current = std::move(found->second);
-      waiting.erase(waiting.begin(), std::next(found));
+      waiting.erase(found);  // those before it may be asked for by another thread
       return demuxer.current;
     }
     if (jump) {

@@ -32,6 +32,7 @@ TEST(FrameSets, ImagesOfOneTimeGoTogether) {
   for (std::size_t k = 0; k < 4; ++k) {
     EXPECT_EQ(grouped.sets[k].images, (Images{k, k, k}));
     EXPECT_EQ(grouped.sets[k].stamp, static_cast<Nanoseconds>(k) * 33 * kMs - kMs / 2);  // between -3 and 2
+    EXPECT_EQ(grouped.sets[k].spread, 5 * kMs);
   }
   EXPECT_EQ(grouped.unused, (std::vector<std::size_t>{0, 0, 0}));
   EXPECT_EQ(grouped.tolerance, 33 * kMs / 2);
@@ -41,6 +42,7 @@ TEST(FrameSets, ALostFrameLeavesItsSetWithoutTheCamera) {
   const FrameSets grouped = groupByTime({every(33 * kMs, 5), without(every(33 * kMs, 5, kMs), 2)});
   ASSERT_EQ(grouped.sets.size(), 5u);
   EXPECT_EQ(grouped.sets[2].images, (Images{2, std::nullopt}));
+  EXPECT_EQ(grouped.sets[2].spread, 0);  // the lost one was not taken at any time
   EXPECT_EQ(grouped.sets[3].images, (Images{3, 2}));
   EXPECT_EQ(grouped.unused, (std::vector<std::size_t>{0, 0}));
 }

@@ -77,6 +77,7 @@ TEST(ImageMessages, WhatTheyAreIsInEncodingAndName) {
   EXPECT_EQ(kind("mono16", "/ir/image_raw"), io::ImageKind::Neither);
   EXPECT_EQ(kind("32FC1", "/zed/depth"), io::ImageKind::Depth);
   EXPECT_EQ(kind("32FC1", "/stereo/disparity"), io::ImageKind::Neither);
+  EXPECT_EQ(kind("32FC1", "/zed/confidence/confidence_map"), io::ImageKind::Neither);
   EXPECT_EQ(kind("mono8", "/camera/infra1/image_rect_raw"), io::ImageKind::Neither);
   EXPECT_EQ(kind("mono8", "/camera/image_raw"), io::ImageKind::Color);
   EXPECT_EQ(kind("bayer_rggb8", "/camera/image_raw"), io::ImageKind::Color);

@@ -1,4 +1,5 @@
 #include "recordings/files/image_io.h"
+#include "recordings/read_ahead.h"
 #include "recordings/streams/azure_kinect.h"
 #include "recordings/streams/video_file.h"
 
@@ -333,6 +334,31 @@ TEST_F(Mkv, TheColourImageOfADepthImageIsThatOfItsTimeLessTheDelay) {
   undelayed->read(0, frame);
   EXPECT_EQ(frame.images[0].color.at(5, 5).r, 100);
   EXPECT_TRUE(warns(*undelayed, "13.0 ms before or after depth"));
+}
+
+TEST_F(Mkv, SeveralThreadsReadTheSameFramesInTheirOrder) {
+  MkvOptions options;
+  options.depth_ms.clear();
+  for (int k = 0; k < 30; ++k) options.depth_ms.push_back(33 * k);
+  const auto recording = io::openRecording({writeMkv("long.mkv", options)});
+  ASSERT_TRUE(recording->readsConcurrently());
+  io::ReadAhead ahead(*recording, recording->frames(), 4);
+  io::LoadedFrame frame;
+  for (int k = 0; k < 30; ++k) {
+    ahead.next(frame);
+    expectDepth(frame.images[0], k);
+  }
+}
+
+TEST_F(Mkv, CamerasThatExposeFarApartAreNamed) {
+  MkvOptions master, late;
+  master.sync = "MASTER";
+  late.sync = "SUBORDINATE";
+  late.start_offset = "12000000";
+  io::RecordingOptions options;
+  options.without_poses = true;
+  const auto recording = io::openRecording({writeMkv("left.mkv", master), writeMkv("right.mkv", late)}, options);
+  EXPECT_TRUE(warns(*recording, "are taken within 12.0 ms (median), so that what moves may be double"));
 }
 
 TEST_F(Mkv, DevicesOnACableShareTheClockOfTheirStartOffsets) {

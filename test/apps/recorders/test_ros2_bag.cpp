@@ -1,6 +1,10 @@
+#if defined(FUSE_FLOW_WITH_FASTCDR) && defined(FUSE_FLOW_WITH_SQLITE) && defined(FUSE_FLOW_WITH_LZ4)
+
 #include "recordings/files/checksum.h"
+#include "recordings/messages/cdr_message.h"
 #include "recordings/messages/image_messages.h"
 #include "recordings/messages/rig_messages.h"
+#include "recordings/read_ahead.h"
 
 #include "../recordings/io_fixture.h"
 #include "recorder_images.h"
@@ -10,10 +14,6 @@
 #include <cstring>
 #include <map>
 
-#if defined(FUSE_FLOW_WITH_FASTCDR) && defined(FUSE_FLOW_WITH_SQLITE) && defined(FUSE_FLOW_WITH_LZ4)
-
-#include <fastcdr/Cdr.h>
-#include <fastcdr/FastBuffer.h>
 #include <lz4frame.h>
 #include <sqlite3.h>
 
@@ -24,48 +24,20 @@ using namespace recorder_test;
 
 constexpr std::uint32_t kStart = 1'700'000'000, kPeriod = 33'333'333;  // seconds, nanoseconds
 
-/** \brief A message of ROS 2, written by Fast CDR. */
-class Message {
- public:
-  Message()
-#if FASTCDR_VERSION_MAJOR >= 2
-      : cdr_(buffer_, eprosima::fastcdr::Cdr::DEFAULT_ENDIAN, eprosima::fastcdr::CdrVersion::XCDRv1) {
-    cdr_.set_encoding_flag(eprosima::fastcdr::EncodingAlgorithmFlag::PLAIN_CDR);
-#else
-      : cdr_(buffer_, eprosima::fastcdr::Cdr::DEFAULT_ENDIAN, eprosima::fastcdr::Cdr::DDS_CDR) {
-#endif
-    cdr_.serialize_encapsulation();
-  }
+/** \brief A message that begins with a std_msgs/Header. */
+io::CdrMessage& begin(io::CdrMessage& message, const std::string& frame, int k) {
+  return message.header(io::Nanoseconds{kStart} * 1'000'000'000 + k * io::Nanoseconds{kPeriod}, frame);
+}
 
-  /** \brief Begins with a std_msgs/Header. */
-  Message(const std::string& frame, int k) : Message() {
-    *this << kStart << static_cast<std::uint32_t>(k) * kPeriod << frame;
-  }
-
-  template <typename Value>
-  Message& operator<<(const Value& value) {
-    cdr_ << value;
-    return *this;
-  }
-  std::string bytes() {
-#if FASTCDR_VERSION_MAJOR >= 2
-    return std::string(buffer_.getBuffer(), cdr_.get_serialized_data_length());
-#else
-    return std::string(buffer_.getBuffer(), cdr_.getSerializedDataLength());
-#endif
-  }
-
- private:
-  eprosima::fastcdr::FastBuffer buffer_;
-  eprosima::fastcdr::Cdr cdr_;
-};
+std::string bytesOf(io::CdrMessage& message) { return std::string(message.view()); }
 
 std::string imageMessage(const std::string& frame, int k, int width, int height, const std::string& encoding,
                          const std::vector<std::uint8_t>& data) {
-  Message message(frame, k);
-  message << static_cast<std::uint32_t>(height) << static_cast<std::uint32_t>(width) << encoding << std::uint8_t{0}
-          << static_cast<std::uint32_t>(data.size() / static_cast<std::size_t>(height)) << data;
-  return message.bytes();
+  io::CdrMessage message;
+  begin(message, frame, k) << static_cast<std::uint32_t>(height) << static_cast<std::uint32_t>(width) << encoding
+                           << std::uint8_t{0}
+                           << static_cast<std::uint32_t>(data.size() / static_cast<std::size_t>(height)) << data;
+  return bytesOf(message);
 }
 
 std::string depthMessage(const std::string& frame, int c, int k) {
@@ -79,25 +51,25 @@ std::string depthMessage(const std::string& frame, int c, int k) {
 }
 
 std::string infoMessage(const std::string& frame) {
-  Message message(frame, 0);
-  message << std::uint32_t{kDepthHeight} << std::uint32_t{kDepthWidth} << std::string("plumb_bob")
-          << std::vector<double>{0.1, -0.05, 0.001, -0.002, 0.01};
+  io::CdrMessage message;
+  begin(message, frame, 0) << std::uint32_t{kDepthHeight} << std::uint32_t{kDepthWidth} << std::string("plumb_bob")
+                           << std::vector<double>{0.1, -0.05, 0.001, -0.002, 0.01};
   for (const double k : {60.0, 0.0, 31.5, 0.0, 61.0, 23.5, 0.0, 0.0, 1.0}) message << k;
   for (int k = 0; k < 9; ++k) message << (k % 4 == 0 ? 1.0 : 0.0);
   for (const double p : {60.0, 0.0, 31.5, 0.0, 0.0, 61.0, 23.5, 0.0, 0.0, 0.0, 1.0, 0.0}) message << p;
   for (int k = 0; k < 6; ++k) message << std::uint32_t{0};  // binning and region
   message << false;
-  return message.bytes();
+  return bytesOf(message);
 }
 
 std::string tfMessage(const std::vector<std::pair<std::string, double>>& frames) {
-  Message message;
+  io::CdrMessage message;
   message << static_cast<std::uint32_t>(frames.size());
   for (const auto& [child, x] : frames) {
     message << kStart << std::uint32_t{0} << std::string("world") << child;
     for (const double value : {x, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0}) message << value;
   }
-  return message.bytes();
+  return bytesOf(message);
 }
 
 /** \brief A message of a bag. */
@@ -314,7 +286,7 @@ TEST_F(Ros2Bag, WhatIsNoBagIsRefusedInALine) {
   EXPECT_TRUE(refuses([&] { io::openRecording({path("text.mcap")}); }, {"text.mcap: is not an MCAP file"}));
   write("text.db3", std::string(5000, 'x'));
   EXPECT_TRUE(refuses([&] { io::openRecording({path("text.db3")}); }, {"text.db3: is damaged, or no bag of ROS 2"}));
-  writeSqlite(path("nothing.db3"), {{"/chatter", "std_msgs/msg/String", Message().bytes(), 0}});
+  writeSqlite(path("nothing.db3"), {{"/chatter", "std_msgs/msg/String", std::string(io::CdrMessage().view()), 0}});
   EXPECT_TRUE(refuses([&] { io::openRecording({path("nothing.db3")}); },
                       {"has no images of a depth camera", "std_msgs/String"}));
 }
@@ -454,6 +426,41 @@ TEST_F(Ros2Bag, AWriterThatIsKilledLeavesAFileThatPlaysUpToItsLastChunk) {
   EXPECT_NE(recording->warnings()[0].find("was not closed"), std::string::npos);
   EXPECT_GT(recording->frameCount(), 400u);
   EXPECT_LT(recording->frameCount(), 700u);
+}
+
+TEST_F(Ros2Bag, SeveralThreadsReadTheSameFramesInTheirOrder) {
+  for (const char* compression : {"", "lz4"}) {
+    WrittenRig rig;
+    rig.write(path("rig.mcap"), compression, 40, true);
+    const auto recording = io::openRecording({path("rig.mcap")});
+    ASSERT_TRUE(recording->readsConcurrently());
+    io::ReadAhead ahead(*recording, recording->frames(), 4);
+    io::LoadedFrame frame;
+    for (int k = 0; k < 40; ++k) {
+      ahead.next(frame);
+      rig.make(k);
+      EXPECT_EQ(frame.images[0].depth16.data, rig.frame.images[0].depth16.data) << k;
+    }
+  }
+}
+
+TEST_F(Ros2Bag, DamagedBytesOfPlainChunksEndInALineToo) {
+  WrittenRig rig;
+  rig.write(path("rig.mcap"), "", 2, true);
+  std::ifstream file(path("rig.mcap"), std::ios::binary);
+  const std::string whole((std::istreambuf_iterator<char>(file)), {});
+  for (std::size_t at = 8; at < whole.size(); at += 131) {
+    std::string damaged = whole;
+    damaged[at] = static_cast<char>(damaged[at] ^ 0xff);
+    write("damaged.mcap", damaged);
+    try {
+      const auto recording = io::openRecording({path("damaged.mcap")});
+      io::LoadedFrame frame;
+      for (const std::size_t k : recording->frames()) recording->read(k, frame);
+    } catch (const io::InputError& error) {
+      EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos) << error.what();
+    }
+  }
 }
 
 TEST_F(Ros2Bag, AFullDiskAndTwoCamerasOfOneNameAreErrors) {
