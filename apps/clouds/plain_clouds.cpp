@@ -4,6 +4,7 @@
 #include "recordings/files/file_io.h"
 #include "recordings/files/pcd_file.h"
 #include "recordings/readers/name_number.h"
+#include "recordings/readers/readers.h"
 #include "recordings/streams/recorded_camera.h"
 
 #include <fuse_flow/recordings/error.h>
@@ -64,6 +65,7 @@ bool PlainClouds::are(const std::vector<std::string>& inputs) {
   std::error_code error;
   return !inputs.empty() && std::all_of(inputs.begin(), inputs.end(), [&](const std::string& input) {
     if (!fs::is_directory(input, error)) return isCloudFile(input) && isThere(input) && !isOrganizedPcd(input);
+    if (isRecordingFolder(input)) return false;  // whatever clouds lie in it
     const std::map<std::size_t, std::string> clouds = cloudsIn(input);
     return !clouds.empty() && !isOrganizedPcd(clouds.begin()->second);
   });
@@ -115,12 +117,16 @@ void PlainClouds::read(std::size_t frame, pcl::PointCloud<PointFusedNormal>& poi
   points.clear();
   scanners.clear();
   pcl::PCLPointCloud2 blob;
-  pcl::PointCloud<PointFusedNormal> own;
   for (std::size_t k = 0; k < files_.size(); ++k) {
     const auto file = files_[k].find(frame);
     if (file == files_[k].end()) continue;  // this scanner has lost the frame
     readCloud(file->second, blob, EmptyCloud::Accepted);
     const bool colored = hasField(blob, "rgb") || hasField(blob, "rgba"), sure = hasField(blob, "confidence");
+    if (hasField(blob, "normal_x") != have_normals_)
+      throw InputError(file->second +
+                       (have_normals_ ? ": has no normals, others have them" : ": has normals, others have none") +
+                       "; all clouds must, or none");
+    pcl::PointCloud<PointFusedNormal> own;  // a new one: what a file lacks must not be another one's
     {
       const SilencePcl silence;
       pcl::fromPCLPointCloud2(blob, own);

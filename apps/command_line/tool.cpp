@@ -61,4 +61,10 @@ int runTool(CLI::App& app, int argc, char** argv, const std::function<int()>& ru
   }
 }
 
+int endOfFrames(const std::string& tool, std::size_t done, std::size_t frames) {
+  if (!io::interrupt_requested) return kSuccess;
+  std::cerr << tool << ": interrupted after " << done << " of " << frames << " frames; those are complete" << std::endl;
+  return kInterrupted;
+}
+
 }  // namespace fuse_flow::command_line

@@ -131,11 +131,8 @@ int run(const Options& options) {
     std::fflush(stdout);
   }
   if (writer) writer->finish();
-  if (io::interrupt_requested) {
-    std::cerr << "fuse_flow_depth: interrupted after " << done << " of " << frames.size()
-              << " frames; those are complete" << std::endl;
-    return command_line::kInterrupted;
-  }
+  if (const int end = command_line::endOfFrames("fuse_flow_depth", done, frames.size()); end != command_line::kSuccess)
+    return end;
   std::cout << options.output << ": " << done << (done == 1 ? " frame, " : " frames, ") << recording->summary()
             << std::endl;
   return command_line::kSuccess;

@@ -36,6 +36,7 @@
 #include <memory>
 #include <new>
 #include <optional>
+#include <set>
 
 namespace {
 
@@ -188,6 +189,8 @@ class Frames {
     else
       recording_.read(number, frame);
   }
+  /** \brief Nothing reads any more. */
+  void end() { ahead_.reset(); }
 
  private:
   io::Recording& recording_;
@@ -244,8 +247,28 @@ io::MethodOptions methodOptions(const Options& options, const command_line::Meth
   return result;
 }
 
+/** \brief Options that were given, and that the spatial hash alone does not ask for. */
+std::vector<std::string> withoutEffectOnClouds(const CLI::App& app) {
+  static const std::set<std::string> with_effect{
+      "input",        "--output",    "--report",        "--frames",          "--format",     "--normals",
+      "--poses",      "--config",    "--method",        "--threads",         "--device",     "--no-quality",
+      "--no-overlap", "--cell-size", "--min-cell-size", "--points-per-cell", "--min-weight", "--weak-weight"};
+  std::vector<std::string> names;
+  for (const CLI::Option* option : app.get_options())
+    if (option->count() > 0 && with_effect.count(option->get_name()) == 0) names.push_back(option->get_name());
+  return names;
+}
+
+/** \brief What is odd about a cloud that was fused, a line; empty: nothing. */
+std::string oddCloud(std::size_t points, std::size_t fused) {
+  if (points == 0 || fused * 100 < points * 98) return "";
+  return "hardly any two points are in one cell, so that nothing was fused: the clouds must be in metres, and the "
+         "cells "
+         "(--min-cell-size) as large as the distance of the scanners' points";
+}
+
 /** \brief Clouds of scanners, whose images nobody has: the spatial hash alone fuses them. */
-int runPlain(const Options& options) {
+int runPlain(const Options& options, const CLI::App& app) {
   if (options.method != "fuse_flow")
     throw io::OptionError("--method " + options.method + ": " + options.inputs[0] +
                           " is a cloud, without the images it was measured in, must be fuse_flow");
@@ -262,12 +285,15 @@ int runPlain(const Options& options) {
   if (options.normals && !clouds.haveNormals()) throw io::OptionError("--normals: " + options.inputs[0] + " has none");
   const auto files = std::make_shared<io::CloudFiles>(options.output, options.format, frames.size());
   io::InputFiles inputs(clouds.inputs());
+  inputs.add(options.config);
   for (const std::size_t frame : frames) inputs.refuseToReplace("-o", files->pathOf(frame));
   if (!options.report.empty()) inputs.refuseToReplace("--report", options.report);
   command_line::printWarnings(
       "fuse_flow_fuse",
       {"clouds without their images: the spatial hash alone fuses them, on the CPU; nothing says how sure a "
        "point is, nor whether another scanner saw through it, and nothing is measured"});
+  for (const std::string& option : withoutEffectOnClouds(app))
+    command_line::printWarnings("fuse_flow_fuse", {option + " has no effect on clouds without their images"});
   io::QualityReport::Options report_options;
   report_options.measure = false;
   report_options.file = options.report;
@@ -275,7 +301,7 @@ int runPlain(const Options& options) {
   pcl::PointCloud<io::PointFusedNormal> points;
   std::vector<std::uint32_t> scanners;
   io::catchInterrupts();
-  std::size_t done = 0;
+  std::size_t done = 0, points_in = 0, points_out = 0;
   for (const std::size_t number : frames) {
     if (io::interrupt_requested) break;
     const auto frame = std::make_shared<io::FusedFrame>();
@@ -293,18 +319,18 @@ int runPlain(const Options& options) {
     frame->statistics.fused_points = frame->with_normals.size();
     frame->has_normals = options.normals;
     io::withoutNormals(frame->with_normals, frame->cloud);
+    points_in += points.size();
+    points_out += frame->with_normals.size();
     files->take(frame);
     report.take(frame);
     ++done;
   }
   std::vector<std::string> noticed = files->finish();
+  if (const std::string odd = oddCloud(points_in, points_out); !odd.empty()) noticed.push_back(odd);
   report.finish();
   std::cout << report.report().summary();
   for (const std::string& line : noticed) std::cout << "  " << line << "\n";
-  if (!io::interrupt_requested) return command_line::kSuccess;
-  std::cerr << "fuse_flow_fuse: interrupted after " << done << " of " << frames.size() << " frames; those are complete"
-            << std::endl;
-  return command_line::kInterrupted;
+  return command_line::endOfFrames("fuse_flow_fuse", done, frames.size());
 }
 
 int run(Options& options, const command_line::MethodArguments& arguments) {
@@ -374,6 +400,7 @@ int run(Options& options, const command_line::MethodArguments& arguments) {
     progress.show(++done);
   }
   progress.endLine();
+  reading.end();  // where it was interrupted, the next frames were on their way
   report->note("side_by_side", options.overlap);
   if (stereo) {
     nlohmann::json depth = stereo->json();
@@ -387,12 +414,7 @@ int run(Options& options, const command_line::MethodArguments& arguments) {
   for (const std::string& complaint : checks.complaints()) std::cout << "  " << complaint << "\n";
   for (const std::string& line : noticed) std::cout << "  " << line << "\n";
   if (options.overlap && done > 1) std::cout << sideBySide(done, seconds(start)) << "\n";
-  if (io::interrupt_requested) {
-    std::cerr << "fuse_flow_fuse: interrupted after " << done << " of " << frames.size()
-              << " frames; those are complete" << std::endl;
-    return command_line::kInterrupted;
-  }
-  return command_line::kSuccess;
+  return command_line::endOfFrames("fuse_flow_fuse", done, frames.size());
 }
 
 }  // namespace
@@ -437,6 +459,6 @@ int main(int argc, char** argv) {
     options.overlap = options.overlap && options.method_options.threads != 1;
     options.config = command_line::configFileOf(app);
     command_line::requireThreads(options.method_options.threads);
-    return io::PlainClouds::are(options.inputs) ? runPlain(options) : run(options, method);
+    return io::PlainClouds::are(options.inputs) ? runPlain(options, app) : run(options, method);
   });
 }

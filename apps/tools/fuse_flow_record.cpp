@@ -49,6 +49,14 @@ class FrameTimes {
   bool assumed_{false};
 };
 
+/** \brief The file has one pose of a camera. */
+void requireStandingCameras(const std::string& input, const io::Recording& recording, const RigFrame& rig) {
+  for (std::size_t k = 0; k < rig.cameras.size(); ++k)
+    if (!sameCalibration(rig.cameras[k], recording.cameras()[k]))
+      throw io::InputError(input + ": camera '" + rig.cameras[k].name +
+                           "' is elsewhere than in the first frame, as with --slide; its cameras must stand");
+}
+
 int run(const Options& options) {
   io::StereoOptions no_stereo;
   no_stereo.estimate = false;
@@ -71,23 +79,26 @@ int run(const Options& options) {
   FrameTimes times;
   const auto start = std::chrono::steady_clock::now();
   std::size_t done = 0;
+  bool confidence = false;
   for (; done < frames.size() && !io::interrupt_requested; ++done) {
     ahead.next(frame);
     still_there.check(frame);
+    requireStandingCameras(options.inputs[0], *recording, frame.rig);
+    for (const DepthView& view : frame.rig.views) confidence = confidence || view.confidence;
     messages.write(times.of(frame.rig), frame);
   }
   messages.finish();
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  if (confidence)
+    command_line::printWarnings("fuse_flow_record",
+                                {"the cameras' images of confidence have no place in such a file, and are left out"});
   if (times.assumed())
     command_line::printWarnings("fuse_flow_record",
                                 {"the recording does not say when its frames were taken; 30 a second are taken"});
   std::printf("%s: %zu frames of %zu cameras, %.1f MB, %.1f frames per second\n", options.output.c_str(), done,
               recording->cameras().size(), static_cast<double>(io::fileSize(options.output)) * 1e-6,
               static_cast<double>(done) / seconds);
-  if (!io::interrupt_requested) return command_line::kSuccess;
-  std::cerr << "fuse_flow_record: interrupted after " << done << " of " << frames.size()
-            << " frames; those are complete" << std::endl;
-  return command_line::kInterrupted;
+  return command_line::endOfFrames("fuse_flow_record", done, frames.size());
 }
 
 }  // namespace

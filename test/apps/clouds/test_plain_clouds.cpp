@@ -124,6 +124,24 @@ TEST_F(PlainCloudsTest, WhatIsNoPlainCloud) {
   EXPECT_FALSE(io::PlainClouds::are({path("organized.pcd")}));  // a recording
   fs::create_directories(path("empty"));
   EXPECT_FALSE(io::PlainClouds::are({path("empty")}));
+  // A recording stays one, though somebody has put a cloud beside it.
+  writeSquare("recording/scan_1.ply", 1, 1);
+  EXPECT_TRUE(io::PlainClouds::are({path("recording")}));
+  write("recording/rig.json", "{}");
+  EXPECT_FALSE(io::PlainClouds::are({path("recording")}));
+}
+
+TEST_F(PlainCloudsTest, NormalsAreOfAllCloudsOrOfNone) {
+  pcl::PointCloud<pcl::PointNormal> cloud(1, 1);
+  cloud[0].z = 1;
+  cloud[0].normal_x = 1;
+  io::writeCloud(path("n.ply"), cloud);
+  const std::vector<std::string> files{path("n.ply"), writeSquare("a.ply", 1, 1)};
+  const io::PlainClouds clouds(files, "");
+  EXPECT_TRUE(clouds.haveNormals());
+  pcl::PointCloud<io::PointFusedNormal> points;
+  std::vector<std::uint32_t> scanners;
+  EXPECT_TRUE(refuses([&] { clouds.read(0, points, scanners); }, {"a.ply", "has no normals"}));
 }
 
 TEST_F(PlainCloudsTest, AConfidenceOfTheFileIsKept) {

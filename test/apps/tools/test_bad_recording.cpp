@@ -465,6 +465,13 @@ TEST_F(BadRecording, AnUnorganisedPcdIsAPlainCloud) {
   ASSERT_TRUE(succeeded(result));
   EXPECT_NE(result.err.find("clouds without their images"), std::string::npos) << result.err;
   EXPECT_FALSE(readCloudFile(out("c.ply")).empty());
+  EXPECT_NE(result.out.find("the clouds must be in metres"), std::string::npos)
+      << result.out;  // one point in each cell
+  const ToolResult cropped =
+      fuse({cloud, "-o", out("e.ply"), "--crop-box", "-1", "-1", "0", "1", "1", "2", "--cell-size", "1"});
+  ASSERT_TRUE(succeeded(cropped));
+  EXPECT_NE(cropped.err.find("--crop-box has no effect"), std::string::npos) << cropped.err;
+  EXPECT_EQ(cropped.err.find("--cell-size"), std::string::npos) << cropped.err;
   const auto refused = [&](std::vector<std::string> more) {
     more.insert(more.begin(), {cloud, "-o", out("d.ply")});
     return isOneLineError(fuse(more), 2, {more[3], "is a cloud"});
