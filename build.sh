@@ -114,7 +114,8 @@ simulate_demo() {
 
 fuse_demo() {  # fuse_demo RECORDING OUT METHOD
   rm -rf "$2"
-  build/bin/fuse_flow_fuse "$1" -o "$2" --method "$3" --report "$2.json"
+  # One after the other: the methods' times are compared.
+  build/bin/fuse_flow_fuse "$1" -o "$2" --method "$3" --report "$2.json" --no-overlap
 }
 
 demo() {
