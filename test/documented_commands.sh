@@ -87,7 +87,8 @@ run() {
   echo "$command"
   case $command in
   build/bin/fuse_flow_viewer*\ --offscreen*) bash -c "$command" || fail "does not work: $command" ;;
-  build/bin/fuse_flow_viewer\ * | build/bin/sample_visualize\ *) run_with_window "$command" || fail "does not work: $command" ;;
+  build/bin/fuse_flow_live*\ --no-window*) bash -c "$command" || fail "does not work: $command" ;;
+  build/bin/fuse_flow_live\ * | build/bin/fuse_flow_viewer\ * | build/bin/sample_visualize\ *) run_with_window "$command" || fail "does not work: $command" ;;
   build/bin/fuse_flow_simulate\ *) bash -c "$command --scale 0.15" || fail "does not work: $command" ;;  # in small, too
   *) bash -c "$command" || fail "does not work: $command" ;;
   esac

@@ -55,6 +55,8 @@ class CameraSource {
   virtual void stop() = 0;
   /** \brief False: it will not deliver anything more, as a recording that has been played. */
   virtual bool running() const = 0;
+  /** \brief Why it ended, one line, where it should have gone on; empty: it has not ended, or as it should. */
+  virtual std::string failure() const { return {}; }
 
   /** \brief What was assumed at opening, one line each. */
   const std::vector<std::string>& warnings() const { return warnings_; }

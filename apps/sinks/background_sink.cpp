@@ -4,8 +4,8 @@
 
 namespace fuse_flow::io {
 
-BackgroundSink::BackgroundSink(std::shared_ptr<FrameSink> sink, std::size_t waiting)
-    : sink_(std::move(sink)), most_(waiting), thread_([this] { run(); }) {}
+BackgroundSink::BackgroundSink(std::shared_ptr<FrameSink> sink, std::size_t waiting, WhenFull when_full)
+    : sink_(std::move(sink)), most_(waiting), when_full_(when_full), thread_([this] { run(); }) {}
 
 BackgroundSink::~BackgroundSink() {
   {
@@ -50,8 +50,12 @@ void BackgroundSink::run() {
 void BackgroundSink::take(const std::shared_ptr<const FusedFrame>& frame) {
   {
     std::unique_lock<std::mutex> lock(mutex_);
-    changed_.wait(lock, [this] { return error_ || waiting_.size() < most_; });
+    if (when_full_ == WhenFull::Wait) changed_.wait(lock, [this] { return error_ || waiting_.size() < most_; });
     if (error_) std::rethrow_exception(error_);
+    if (waiting_.size() >= most_) {
+      ++dropped_;
+      return;
+    }
     waiting_.push_back(frame);
   }
   changed_.notify_all();
@@ -61,6 +65,11 @@ void BackgroundSink::drain() {
   std::unique_lock<std::mutex> lock(mutex_);
   changed_.wait(lock, [this] { return error_ || (waiting_.empty() && !working_); });
   if (error_) std::rethrow_exception(error_);
+}
+
+std::size_t BackgroundSink::dropped() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return dropped_;
 }
 
 std::vector<std::string> BackgroundSink::finish() {

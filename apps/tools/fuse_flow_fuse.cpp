@@ -11,11 +11,8 @@
 #include "command_line/stereo_arguments.h"
 #include "command_line/threads.h"
 #include "command_line/tool.h"
-#include "input_checks/color_check.h"
-#include "input_checks/depth_in_range.h"
 #include "input_checks/estimated_depth.h"
-#include "input_checks/noise_check.h"
-#include "input_checks/view_overlap.h"
+#include "input_checks/input_checks.h"
 #include "methods/plain_fusion.h"
 #include "recordings/range.h"
 #include "recordings/read_ahead.h"
@@ -130,50 +127,6 @@ class Progress {
   std::size_t count_;
   std::chrono::steady_clock::time_point start_{std::chrono::steady_clock::now()};
   bool in_line_{false};
-};
-
-/** \brief What is wrong with the input, though it can be read: for the end, when all of it was seen. */
-class InputChecks {
- public:
-  /** \param estimated of each camera whether stereo made its depth */
-  InputChecks(const std::string& method, const FuseFlowParameters& parameters, std::vector<bool> estimated)
-      : estimated_(std::move(estimated)),
-        depth_(parameters.preprocessing),
-        confidence_(method == "fuse_flow" ? std::optional(parameters.min_confidence) : std::nullopt,
-                    method == "fuse_flow" && parameters.use_measurement_confidence &&
-                            parameters.confidence.form == ConfidenceForm::Given
-                        ? std::optional(parameters.confidence.threshold)
-                        : std::nullopt),
-        overlap_(parameters.preprocessing),
-        agreement_(method, parameters) {}
-
-  void look(const io::LoadedFrame& frame) {
-    depth_.look(frame.rig);
-    color_.look(frame.rig);
-    confidence_.look(frame, estimated_);
-    overlap_.look(frame.rig);
-  }
-  /** \brief After look(), with what the fusion has found. */
-  void lookAt(const RigFrame& rig, const FrameStatistics& statistics) {
-    noise_.look(rig, statistics);
-    agreement_.look(rig, statistics);
-  }
-  std::vector<std::string> complaints() const {
-    std::vector<std::string> all;
-    for (const std::vector<std::string>& some : {depth_.complaints(), confidence_.complaints(), noise_.complaints(),
-                                                 color_.complaints(), overlap_.complaints(), agreement_.complaints()})
-      all.insert(all.end(), some.begin(), some.end());
-    return all;
-  }
-
- private:
-  std::vector<bool> estimated_;
-  io::DepthInRange depth_;
-  io::ColorCheck color_;
-  io::ConfidenceCheck confidence_;
-  io::NoiseCheck noise_;
-  io::OverlapCheck overlap_;
-  io::AgreementCheck agreement_;
 };
 
 /** \brief The frames of a recording, one after the other, or some of them ahead. */
@@ -367,7 +320,7 @@ int run(Options& options, const command_line::MethodArguments& arguments) {
   std::map<std::size_t, std::string> ended;  // by camera
   std::vector<bool> estimated(recording->cameras().size(), arguments.depthSource() == "stereo");
   for (std::size_t k = 0; stereo && k < estimated.size(); ++k) estimated[k] = estimated[k] || stereo->estimates(k);
-  InputChecks checks(options.method, options.method_options.parameters, std::move(estimated));
+  io::InputChecks checks(options.method, options.method_options.parameters, std::move(estimated));
   for (const std::size_t number : frames) {
     if (io::interrupt_requested) break;
     const std::shared_ptr<io::FusedFrame> frame = pool.next();

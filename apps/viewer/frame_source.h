@@ -24,6 +24,8 @@ class FrameSource {
   virtual std::optional<double> framesPerSecond() const = 0;
   /** \brief See io::Recording::inputs(). */
   virtual std::vector<std::string> inputs() const { return {}; }
+  /** \brief Of cameras that run: how each of them does, a line each. */
+  virtual std::vector<std::string> status() const { return {}; }
   /** \brief Throws io::InputError if the frame cannot be read. */
   virtual void read(std::size_t frame, io::LoadedFrame& out) = 0;
   /** \brief Whether truth() can be asked. */

@@ -61,12 +61,12 @@ Viewer::Viewer(std::unique_ptr<FrameSource> source, const ViewerOptions& options
 }
 
 /** \brief The viewer's own event loop: after its end, VTK's loop still asks a display that it has closed. */
-void Viewer::run() {
+void Viewer::run(const std::function<bool()>& ended) {
   last_tick_ = Clock::now();
   if (!somebody_waits_) setInterrupt([this] { return drawing::eventsWait(window_.renderWindow()); });
   if (!shown_) overlay_.setStatus("the first frame is being read and fused ...");
   if (message_.empty()) say("h: what keys and mouse do");
-  while (!quitting_ && !io::interrupt_requested) {
+  while (!quitting_ && !io::interrupt_requested && !(ended && ended())) {
     window_.interactor()->ProcessEvents();
     const Clock::time_point now = Clock::now();
     try {
@@ -123,7 +123,7 @@ FusionRequest Viewer::wanted() const {
   request.settings = {controls_.fused(), controls_.comparison()};
   request.color_by = color_by_;
   request.refine_extrinsics = refine_extrinsics_;
-  request.measure_quality = show_text_;
+  request.measure_quality = show_text_ && options_.measure;
   return request;
 }
 

@@ -40,6 +40,7 @@ struct ViewerOptions {
   bool play{true};
   bool loop{true};
   std::size_t first_frame{0};
+  bool measure{true};             ///< the figures of what is shown
   bool refine_extrinsics{false};  ///< poses follow what the cameras see
   bool fixed_rig{true};           ///< false: the cameras move from frame to frame, and there is nothing to follow
   std::string compare{"none"};    ///< one of FusionControls::comparisonNames()
@@ -65,8 +66,8 @@ class Viewer {
   Viewer(const Viewer&) = delete;
   Viewer& operator=(const Viewer&) = delete;
 
-  /** \brief Until the window is closed, or someone quits or interrupts. */
-  void run();
+  /** \brief Until the window is closed, or someone quits or interrupts, or ended, asked again and again, says so. */
+  void run(const std::function<bool()>& ended = {});
   /** \brief Waits until what is asked for is shown. */
   void settle();
   /** \brief Lets that much time pass, as run() does between events; seconds. */

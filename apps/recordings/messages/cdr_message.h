@@ -7,6 +7,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <string>
 #include <string_view>
 
@@ -15,12 +16,14 @@ namespace fuse_flow::io {
 /** \brief A message of ROS 2 in CDR, field after field. */
 class CdrMessage {
  public:
-  CdrMessage()
+  /** \param room bytes that are zero at first: Fast CDR leaves what pads its fields as the memory was */
+  explicit CdrMessage(std::size_t room = 4096)
+      : buffer_(room),
 #if FASTCDR_VERSION_MAJOR >= 2
-      : cdr_(buffer_, eprosima::fastcdr::Cdr::DEFAULT_ENDIAN, eprosima::fastcdr::CdrVersion::XCDRv1) {
+        cdr_(buffer_, eprosima::fastcdr::Cdr::DEFAULT_ENDIAN, eprosima::fastcdr::CdrVersion::XCDRv1) {
     cdr_.set_encoding_flag(eprosima::fastcdr::EncodingAlgorithmFlag::PLAIN_CDR);
 #else
-      : cdr_(buffer_, eprosima::fastcdr::Cdr::DEFAULT_ENDIAN, eprosima::fastcdr::Cdr::DDS_CDR) {
+        cdr_(buffer_, eprosima::fastcdr::Cdr::DEFAULT_ENDIAN, eprosima::fastcdr::Cdr::DDS_CDR) {
 #endif
     cdr_.serialize_encapsulation();
   }
@@ -34,16 +37,14 @@ class CdrMessage {
     constexpr Nanoseconds second = 1'000'000'000;
     return *this << static_cast<std::int32_t>(time / second) << static_cast<std::uint32_t>(time % second) << frame;
   }
-  /** \brief A list of bytes. */
-  CdrMessage& bytes(const void* data, std::size_t size) {
+  /** \brief The whole message, whose last field is a list of bytes, which are copied once. */
+  std::string endingWith(const void* data, std::size_t size) {
     *this << static_cast<std::uint32_t>(size);
-    const auto* first = static_cast<const std::uint8_t*>(data);
-#if FASTCDR_VERSION_MAJOR >= 2
-    cdr_.serialize_array(first, size);
-#else
-    cdr_.serializeArray(first, size);
-#endif
-    return *this;
+    const std::string_view head = view();
+    std::string message;
+    message.reserve(head.size() + size);
+    message.append(head).append(static_cast<const char*>(data), size);
+    return message;
   }
   std::string_view view() {
 #if FASTCDR_VERSION_MAJOR >= 2
@@ -54,7 +55,13 @@ class CdrMessage {
   }
 
  private:
-  eprosima::fastcdr::FastBuffer buffer_;
+  struct ZeroBuffer : eprosima::fastcdr::FastBuffer {
+    explicit ZeroBuffer(std::size_t room) {
+      if (reserve(room)) std::memset(getBuffer(), 0, room);
+    }
+  };
+
+  ZeroBuffer buffer_;
   eprosima::fastcdr::Cdr cdr_;
 };
 

@@ -105,7 +105,8 @@ void McapWriter::write(std::uint16_t channel, Nanoseconds time, std::string_view
 
 void McapWriter::endChunk() {
   if (index_.empty()) return;
-  const std::string stored = compression_.empty() ? records_ : compress(path_, compression_, records_);
+  const std::string compressed = compression_.empty() ? "" : compress(path_, compression_, records_);
+  const std::string& stored = compression_.empty() ? records_ : compressed;
   ChunkIndex chunk;
   chunk.start = chunk_start_;
   chunk.end = chunk_end_;
@@ -119,8 +120,13 @@ void McapWriter::endChunk() {
   putNumber(content, crc32(records_), 4);
   putText(content, compression_);
   putNumber(content, stored.size(), 8);
-  std::string bytes = recordOf(0x06, content + stored);
-  chunk.length = bytes.size();
+  std::string head(1, static_cast<char>(0x06));
+  putNumber(head, content.size() + stored.size(), 8);
+  head += content;
+  put(head);
+  put(stored);
+  chunk.length = head.size() + stored.size();
+  std::string bytes;  // the indices
   for (const auto& [channel, index] : index_) {
     chunk.index_offsets[channel] = at_ + bytes.size();
     std::string entry;
@@ -128,7 +134,7 @@ void McapWriter::endChunk() {
     putText(entry, index);
     bytes += recordOf(0x07, entry);
   }
-  chunk.index_length = bytes.size() - chunk.length;
+  chunk.index_length = bytes.size();
   put(bytes);
   chunks_.push_back(std::move(chunk));
   start_ = std::min(start_, chunk_start_);

@@ -22,6 +22,8 @@ class McapWriter {
   std::uint16_t addChannel(const std::string& topic, const std::string& type, const std::string& definition);
   /** \brief \param bytes in CDR */
   void write(std::uint16_t channel, Nanoseconds time, std::string_view bytes);
+  /** \brief Ends the chunk: what was written so far can be read, even if the program is killed. */
+  void flush() { endChunk(); }
   /** \brief The summary, and the end. Without it, the file is one of a program that was killed. */
   void finish();
 

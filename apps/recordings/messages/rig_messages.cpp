@@ -69,54 +69,88 @@ void putTransform(CdrMessage& message, Nanoseconds time, const std::string& pare
     message << value;
 }
 
-/** \brief As a name must be in ROS. */
-std::string rosName(std::string name) {
-  for (char& c : name)
-    if (!std::isalnum(static_cast<unsigned char>(c))) c = '_';
-  return std::isdigit(static_cast<unsigned char>(name[0])) ? "camera_" + name : name;
-}
-
 bool isMillimetres(const Camera& camera) { return camera.depth_scale == 0.001f; }
 
 #endif
 
 }  // namespace
 
-std::string encodeRvl(const DepthImage& image) {
-  std::string words;
-  std::uint32_t word = 0;
-  int nibbles = 0;
-  const auto put = [&](std::uint32_t value) {
-    do {
-      const std::uint32_t rest = value >> 3;
-      word = word << 4 | (value & 7u) | (rest != 0 ? 8u : 0u);
-      value = rest;
-      if (++nibbles == 8) {
-        words.append(reinterpret_cast<const char*>(&word), sizeof word);
-        nibbles = 0;
-        word = 0;
-      }
-    } while (value != 0);
-  };
-  const std::vector<std::uint16_t>& depth = image.data;
+std::string nameInRos(std::string name) {
+  for (char& c : name)
+    if (!std::isalnum(static_cast<unsigned char>(c))) c = '_';
+  return name.empty() || std::isdigit(static_cast<unsigned char>(name[0])) ? "camera_" + name : name;
+}
+
+namespace {
+
+/** \brief Numbers of three bits a nibble, whose fourth bit says that more follow; eight nibbles a word, the first one highest. */
+class NibbleWriter {
+ public:
+  /** \param out has room for all */
+  explicit NibbleWriter(char* out) : begin_(out), out_(out) {}
+
+  void put(std::uint32_t value) {
+    if (value < 8) {
+      push(value, 4);
+    } else if (value < 64) {  // most differences of neighbours
+      push((value & 7u) << 4 | 0x80u | value >> 3, 8);
+    } else {
+      for (; value >= 8; value >>= 3) push((value & 7u) | 8u, 4);
+      push(value, 4);
+    }
+  }
+  /** \returns how many bytes were written, whole words */
+  std::size_t finish() {
+    if (bits_ > 0) push(0, 32 - bits_);
+    return static_cast<std::size_t>(out_ - begin_);
+  }
+
+ private:
+  void push(std::uint32_t nibbles, int bits) {
+    word_ = word_ << bits | nibbles;
+    bits_ += bits;
+    if (bits_ < 32) return;
+    bits_ -= 32;
+    const auto full = static_cast<std::uint32_t>(word_ >> bits_);
+    std::memcpy(out_, &full, sizeof full);
+    out_ += sizeof full;
+  }
+
+  char *begin_, *out_;
+  std::uint64_t word_{0};
+  int bits_{0};  // of word_ that are not written
+};
+
+/** \brief Appends encodeRvl() of an image. */
+void appendRvl(const DepthImage& image, std::string& to) {
+  const std::size_t at_first = to.size();
+  const std::uint16_t* depth = image.data.data();
+  const std::size_t count = image.data.size();
+  // At most 7 nibbles a pixel: 6 of its difference, and one of the length of its run, which takes no more nibbles than it has pixels.
+  to.resize(at_first + 4 * count + 64);
+  NibbleWriter writer(to.data() + at_first);
   std::int32_t last = 0;
-  for (std::size_t at = 0; at < depth.size();) {
+  for (std::size_t at = 0; at < count;) {
     const std::size_t zeros_from = at;
-    while (at < depth.size() && depth[at] == 0) ++at;
-    put(static_cast<std::uint32_t>(at - zeros_from));
+    while (at < count && depth[at] == 0) ++at;
+    writer.put(static_cast<std::uint32_t>(at - zeros_from));
     const std::size_t from = at;
-    while (at < depth.size() && depth[at] != 0) ++at;
-    put(static_cast<std::uint32_t>(at - from));
+    while (at < count && depth[at] != 0) ++at;
+    writer.put(static_cast<std::uint32_t>(at - from));
     for (std::size_t k = from; k < at; ++k) {
       const std::int32_t delta = depth[k] - last;
-      put(static_cast<std::uint32_t>(delta * 2) ^ static_cast<std::uint32_t>(delta >> 31));
+      writer.put(static_cast<std::uint32_t>(delta * 2) ^ static_cast<std::uint32_t>(delta >> 31));
       last = depth[k];
     }
   }
-  if (nibbles > 0) {
-    word <<= 4 * (8 - nibbles);
-    words.append(reinterpret_cast<const char*>(&word), sizeof word);
-  }
+  to.resize(at_first + writer.finish());
+}
+
+}  // namespace
+
+std::string encodeRvl(const DepthImage& image) {
+  std::string words;
+  appendRvl(image, words);
   return words;
 }
 
@@ -128,7 +162,7 @@ RigMessages::RigMessages(const std::string& path, const std::vector<Camera>& cam
   throw InputError(path + ": FUSE-Flow was built without Fast CDR; install libfastcdr-dev, and build it again");
 }
 void RigMessages::writeCalibration(Nanoseconds) {}
-void RigMessages::write(Nanoseconds, const LoadedFrame&) {}
+std::vector<RigMessages::Encoded> RigMessages::encode(std::size_t, Nanoseconds, const LoadedView&) const { return {}; }
 
 #else
 
@@ -140,7 +174,7 @@ RigMessages::RigMessages(const std::string& path, const std::vector<Camera>& cam
   for (std::size_t k = 0; k < cameras.size(); ++k) {
     const Camera& camera = cameras[k];
     Channels channels;
-    channels.name = rosName(camera.name);
+    channels.name = nameInRos(camera.name);
     if (!names.insert(channels.name).second)
       throw OutputError(path + ": two cameras are called '" + channels.name + "' in ROS, must be different");
     const std::string prefix = "/" + channels.name;
@@ -170,7 +204,7 @@ RigMessages::RigMessages(const std::string& path, const std::vector<Camera>& cam
 }
 
 void RigMessages::writeCalibration(Nanoseconds time) {
-  CdrMessage tf;
+  CdrMessage tf(1024 * (1 + cameras_.size()));
   std::uint32_t transforms = 0;
   for (std::size_t k = 0; k < cameras_.size(); ++k) transforms += cameras_[k].color && channels_[k].color ? 2 : 1;
   tf << transforms;
@@ -191,50 +225,58 @@ void RigMessages::writeCalibration(Nanoseconds time) {
   writer_.write(tf_, time, tf.view());
 }
 
-void RigMessages::write(Nanoseconds time, const LoadedFrame& frame) {
-  if (!calibrated_) writeCalibration(time);
-  calibrated_ = true;
-  for (std::size_t k = 0; k < cameras_.size(); ++k) {
-    const Channels& c = channels_[k];
-    const DepthView& view = frame.rig.views[k];
-    const LoadedView& images = frame.images[k];
-    const std::string depth_frame = c.name + "_depth";
-    if (view.depth16 && c.depth) {
-      const std::string rvl = encodeRvl(images.depth16);
-      std::string data(12, '\0');  // an enumeration that nobody sets, and parameters for float depth
-      for (const std::uint32_t side :
-           {static_cast<std::uint32_t>(images.depth16.width), static_cast<std::uint32_t>(images.depth16.height)})
-        data.append(reinterpret_cast<const char*>(&side), sizeof side);
-      data += rvl;
-      CdrMessage message;
-      message.header(time, depth_frame) << std::string("16UC1; compressedDepth rvl");
-      writer_.write(c.depth, time, message.bytes(data.data(), data.size()).view());
-    } else if (!view.missing()) {
-      FloatImage metres = images.depth32;
-      if (view.depth16) {
-        metres.resize(images.depth16.width, images.depth16.height);
-        std::transform(
-            images.depth16.data.begin(), images.depth16.data.end(), metres.data.begin(),
-            [&](std::uint16_t raw) { return raw == 65535 ? 0.0f : static_cast<float>(raw) * cameras_[k].depth_scale; });
-      }
-      CdrMessage message;
-      message.header(time, depth_frame) << static_cast<std::uint32_t>(metres.height)
-                                        << static_cast<std::uint32_t>(metres.width) << std::string("32FC1")
-                                        << std::uint8_t{0} << static_cast<std::uint32_t>(metres.width * sizeof(float));
-      writer_.write(c.float_depth, time, message.bytes(metres.data.data(), metres.data.size() * sizeof(float)).view());
-    }
-    if (!view.color || !c.color) continue;
-    const std::string jpeg = encodeJpeg(images.color, options_.color_quality);
+std::vector<RigMessages::Encoded> RigMessages::encode(std::size_t camera, Nanoseconds time,
+                                                      const LoadedView& images) const {
+  std::vector<Encoded> messages;
+  const Channels& c = channels_[camera];
+  const std::string depth_frame = c.name + "_depth";
+  if (!images.depth16.empty() && c.depth) {
+    std::string data(12, '\0');  // an enumeration that nobody sets, and parameters for float depth
+    for (const std::uint32_t side :
+         {static_cast<std::uint32_t>(images.depth16.width), static_cast<std::uint32_t>(images.depth16.height)})
+      data.append(reinterpret_cast<const char*>(&side), sizeof side);
+    appendRvl(images.depth16, data);
     CdrMessage message;
-    message.header(time, cameras_[k].color ? c.name + "_color" : depth_frame)
-        << std::string("rgb8; jpeg compressed bgr8");
-    writer_.write(c.color, time, message.bytes(jpeg.data(), jpeg.size()).view());
+    message.header(time, depth_frame) << std::string("16UC1; compressedDepth rvl");
+    messages.push_back({c.depth, time, message.endingWith(data.data(), data.size())});
+  } else if (!images.depth16.empty() || !images.depth32.empty()) {
+    FloatImage metres;
+    if (!images.depth16.empty()) {
+      metres.resize(images.depth16.width, images.depth16.height);
+      const float scale = cameras_[camera].depth_scale;
+      std::transform(images.depth16.data.begin(), images.depth16.data.end(), metres.data.begin(),
+                     [&](std::uint16_t raw) { return raw == 65535 ? 0.0f : static_cast<float>(raw) * scale; });
+    }
+    const FloatImage& depth = metres.empty() ? images.depth32 : metres;
+    CdrMessage message;
+    message.header(time, depth_frame) << static_cast<std::uint32_t>(depth.height)
+                                      << static_cast<std::uint32_t>(depth.width) << std::string("32FC1")
+                                      << std::uint8_t{0} << static_cast<std::uint32_t>(depth.width * sizeof(float));
+    messages.push_back({c.float_depth, time, message.endingWith(depth.data.data(), depth.data.size() * sizeof(float))});
   }
+  if (images.color.empty() || !c.color) return messages;
+  const std::string jpeg = encodeJpeg(images.color, options_.color_quality);
+  CdrMessage message;
+  message.header(time, cameras_[camera].color ? c.name + "_color" : depth_frame)
+      << std::string("rgb8; jpeg compressed bgr8");
+  messages.push_back({c.color, time, message.endingWith(jpeg.data(), jpeg.size())});
+  return messages;
 }
 
 #endif
 
 RigMessages::~RigMessages() = default;
+
+void RigMessages::write(const std::vector<Encoded>& messages) {
+  if (messages.empty()) return;
+  if (!calibrated_) writeCalibration(messages.front().time);
+  calibrated_ = true;
+  for (const Encoded& message : messages) writer_.write(message.channel, message.time, message.bytes);
+}
+
+void RigMessages::write(Nanoseconds time, const LoadedFrame& frame) {
+  for (std::size_t k = 0; k < cameras_.size(); ++k) write(encode(k, time, frame.images[k]));
+}
 
 void RigMessages::finish() { writer_.finish(); }
 

@@ -31,8 +31,20 @@ class RigMessages {
   /** \brief What of the cameras is not in such a file, a line each. */
   const std::vector<std::string>& warnings() const { return warnings_; }
 
-  /** \param time of its headers */
+  /** \brief A message, ready to be written. */
+  struct Encoded {
+    std::uint16_t channel{0};
+    Nanoseconds time{0};
+    std::string bytes;  ///< in CDR
+  };
+  /** \brief Compresses the images of one camera; any number of threads may do so. \param time of its headers */
+  std::vector<Encoded> encode(std::size_t camera, Nanoseconds time, const LoadedView& images) const;
+  /** \brief Writes what encode() gave, after the calibration. */
+  void write(const std::vector<Encoded>& messages);
+  /** \brief encode() and write() of all cameras. */
   void write(Nanoseconds time, const LoadedFrame& frame);
+  /** \brief See McapWriter::flush(). */
+  void flush() { writer_.flush(); }
   /** \brief See McapWriter::finish(). */
   void finish();
 
@@ -52,6 +64,9 @@ class RigMessages {
   bool calibrated_{false};
   std::vector<std::string> warnings_;
 };
+
+/** \brief A camera's name as names must be in ROS: letters, digits and underscores. */
+std::string nameInRos(std::string name);
 
 /** \brief Wilson's lossless compression of depth, as image_transport has it. */
 std::string encodeRvl(const DepthImage& image);

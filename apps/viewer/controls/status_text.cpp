@@ -100,7 +100,7 @@ std::string statusText(const Playback& playback, const Rates& rates, const Fused
   if (shown.refined) text << refinementText(*shown.refined, shown.cameras);
   for (const auto& cloud : shown.clouds)
     if (cloud) text << "\n" << cloudText(*cloud);
-  for (const auto* lines : {&shown.damaged, &shown.ended})
+  for (const auto* lines : {&shown.source_status, &shown.damaged, &shown.ended})
     for (const std::string& line : *lines) text << "\n" << line;
   return text.str();
 }

@@ -169,6 +169,7 @@ std::shared_ptr<const FusedFrame> FrameFuser::fuse(const FusionRequest& request,
   answer->thumbnails = thumbnails_;
   answer->read_ms = read_ms_;
   answer->color_by = request.color_by;
+  answer->source_status = source_->status();
   for (const io::DamagedView& view : loaded_.damaged)
     answer->damaged.push_back("camera '" + loaded_.rig.cameras[view.view].name + "' is missing: " + view.message);
   for (const io::DamagedView& view : loaded_.ended) answer->ended.push_back(view.message);

@@ -73,6 +73,7 @@ struct FusedFrame {
   std::string error;                 ///< one line; then the clouds are null, and what was shown stays
   std::vector<std::string> damaged;  ///< files that could not be read: a camera is missing, or the truth; one line each
   std::vector<std::string> ended;    ///< cameras whose files end before this frame; one line each
+  std::vector<std::string> source_status;  ///< see FrameSource::status()
   std::vector<Camera> cameras;
   std::optional<RefinedExtrinsics> refined;  ///< absent: the poses are as given
   std::vector<io::ColorImage> thumbnails;    ///< empty: the camera is missing

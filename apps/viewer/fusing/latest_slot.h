@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <condition_variable>
 #include <mutex>
 #include <optional>
@@ -32,6 +33,13 @@ class LatestSlot {
     std::unique_lock<std::mutex> lock(mutex_);
     filled_.wait(lock, [this] { return value_ || closed_; });
     if (closed_) return std::nullopt;
+    return std::exchange(value_, std::nullopt);
+  }
+
+  /** \brief As waitAndTake(), but absent also if nothing comes in that time. */
+  std::optional<T> waitAndTake(std::chrono::milliseconds timeout) {
+    std::unique_lock<std::mutex> lock(mutex_);
+    filled_.wait_for(lock, timeout, [this] { return value_ || closed_; });
     return std::exchange(value_, std::nullopt);
   }
 

@@ -357,12 +357,14 @@ struct WrittenRig {
   void make(int k) {
     for (int c = 0; c < 2; ++c) {
       io::DepthImage& depth = frame.images[static_cast<std::size_t>(c)].depth16;
+      frame.rig.views[static_cast<std::size_t>(c)] = {};
+      depth = {};
+      if (c == 1 && k == 1) continue;
       depth.resize(kDepthWidth, kDepthHeight);
       for (int v = 0; v < kDepthHeight; ++v)
         for (int u = 0; u < kDepthWidth; ++u) depth.at(u, v) = depthAt(c, k, u, v);
       depth.at(3, 1) = 65535;
-      frame.rig.views[static_cast<std::size_t>(c)] = {};
-      if (c == 0 || k != 1) frame.rig.views[static_cast<std::size_t>(c)].depth16 = depth.view();
+      frame.rig.views[static_cast<std::size_t>(c)].depth16 = depth.view();
     }
     io::ColorImage& color = frame.images[0].color;
     color.resize(kColorWidth, kColorHeight);

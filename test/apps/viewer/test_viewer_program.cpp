@@ -343,5 +343,26 @@ TEST_F(ViewerProgram, AnExportOverADamagedFrameIsMadeAndTheExitCodeTells) {
   EXPECT_TRUE(fs::exists(path("first.png")));
 }
 
+/** \brief fuse_flow_live's window is the same. */
+TEST_F(ViewerProgram, CamerasThatRunHaveAWindowThatEndsWithThem) {
+  std::vector<std::string> arguments{path("recording"), "--device", "cpu", "--status", "0", "-o", path("live")};
+  const ToolResult played = runProgram(FUSE_FLOW_LIVE_TOOL, arguments);
+  EXPECT_EQ(played.exit_code, 0) << played.err;
+  EXPECT_NE(played.out.find("camera_1: 4 views came, 0 were lost before"), std::string::npos) << played.out;
+  EXPECT_TRUE(fs::exists(path("live/000000.ply")));
+  RunOptions options;
+  options.meanwhile = [&](pid_t) {
+    pressUntil("j", path("screenshot_000.png"));
+    EXPECT_EQ(std::system("xdotool keydown --window $(xdotool search --onlyvisible --name FUSE-Flow | head -1) q"), 0);
+  };
+  arguments = {path("recording"), "--device", "cpu", "--loop", "--folder", folder_.string()};
+  const ToolResult ended = runProgram(FUSE_FLOW_LIVE_TOOL, arguments, options);
+  EXPECT_FALSE(ended.timed_out);
+  EXPECT_EQ(ended.exit_code, 0) << ended.err;
+  io::ColorImage shot;
+  io::readColor(path("screenshot_000.png"), shot);
+  EXPECT_GT(filled(shot), 0.05);
+}
+
 }  // namespace
 }  // namespace viewer_test

@@ -1,0 +1,60 @@
+#pragma once
+
+#include "live/live_rig.h"
+#include "live/played_cameras.h"
+
+#include <CLI/CLI.hpp>
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace fuse_flow::command_line {
+
+/** \brief Cameras that run, on the command line: devices, or a recording that is played as if it were cameras. */
+class LiveArguments {
+ public:
+  explicit LiveArguments(CLI::App& app);
+  LiveArguments(const LiveArguments&) = delete;
+  LiveArguments& operator=(const LiveArguments&) = delete;
+
+  /** \brief Opens devices, or a recording. \param without_poses cameras may stand nobody knows where \throws InputError, OptionError */
+  std::unique_ptr<io::LiveRig> open(const std::string& tool, const std::vector<std::string>& inputs,
+                                    const io::RecordingOptions& recording, bool without_poses) const;
+  /** \brief Whether any of the inputs is a device. */
+  static bool anyDevice(const std::vector<std::string>& inputs);
+  /** \brief Options of these that were given: they ask for cameras that run. */
+  std::vector<std::string> given() const;
+  /** \brief Seconds after which it ends; absent: when somebody ends it. */
+  std::optional<double> seconds() const { return seconds_; }
+
+ private:
+  std::unique_ptr<io::CameraSource> openPlayed(const std::string& tool, const std::vector<std::string>& inputs,
+                                               const io::RecordingOptions& recording) const;
+
+  std::vector<CLI::Option*> options_, of_play_;
+  io::PlayOptions play_;
+  std::vector<std::string> stalls_;
+  std::string frames_;
+  double tolerance_ms_{8}, max_wait_ms_{100}, jitter_ms_{0};
+  std::optional<double> seconds_;
+};
+
+/** \brief What happens while cameras run: lines on the standard error stream as things happen, and how the cameras do, every few seconds. */
+class LiveLog {
+ public:
+  /** \param every seconds between two reports; 0: none */
+  LiveLog(std::string tool, double every) : tool_(std::move(tool)), every_(every) {}
+  /** \brief Call it some times a second. \param more added to the first line of a report */
+  void look(io::LiveRig& rig, const std::string& more);
+  /** \brief At the end: what of each camera came, was lost, and was fused. */
+  static std::string summary(const io::LiveRig& rig);
+
+ private:
+  std::string tool_;
+  double every_;
+  std::chrono::steady_clock::time_point start_{std::chrono::steady_clock::now()}, last_{start_};
+};
+
+}  // namespace fuse_flow::command_line
