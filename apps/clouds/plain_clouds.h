@@ -1,5 +1,6 @@
 #pragma once
 
+#include "clouds/livescan_file.h"
 #include "methods/point_fused_normal.h"
 
 #include <Eigen/Geometry>
@@ -7,16 +8,18 @@
 #include <cstddef>
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <string>
 #include <vector>
 
 namespace fuse_flow::io {
 
-/** \brief Clouds of several scanners, without the images that they were measured in: PLY and PCD files, one for each scanner; or folders, one
- *  for each scanner, with a file for each frame, whose name ends with the frame's number. */
+/** \brief Clouds of several scanners, without the images that they were measured in: PLY and PCD files, one for each scanner; folders, one for
+ *  each scanner, with a file for each frame, whose name ends with the frame's number; or files of LiveScan3D, one for each sensor, whose frames
+ *  are those of the same place in all. Only one thread may use an object. */
 class PlainClouds {
  public:
-  /** \brief Whether inputs are such clouds: .ply files, .pcd files that are not organised, or folders of them. Organised .pcd files are a
+  /** \brief Whether inputs are such clouds: .bin of LiveScan3D, .ply files, .pcd files that are not organised, or folders of them. Organised .pcd files are a
    *  recording, see openRecording(). Throws InputError for a file that cannot be read. */
   static bool are(const std::vector<std::string>& inputs);
 
@@ -30,16 +33,25 @@ class PlainClouds {
   /** \brief All that is read. */
   std::vector<std::string> inputs() const;
   bool haveNormals() const { return have_normals_; }
+  /** \brief What was assumed or left out at opening, one line each. */
+  const std::vector<std::string>& warnings() const { return warnings_; }
 
   /** \brief All points of a frame in the world, scanner after scanner; confidence 1, where a file has none. Throws InputError.
    *  \param scanners of each point the scanner's number */
-  void read(std::size_t frame, pcl::PointCloud<PointFusedNormal>& points, std::vector<std::uint32_t>& scanners) const;
+  void read(std::size_t frame, pcl::PointCloud<PointFusedNormal>& points, std::vector<std::uint32_t>& scanners);
 
  private:
+  void checkLiveScan();
+  void placeScanners();
+  void readPointsOf(const std::string& file, pcl::PointCloud<PointFusedNormal>& points) const;
+
   std::vector<std::string> inputs_;
   std::string poses_;
   std::vector<std::string> names_;
-  std::vector<std::map<std::size_t, std::string>> files_;  ///< of each scanner, by frame
+  std::vector<std::map<std::size_t, std::string>>
+      files_;  ///< of each scanner, by frame; of LiveScan3D the same file again and again
+  std::vector<std::unique_ptr<LiveScanFile>> livescan_;  ///< of each scanner; null: it is none of LiveScan3D's
+  std::vector<std::string> warnings_;
   std::vector<Eigen::Isometry3d> T_world_scanner_;
   bool have_normals_{false};
 };

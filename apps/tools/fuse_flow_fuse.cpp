@@ -231,7 +231,8 @@ int runPlain(const Options& options, const CLI::App& app) {
                                       {!options.recording.intrinsics.empty(), "--intrinsics"},
                                       {options.refine_extrinsics, "--refine-extrinsics"}})
     if (given) throw io::OptionError(std::string(option) + ": " + options.inputs[0] + " is a cloud, must not be given");
-  const io::PlainClouds clouds(options.inputs, options.recording.poses);
+  io::PlainClouds clouds(options.inputs, options.recording.poses);
+  command_line::printWarnings("fuse_flow_fuse", clouds.warnings());
   const std::vector<std::size_t> all = clouds.frames();
   const std::vector<std::size_t> frames =
       options.frames.empty() ? all : io::parseRangeOf(options.frames, all, "--frames");

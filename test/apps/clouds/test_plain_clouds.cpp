@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <array>
 
 namespace {
 
@@ -37,7 +38,7 @@ class PlainCloudsTest : public IoTest {
 TEST_F(PlainCloudsTest, FilesAreTheScannersOfOneFrame) {
   const std::vector<std::string> files{writeSquare("a.ply", 1.001f, 200), writeSquare("b.pcd", 1.005f, 100)};
   ASSERT_TRUE(io::PlainClouds::are(files));
-  const io::PlainClouds clouds(files, "");
+  io::PlainClouds clouds(files, "");
   EXPECT_EQ(clouds.scanners(), (std::vector<std::string>{"a", "b"}));
   EXPECT_EQ(clouds.frames(), std::vector<std::size_t>{0});
   pcl::PointCloud<io::PointFusedNormal> points;
@@ -74,7 +75,7 @@ TEST_F(PlainCloudsTest, FoldersHaveAFileForEachFrame) {
   write("right/notes.txt", "no cloud");
   const std::vector<std::string> folders{path("left"), path("right")};
   ASSERT_TRUE(io::PlainClouds::are(folders));
-  const io::PlainClouds clouds(folders, "");
+  io::PlainClouds clouds(folders, "");
   EXPECT_EQ(clouds.frames(), (std::vector<std::size_t>{1, 2}));
   pcl::PointCloud<io::PointFusedNormal> points;
   std::vector<std::uint32_t> scanners;
@@ -104,7 +105,7 @@ TEST_F(PlainCloudsTest, PosesMoveTheScannerOfTheirName) {
                               {"cy", 1},
                               {"depth_scale", 1},
                               {"T_world_camera", {1, 0, 0, x, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}}});
-  const io::PlainClouds clouds(files, write("rig.json", rig.dump()));
+  io::PlainClouds clouds(files, write("rig.json", rig.dump()));
   pcl::PointCloud<io::PointFusedNormal> points;
   std::vector<std::uint32_t> scanners;
   clouds.read(0, points, scanners);
@@ -137,7 +138,7 @@ TEST_F(PlainCloudsTest, NormalsAreOfAllCloudsOrOfNone) {
   cloud[0].normal_x = 1;
   io::writeCloud(path("n.ply"), cloud);
   const std::vector<std::string> files{path("n.ply"), writeSquare("a.ply", 1, 1)};
-  const io::PlainClouds clouds(files, "");
+  io::PlainClouds clouds(files, "");
   EXPECT_TRUE(clouds.haveNormals());
   pcl::PointCloud<io::PointFusedNormal> points;
   std::vector<std::uint32_t> scanners;
@@ -156,6 +157,74 @@ TEST_F(PlainCloudsTest, AConfidenceOfTheFileIsKept) {
   io::PlainClouds({path("a.ply")}, "").read(0, points, scanners);
   EXPECT_EQ(points[0].confidence, 0.25f);
   EXPECT_EQ(points[1].confidence, 0.5f);
+}
+
+/** \brief As LiveScan3D writes a frame of its sensor. */
+std::string liveScanFrame(const std::vector<std::array<int, 3>>& millimetres, const std::string& stamp) {
+  std::string bytes = "n_points= " + std::to_string(millimetres.size()) + "\nframe_timestamp= " + stamp + "\n";
+  for (const std::array<int, 3>& point : millimetres)
+    for (const int axis : point) {
+      bytes += static_cast<char>(axis & 0xff);
+      bytes += static_cast<char>(axis >> 8 & 0xff);
+    }
+  for (std::size_t k = 0; k < millimetres.size(); ++k) {
+    bytes += static_cast<char>(30 + k);  // blue
+    bytes += static_cast<char>(20 + k);
+    bytes += static_cast<char>(10 + k);
+    bytes += '\xff';
+  }
+  return bytes + "\n";
+}
+
+TEST_F(PlainCloudsTest, FilesOfLiveScan3DAreTheScannersOfSeveralFrames) {
+  // Points whose bytes look like line ends: frames are found by their sizes.
+  const std::string first = liveScanFrame({{10, 2570, -1}, {-32768, 32767, 1234}}, "17"),
+                    second = liveScanFrame({}, "50"), third = liveScanFrame({{1, 2, 3}}, "4294967295");
+  write("a.bin", first + second + third);
+  write("b.bin", first + second + third + "n_points= 100\nframe_timestamp= 99\nabc");
+  const std::vector<std::string> files{path("a.bin"), path("b.bin")};
+  ASSERT_TRUE(io::PlainClouds::are(files));
+  io::PlainClouds clouds(files, "");
+  EXPECT_EQ(clouds.frames(), (std::vector<std::size_t>{0, 1, 2}));
+  ASSERT_EQ(clouds.warnings().size(), 1u);
+  EXPECT_NE(clouds.warnings()[0].find("b.bin: its last frame is cut short"), std::string::npos);
+  EXPECT_FALSE(clouds.haveNormals());
+  pcl::PointCloud<io::PointFusedNormal> points;
+  std::vector<std::uint32_t> scanners;
+  clouds.read(0, points, scanners);
+  ASSERT_EQ(points.size(), 4u);
+  EXPECT_EQ(scanners, (std::vector<std::uint32_t>{0, 0, 1, 1}));
+  EXPECT_FLOAT_EQ(points[0].y, 2.57f);
+  EXPECT_FLOAT_EQ(points[0].z, -0.001f);
+  EXPECT_FLOAT_EQ(points[3].x, -32.768f);
+  EXPECT_FLOAT_EQ(points[3].y, 32.767f);
+  EXPECT_EQ(points[1].r, 11);
+  EXPECT_EQ(points[1].g, 21);
+  EXPECT_EQ(points[1].b, 31);
+  EXPECT_EQ(points[2].confidence, 1);
+  clouds.read(1, points, scanners);
+  EXPECT_TRUE(points.empty());
+  clouds.read(2, points, scanners);
+  ASSERT_EQ(points.size(), 2u);
+  EXPECT_FLOAT_EQ(points[1].z, 0.003f);
+}
+
+TEST_F(PlainCloudsTest, FilesThatLiveScan3DHasNotWrittenAreRefused) {
+  write("other.bin", std::string("cameras of COLMAP"));
+  EXPECT_FALSE(io::PlainClouds::are({path("other.bin")}));
+  write("a.bin", liveScanFrame({{1, 2, 3}}, "0") + "and then text\nof another kind\n");
+  EXPECT_TRUE(refuses([&] { io::PlainClouds({path("a.bin")}, ""); }, {"a.bin", "frame 1", "n_points="}));
+  write("b.bin", std::string("n_points= -5\nframe_timestamp= 0\n"));
+  EXPECT_TRUE(refuses([&] { io::PlainClouds({path("b.bin")}, ""); }, {"b.bin", "frame 0"}));
+  write("c.bin", std::string("n_points= 5"));
+  EXPECT_TRUE(refuses([&] { io::PlainClouds({path("c.bin")}, ""); }, {"c.bin", "no whole frame"}));
+  write("d.bin", liveScanFrame({{1, 2, 3}}, "0"));
+  writeSquare("e.ply", 1, 9);
+  EXPECT_TRUE(refuses([&] { io::PlainClouds({path("d.bin"), path("e.ply")}, ""); }, {"e.ply", "all be files"}));
+  write("f.bin", liveScanFrame({{1, 2, 3}}, "0") + liveScanFrame({{1, 2, 3}}, "1"));
+  const io::PlainClouds different({path("d.bin"), path("f.bin")}, "");
+  ASSERT_EQ(different.warnings().size(), 1u);
+  EXPECT_NE(different.warnings()[0].find("d.bin has 1 frames"), std::string::npos);
 }
 
 }  // namespace
