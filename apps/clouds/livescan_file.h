@@ -2,6 +2,8 @@
 
 #include "methods/point_fused_normal.h"
 
+#include <pcl/point_cloud.h>
+
 #include <cstddef>
 #include <cstdint>
 #include <fstream>

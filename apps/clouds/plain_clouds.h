@@ -3,6 +3,8 @@
 #include "clouds/livescan_file.h"
 #include "methods/point_fused_normal.h"
 
+#include <pcl/point_cloud.h>
+
 #include <Eigen/Geometry>
 
 #include <cstddef>
