@@ -4,6 +4,7 @@
 #include "recordings/messages/camera_lens.h"
 #include "recordings/messages/frame_tree.h"
 #include "recordings/messages/image_messages.h"
+#include "recordings/streams/time_matching.h"
 
 #include <algorithm>
 #include <cctype>

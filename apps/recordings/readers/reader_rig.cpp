@@ -2,8 +2,8 @@
 #include "recordings/files/file_io.h"
 #include "recordings/files/float_image.h"
 #include "recordings/range.h"
-#include "recordings/readers/name_number.h"
 #include "recordings/readers/readers.h"
+#include "recordings/readers/rig_images.h"
 #include "recordings/readers/view_files.h"
 
 #include <fuse_flow/recordings/rig_json.h>
@@ -19,25 +19,6 @@ namespace fs = std::filesystem;
 
 namespace fuse_flow::io {
 namespace {
-
-bool isDepthImage(const std::string& name) { return fs::path(name).extension() == ".png" || isFloatImage(name); }
-
-/** \brief The images of a folder whose names are a number: by it, their names. \param kind "depth" or "colour" */
-std::map<std::size_t, std::string> numberedImages(const fs::path& folder, const std::string& kind) {
-  std::map<std::size_t, std::string> names;
-  for (const std::string& name : filesIn(folder.string())) {
-    if (!(kind == "depth" ? isDepthImage(name) : isImage(name))) continue;
-    const std::string stem = fs::path(name).stem().string();
-    const std::optional<std::size_t> number = wholeNumber(stem);
-    if (!number) continue;
-    std::string& known = names[*number];
-    if (fs::path(known).stem().string() == stem)
-      throw InputError(folder.string() + ": has " + known + " and " + name + ", must have one " + kind +
-                       " image of a frame");
-    if (known.empty() || stem == frameStem(*number)) known = name;  // of 7 and 000007 the usual one
-  }
-  return names;
-}
 
 class RigRecording : public Recording {
  public:
@@ -58,22 +39,28 @@ class RigRecording : public Recording {
       const fs::path own_folder = folder_ / entry.camera.name;
       color_folders_.push_back(colorFolder(own_folder.string()));
       has_depth_.push_back(color_folders_.back().empty() || isThere((own_folder / "depth").string()));
-      names_.push_back(has_depth_.back() ? numberedImages(own_folder / "depth", "depth")
-                                         : numberedImages(color_folders_.back(), "colour"));
     }
     image_ = std::all_of(has_depth_.begin(), has_depth_.end(), [](bool depth) { return depth; }) ? "a depth image"
                                                                                                  : "an image";
-    listFrames();
     warnings_ = rig.warnings;
-    warnOfGaps();
-    warnOfSingles();
+    findImages();
+    if (!images_.by_time) {
+      warnOfGaps();
+      warnOfSingles();
+    }
     warnOfScales();
   }
 
   std::string kind() const override { return "rig"; }
   std::size_t frameCount() const override { return frames_.empty() ? 0 : frames_.back() + 1; }
   std::vector<std::size_t> frames() const override { return frames_; }
-  std::optional<double> framesPerSecond() const override { return frames_per_second_; }
+  std::optional<double> framesPerSecond() const override {
+    if (frames_per_second_) return frames_per_second_;
+    std::vector<Nanoseconds> stamps;
+    for (const auto& [frame, stamp] : images_.stamps) stamps.push_back(stamp);
+    const Nanoseconds period = framePeriod(stamps);
+    return period > 0 ? std::optional(1e9 / static_cast<double>(period)) : std::nullopt;
+  }
   const std::vector<Camera>& cameras() const override { return cameras_; }
   bool hasDepth(std::size_t camera) const override { return has_depth_[camera]; }
   bool hasColor(std::size_t camera) const override { return read_color_ && !color_folders_[camera].empty(); }
@@ -87,7 +74,9 @@ class RigRecording : public Recording {
     out.rig.views.resize(cameras_.size());
     out.images.resize(cameras_.size());
     out.rig.stamp = 0;
-    if (frames_per_second_)
+    if (const auto stamp = images_.stamps.find(frame); stamp != images_.stamps.end())
+      out.rig.stamp = static_cast<std::uint64_t>(stamp->second / 1000);
+    else if (frames_per_second_)
       out.rig.stamp = static_cast<std::uint64_t>(std::llround(1e6 * static_cast<double>(frame) / *frames_per_second_));
     out.damaged.clear();
     out.ended.clear();
@@ -99,46 +88,70 @@ class RigRecording : public Recording {
     };
     loadViews(cameras_.size(), load, skip_damaged_, threads_, out);
     for (std::size_t i = 0; i < cameras_.size(); ++i)
-      if (names_[i].empty() || frame > names_[i].rbegin()->first) out.ended.push_back({i, ending(i)});
+      if (namesOf(i).empty() || frame > namesOf(i).rbegin()->first) out.ended.push_back({i, ending(i)});
   }
 
  private:
   ViewFiles filesOf(std::size_t camera, std::size_t frame) const {
     const fs::path folder = folder_ / cameras_[camera].name;
-    const auto found = names_[camera].find(frame);
-    const bool there = found != names_[camera].end();
+    const auto found = namesOf(camera).find(frame);
+    const bool there = found != namesOf(camera).end();
     ViewFiles files;
     files.color_alone = !has_depth_[camera];
     if (files.color_alone) {
       if (read_color_ && there) files.color = (fs::path(color_folders_[camera]) / found->second).string();
       return files;
     }
+    if (!there && images_.by_time) return files;  // a file of this number is of another frame
     const std::string name = there ? found->second : frameStem(frame) + ".png";
     const std::string stem = fs::path(name).stem().string();
     files.depth = (folder / "depth" / name).string();
     files.depth_was_there = there;
-    if (read_color_ && !color_folders_[camera].empty()) {
+    if (const auto& color = images_.cameras[camera].color) {
+      files.color = fileOf(*color, frame);
+    } else if (read_color_ && !color_folders_[camera].empty()) {
       files.color = findImage(color_folders_[camera], stem);
       if (files.color.empty()) files.color = findImage(color_folders_[camera], frameStem(frame));
     }
-    files.confidence = findConfidence((folder / "confidence").string(), stem);
+    const auto& confidence = images_.cameras[camera].confidence;
+    files.confidence = confidence ? fileOf(*confidence, frame) : findConfidence((folder / "confidence").string(), stem);
     return files;
+  }
+
+  static std::string fileOf(const FilesByFrame& files, std::size_t frame) {
+    const auto found = files.find(frame);
+    return found == files.end() ? "" : found->second;
+  }
+
+  /** \brief Of a camera's depth images, or, if it is one without depth, its colour images, by frame. */
+  const FilesByFrame& namesOf(std::size_t camera) const { return images_.cameras[camera].images; }
+
+  void findImages() {
+    std::vector<CameraFolders> folders;
+    for (std::size_t i = 0; i < cameras_.size(); ++i) {
+      const fs::path own = folder_ / cameras_[i].name;
+      const bool color = !color_folders_[i].empty() && (read_color_ || !has_depth_[i]);
+      folders.push_back({cameras_[i].name, own.string(), has_depth_[i] ? (own / "depth").string() : "",
+                         color ? color_folders_[i] : "", (own / "confidence").string()});
+    }
+    images_ = rigImages(folder_.string(), folders, warnings_);
+    listFrames();
   }
 
   /** \brief A frame that is missing between others was dropped; those behind the last one were never taken. */
   std::string ending(std::size_t camera) const {
     const std::string name = "camera '" + cameras_[camera].name + "' ";
-    if (names_[camera].empty()) return name + (has_depth_[camera] ? "has no depth images" : "has no colour images");
+    if (namesOf(camera).empty()) return name + (has_depth_[camera] ? "has no depth images" : "has no colour images");
     const auto begin = frames_.begin();
-    const auto end = std::upper_bound(begin, frames_.end(), names_[camera].rbegin()->first);
+    const auto end = std::upper_bound(begin, frames_.end(), namesOf(camera).rbegin()->first);
     return name + "ends after " + std::to_string(end - begin) + " of " + std::to_string(frames_.size()) + " frames";
   }
 
   /** \brief All numbers for which a camera has a depth image, or, if it is one without depth, a colour image. */
   void listFrames() {
     std::set<std::size_t> numbers;
-    for (const auto& names : names_)
-      for (const auto& [number, name] : names) numbers.insert(number);
+    for (const CameraImages& camera : images_.cameras)
+      for (const auto& [number, name] : camera.images) numbers.insert(number);
     frames_.assign(numbers.begin(), numbers.end());
   }
 
@@ -160,9 +173,9 @@ class RigRecording : public Recording {
   void warnOfSingles() {
     std::map<std::size_t, std::size_t> counts;
     std::size_t with_images = 0;
-    for (const auto& names : names_) {
-      with_images += names.empty() ? 0 : 1;
-      for (const auto& [number, name] : names) ++counts[number];
+    for (const CameraImages& camera : images_.cameras) {
+      with_images += camera.images.empty() ? 0 : 1;
+      for (const auto& [number, name] : camera.images) ++counts[number];
     }
     const auto shared = [](const auto& entry) { return entry.second > 1; };
     if (with_images < 2 || std::any_of(counts.begin(), counts.end(), shared)) return;
@@ -174,7 +187,7 @@ class RigRecording : public Recording {
   /** \brief Depth in float is mostly in metres. */
   void warnOfScales() {
     for (std::size_t i = 0; i < cameras_.size(); ++i) {
-      if (names_[i].empty() || !has_depth_[i] || !isFloatImage(names_[i].begin()->second) ||
+      if (namesOf(i).empty() || !has_depth_[i] || !isFloatImage(namesOf(i).begin()->second) ||
           cameras_[i].depth_scale == 1.0f)
         continue;
       std::ostringstream line;
@@ -196,8 +209,7 @@ class RigRecording : public Recording {
   std::vector<DepthToZ> to_z_;
   /** \brief Of each camera. One that has a folder of colour images, and none of depth, is one without depth. */
   std::vector<bool> has_depth_;
-  /** \brief Of each camera's depth images, or, if it is one without depth, its colour images, by their number. */
-  std::vector<std::map<std::size_t, std::string>> names_;
+  RigImages images_;
   std::vector<std::string> color_folders_;  ///< of each camera; empty: it has none
   std::string image_;                       ///< what makes a frame: "a depth image"
   std::vector<std::size_t> frames_;
@@ -216,7 +228,7 @@ std::vector<std::string> inputsOf(const std::string& json_path, const RigDescrip
   const fs::path folder = fs::path(json_path).parent_path();
   std::vector<std::string> inputs{json_path, (folder / "truth").string()};
   for (const RigCamera& entry : rig.cameras)
-    for (const char* images : {"depth", "color", "rgb", "image", "confidence"})
+    for (const char* images : {"depth", "color", "rgb", "image", "confidence", "timestamps.txt"})
       inputs.push_back((folder / entry.camera.name / images).string());
   return inputs;
 }

@@ -2,6 +2,7 @@
 #include "recordings/files/file_io.h"
 #include "recordings/readers/readers.h"
 #include "recordings/readers/sequence_recording.h"
+#include "recordings/readers/stamp_unit.h"
 
 #include <algorithm>
 #include <cmath>
@@ -10,6 +11,7 @@
 #include <filesystem>
 #include <iterator>
 #include <map>
+#include <optional>
 #include <sstream>
 
 namespace fs = std::filesystem;
@@ -17,21 +19,7 @@ namespace fs = std::filesystem;
 namespace fuse_flow::io {
 namespace {
 
-using Nanoseconds = std::int64_t;
-
 constexpr Nanoseconds max_time_difference = 20'000'000;  // 20 ms; the benchmark's own tools use the same
-
-/** \brief The unit of a time stamp, recognised by its size: a date in this century, or seconds since a start. */
-struct StampUnit {
-  long double nanoseconds;
-  const char* name;
-};
-StampUnit unitOf(long double stamp) {
-  if (stamp < 1e11L) return {1e9L, "seconds"};
-  if (stamp < 1e14L) return {1e6L, "milliseconds"};
-  if (stamp < 1e17L) return {1e3L, "microseconds"};
-  return {1.0L, "nanoseconds"};
-}
 
 /** \brief The lines of "TIMESTAMP REST", by time stamp. */
 struct Timeline {
@@ -51,18 +39,20 @@ Timeline readTimeline(const std::string& path) {
     std::istringstream words(line);
     long double stamp = 0;
     std::string rest;
-    if (!(words >> stamp) || !(stamp >= 0 && stamp < 9.2e18L) || !std::getline(words >> std::ws, rest))
+    if (!(words >> stamp) || !(stamp >= 0) || !std::getline(words >> std::ws, rest))
       throw InputError(path + ": line " + std::to_string(line_number) + " is '" + cutShort(line) +
                        "', must begin with a timestamp");
     lines_read.emplace_back(stamp, rest);
   }
   if (lines_read.empty()) throw InputError(path + ": has no entry");
-  // One unit for the whole file: that of its largest stamp.
   const auto later = [](const auto& a, const auto& b) { return a.first < b.first; };
-  const StampUnit unit = unitOf(std::max_element(lines_read.begin(), lines_read.end(), later)->first);
+  const StampUnit unit = stampUnit(std::max_element(lines_read.begin(), lines_read.end(), later)->first);
   timeline.unit = unit.name;
-  for (auto& [stamp, rest] : lines_read)
-    timeline.entries[static_cast<Nanoseconds>(std::llround(stamp * unit.nanoseconds))] = rest;
+  for (auto& [stamp, rest] : lines_read) {
+    const std::optional<Nanoseconds> time = inNanoseconds(stamp, unit);
+    if (!time) throw InputError(path + ": the timestamp of '" + cutShort(rest) + "' is no time in " + unit.name);
+    timeline.entries[*time] = rest;
+  }
   return timeline;
 }
 

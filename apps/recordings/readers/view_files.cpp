@@ -24,7 +24,13 @@ SizeCheck sizeOf(const std::string& path, const std::string& camera, const Intri
   };
 }
 
+constexpr std::initializer_list<const char*> kFloatExtensions = {".pfm", ".npy", ".PFM", ".NPY"};
+constexpr std::initializer_list<const char*> kConfidenceExtensions = {".png", ".PNG"};
 constexpr std::initializer_list<const char*> kImageExtensions = {".png", ".jpg", ".jpeg", ".PNG", ".JPG", ".JPEG"};
+
+bool hasExtension(const std::string& name, std::initializer_list<const char*> extensions) {
+  return std::find(extensions.begin(), extensions.end(), fs::path(name).extension()) != extensions.end();
+}
 
 /** \brief The first that exists; else "". */
 std::string findFile(const std::string& folder, const std::string& stem,
@@ -70,18 +76,21 @@ std::string findImage(const std::string& folder, const std::string& stem) {
   return findFile(folder, stem, kImageExtensions);
 }
 
-bool isImage(const std::string& name) {
-  return std::find(kImageExtensions.begin(), kImageExtensions.end(), fs::path(name).extension()) !=
-         kImageExtensions.end();
+bool isImage(const std::string& name) { return hasExtension(name, kImageExtensions); }
+
+bool isDepthImage(const std::string& name) { return fs::path(name).extension() == ".png" || isFloatImage(name); }
+
+bool isConfidenceImage(const std::string& name) {
+  return hasExtension(name, kConfidenceExtensions) || hasExtension(name, kFloatExtensions);
 }
 
 std::string findFloatImage(const std::string& folder, const std::string& stem) {
-  return findFile(folder, stem, {".pfm", ".npy", ".PFM", ".NPY"});
+  return findFile(folder, stem, kFloatExtensions);
 }
 
 std::string findConfidence(const std::string& folder, const std::string& stem) {
   const std::string in_float = findFloatImage(folder, stem);
-  return in_float.empty() ? findFile(folder, stem, {".png", ".PNG"}) : in_float;
+  return in_float.empty() ? findFile(folder, stem, kConfidenceExtensions) : in_float;
 }
 
 std::string colorFolder(const std::string& folder) {

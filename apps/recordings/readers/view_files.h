@@ -27,6 +27,12 @@ std::string findImage(const std::string& folder, const std::string& stem);
 /** \brief Whether a file is named as findImage() looks for them. */
 bool isImage(const std::string& name);
 
+/** \brief Whether a file is named like an image of depth: .png, or isFloatImage(). */
+bool isDepthImage(const std::string& name);
+
+/** \brief Whether a file is named as findConfidence() looks for them. */
+bool isConfidenceImage(const std::string& name);
+
 /** \brief folder/stem.pfm or .npy, also in capitals, whichever exists; else "". */
 std::string findFloatImage(const std::string& folder, const std::string& stem);
 

@@ -45,11 +45,6 @@ std::unique_ptr<Recording> openRecordedCameras(std::string kind, std::vector<Rec
                                                std::vector<std::string> files, std::vector<std::string> warnings,
                                                const RecordingOptions& options);
 
-/** \brief The stamps that are later than all before them, and of the others how many there are, in a line for the user; none if all are.
- *  \param kept the numbers of the stamps that stay */
-std::vector<Nanoseconds> ascendingStamps(const std::string& track, const std::vector<Nanoseconds>& stamps,
-                                         std::vector<std::size_t>& kept, std::vector<std::string>& warnings);
-
 /** \brief What a camera is called whose file is one of several: the file's name, or where two have the same, the folder's. */
 std::string cameraName(const std::string& path, const std::vector<std::string>& paths);
 

@@ -2,30 +2,15 @@
 #include "recordings/range.h"
 #include "recordings/readers/view_files.h"
 #include "recordings/streams/recorded_camera.h"
+#include "recordings/streams/time_matching.h"
 
 #include <algorithm>
-#include <cmath>
-#include <cstdio>
 #include <filesystem>
 #include <map>
 #include <mutex>
 
 namespace fuse_flow::io {
 namespace {
-
-std::string milliseconds(Nanoseconds time) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.1f ms", static_cast<double>(time) * 1e-6);
-  return text;
-}
-
-constexpr Nanoseconds kSeen = 5'000'000;  // a hand at 2 m/s is 10 mm further
-
-Nanoseconds middleOf(std::vector<Nanoseconds>& times) {
-  const auto middle = times.begin() + static_cast<std::ptrdiff_t>(times.size() / 2);
-  std::nth_element(times.begin(), middle, times.end());
-  return *middle;
-}
 
 /** \brief What makes its frames. */
 const ImageTrack& pacemaker(const RecordedCamera& camera) { return camera.depth ? *camera.depth : *camera.color; }
@@ -154,47 +139,15 @@ class RecordedRig : public Recording {
       stamps.push_back(pacemaker(recorded_[c]).stamps());
       for (Nanoseconds& stamp : stamps.back()) stamp += offsets[c];
     }
-    FrameSets grouped = groupByTime(stamps);
-    sets_ = std::move(grouped.sets);
+    std::vector<CameraTimes> times;
+    for (std::size_t c = 0; c < recorded_.size(); ++c)
+      times.push_back(
+          {cameras_[c].name, recorded_[c].file, std::move(stamps[c]), pacemaker(recorded_[c]).stamps().front()});
+    sets_ = framesByTime(times, warnings_).sets;
     ends_.assign(recorded_.size(), 0);
     for (std::size_t frame = 0; frame < sets_.size(); ++frame)
       for (std::size_t c = 0; c < recorded_.size(); ++c)
         if (sets_[frame].images[c]) ends_[c] = frame + 1;
-    for (std::size_t c = 0; c < recorded_.size(); ++c)
-      if (grouped.unused[c] > 0)
-        warnings_.push_back("camera '" + cameras_[c].name + "': " + std::to_string(grouped.unused[c]) + " of " +
-                            std::to_string(stamps[c].size()) + " images have no partner within " +
-                            milliseconds(2 * grouped.tolerance) +
-                            ", and are left out; the slowest camera sets the rate");
-    warnOfStrangers();
-    warnOfSpread();
-  }
-
-  /** \brief What moves stands elsewhere for each camera of a set. */
-  void warnOfSpread() {
-    std::vector<Nanoseconds> spreads;
-    for (const FrameSet& set : sets_)
-      if (std::count_if(set.images.begin(), set.images.end(), [](const auto& image) { return image.has_value(); }) > 1)
-        spreads.push_back(set.spread);
-    if (spreads.empty()) return;
-    if (const Nanoseconds middle = middleOf(spreads); middle > kSeen)
-      warnings_.push_back(
-          "the cameras' images of one frame are taken within " + milliseconds(middle) +
-          " (median), so that what moves may be double; cameras that expose together have them within 1 ms");
-  }
-
-  /** \brief Clocks that do not belong together give sets of one camera each. */
-  void warnOfStrangers() {
-    if (recorded_.size() < 2) return;
-    const auto shared = [](const FrameSet& set) {
-      return std::count_if(set.images.begin(), set.images.end(), [](const auto& image) { return image.has_value(); }) >
-             1;
-    };
-    if (std::none_of(sets_.begin(), sets_.end(), shared))
-      warnings_.push_back("no two cameras have images of the same time: the stamps of " + recorded_[0].file +
-                          " begin at " + std::to_string(pacemaker(recorded_[0]).stamps().front()) + " ns, those of '" +
-                          cameras_[1].name + "' at " + std::to_string(pacemaker(recorded_[1]).stamps().front()) +
-                          " ns; they must be of one clock");
   }
 
   /** \brief The colour image of each depth image: the nearest one, within half of the colour camera's period. */
@@ -202,27 +155,8 @@ class RecordedRig : public Recording {
     color_of_.emplace_back();
     const RecordedCamera& recorded = recorded_[c];
     if (!recorded.depth || !recorded.color) return;
-    const std::vector<Nanoseconds>&depth = recorded.depth->stamps(), &color = recorded.color->stamps();
-    const Nanoseconds period = std::max(framePeriod(depth), framePeriod(color));
-    constexpr Nanoseconds without_period = 20'000'000;
-    std::size_t without = 0;
-    std::vector<Nanoseconds> apart;
-    for (const Nanoseconds stamp : depth) {
-      const Nanoseconds time = stamp - recorded.depth_delay;
-      color_of_[c].push_back(nearestInTime(color, time, period > 0 ? period / 2 : without_period));
-      if (color_of_[c].back())
-        apart.push_back(std::abs(color[*color_of_[c].back()] - time));
-      else
-        ++without;
-    }
-    const std::string name = "camera '" + cameras_[c].name + "': ";
-    if (without > 0)
-      warnings_.push_back(name + std::to_string(without) + " of " + std::to_string(depth.size()) +
-                          " depth images have no colour image of their time, and give points without colour");
-    if (apart.empty()) return;
-    if (const Nanoseconds middle = middleOf(apart); middle > kSeen)
-      warnings_.push_back(name + "its colour images are taken " + milliseconds(middle) +
-                          " before or after depth (median), so that what moves gets the colour of what is beside it");
+    color_of_[c] = colorByTime(cameras_[c].name, recorded.depth->stamps(), recorded.color->stamps(),
+                               recorded.depth_delay, warnings_);
   }
 
   std::string ending(std::size_t c) const {
@@ -313,28 +247,6 @@ std::string cameraName(const std::string& path, const std::vector<std::string>& 
                                     [&](const std::string& other) { return stem(other) == stem(path); }) == 1;
   const std::string folder = std::filesystem::absolute(path).parent_path().filename().string();
   return unique || folder.empty() ? stem(path) : folder;
-}
-
-std::vector<Nanoseconds> ascendingStamps(const std::string& track, const std::vector<Nanoseconds>& stamps,
-                                         std::vector<std::size_t>& kept, std::vector<std::string>& warnings) {
-  std::vector<Nanoseconds> ascending;
-  std::optional<std::size_t> first_back;
-  kept.clear();
-  for (std::size_t k = 0; k < stamps.size(); ++k) {
-    if (ascending.empty() || stamps[k] > ascending.back()) {
-      ascending.push_back(stamps[k]);
-      kept.push_back(k);
-    } else if (!first_back) {
-      first_back = k;
-    }
-  }
-  if (first_back)
-    warnings.push_back(
-        track + ": " + std::to_string(stamps.size() - kept.size()) + " of " + std::to_string(stamps.size()) +
-        " images have a time stamp that is not later than those before, and are left out; the first is "
-        "image " +
-        std::to_string(*first_back) + ", " + milliseconds(stamps[*first_back - 1] - stamps[*first_back]) + " back");
-  return ascending;
 }
 
 }  // namespace fuse_flow::io

@@ -209,6 +209,8 @@ TEST_F(Tum, ALineThatCannotBeReadIsNamed) {
   EXPECT_TRUE(refuses([&] { open(); }, {path("depth.txt") + ": line 2 is 'never depth/x.png'"}));
   write("depth.txt", "1.0\n");
   EXPECT_TRUE(refuses([&] { open(); }, {path("depth.txt") + ": line 1 is '1.0'"}));
+  write("depth.txt", "1.0 depth/1.000000.png\n50000000000 depth/x.png\n");  // in the year 3554
+  EXPECT_TRUE(refuses([&] { open(); }, {path("depth.txt"), "'depth/x.png' is no time in seconds"}));
   write("depth.txt", "# nothing\n");
   EXPECT_TRUE(refuses([&] { open(); }, {path("depth.txt"), "has no entry"}));
 }
