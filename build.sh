@@ -5,14 +5,14 @@ set -euo pipefail
 cd "$(dirname "$0")"
 
 packages=(build-essential cmake ninja-build clang-format pkg-config
-          libpcl-dev libeigen3-dev libflann-dev libvtk9-dev libpng-dev libjpeg-dev libopenmpi-dev libtbb-dev libembree-dev
+          libpcl-dev libeigen3-dev libflann-dev libvtk9-dev libpng-dev libjpeg-dev libtiff-dev libopenmpi-dev libtbb-dev libembree-dev
           libcli11-dev nlohmann-json3-dev libyaml-cpp-dev libgtest-dev libbenchmark-dev
           xvfb xauth xdotool libgl1-mesa-dri libx11-dev libgl-dev libopengl-dev)
-# For the GPU classes, for fuse_flow_calibrate --board, and for what recorders write; installed where the distribution has them.
+# For the GPU classes, for fuse_flow_calibrate --board, for what recorders write, and for depth in OpenEXR; installed where the distribution has them.
 optional=(libthrust-dev libapriltag-dev
-          libavformat-dev libswscale-dev librosbag-storage-dev libfastcdr-dev libsqlite3-dev liblz4-dev libzstd-dev)
+          libavformat-dev libswscale-dev librosbag-storage-dev libfastcdr-dev libsqlite3-dev liblz4-dev libzstd-dev libopenexr-dev)
 # What writes files for the tests of readers.
-writers=(python3-rosbag python3-sensor-msgs python3-tf2-msgs ffmpeg)
+writers=(python3-rosbag python3-sensor-msgs python3-tf2-msgs ffmpeg python3-pil python3-tifffile)
 analysers=(clang-tidy cppcheck shellcheck)
 
 fail() { echo "build.sh: $*" >&2; exit 1; }
@@ -217,6 +217,7 @@ FUSE_FLOW_HAS_fastcdr messages of ROS 2: no libfastcdr
 FUSE_FLOW_HAS_sqlite .db3 of ROS 2: no libsqlite3
 FUSE_FLOW_HAS_lz4 .mcap compressed by LZ4: no liblz4
 FUSE_FLOW_HAS_zstd .mcap compressed by Zstandard: no libzstd
+FUSE_FLOW_HAS_openexr depth in OpenEXR: no libopenexr
 END
 }
 

@@ -5,6 +5,7 @@ if(CMAKE_FIND_PACKAGE_NAME)  # see FuseFlowDependencies.cmake
   find_dependency(VTK COMPONENTS CommonCore CommonDataModel IOImage)
   find_dependency(JPEG)
   find_dependency(PNG)
+  find_dependency(TIFF)
   find_dependency(ZLIB)
   find_dependency(yaml-cpp)
   find_dependency(PCL 1.12 COMPONENTS common io)
@@ -13,6 +14,7 @@ else()
   find_package(VTK REQUIRED COMPONENTS CommonCore CommonDataModel IOImage)
   find_package(JPEG REQUIRED)
   find_package(PNG REQUIRED)
+  find_package(TIFF REQUIRED)
   find_package(ZLIB REQUIRED)
   find_package(yaml-cpp REQUIRED)
   find_package(PCL 1.12 REQUIRED COMPONENTS common io)
@@ -51,6 +53,7 @@ fuse_flow_optional(libav libavformat libavcodec libavutil libswscale)
 fuse_flow_optional(sqlite sqlite3)
 fuse_flow_optional(lz4 liblz4)
 fuse_flow_optional(zstd libzstd)
+fuse_flow_optional(openexr OpenEXR)
 
 # Fast CDR has no pkg-config file, and that of rosbag asks for packages that distributions leave out; what their headers include lies in a
 # folder for each package, or not.

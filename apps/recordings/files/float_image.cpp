@@ -1,6 +1,7 @@
 #include "recordings/files/float_image.h"
 
 #include "recordings/files/cut_short.h"
+#include "recordings/files/exr_image.h"
 #include "recordings/files/file_io.h"
 
 #include <fuse_flow/recordings/error.h>
@@ -156,7 +157,7 @@ void copyRow(const char* from, bool swapped, float* to, int width) {
 }  // namespace
 
 const std::vector<std::string>& floatImageExtensions() {
-  static const std::vector<std::string> extensions = {".pfm", ".npy", ".bin"};
+  static const std::vector<std::string> extensions = {".pfm", ".npy", ".bin", ".exr"};
   return extensions;
 }
 
@@ -166,11 +167,16 @@ bool isFloatImage(const std::string& path) {
 }
 
 ImageSize floatImageSize(const std::string& path) {
+  if (extensionOf(path) == ".exr") return exrSize(path);
   const Samples samples = readHeader(path, readFileStart(path, 8192));
   return {samples.width, samples.height};
 }
 
 void readFloatImage(const std::string& path, FloatImage& image, const SizeCheck& check) {
+  if (extensionOf(path) == ".exr") {
+    readExr(path, image, check);
+    return;
+  }
   const std::string bytes = readFile(path);
   const Samples samples = readHeader(path, bytes);
   if (check) check(samples.width, samples.height);

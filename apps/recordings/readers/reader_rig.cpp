@@ -1,6 +1,7 @@
 #include "recordings/depth_to_z.h"
 #include "recordings/files/file_io.h"
 #include "recordings/files/float_image.h"
+#include "recordings/files/tiff_image.h"
 #include "recordings/range.h"
 #include "recordings/readers/readers.h"
 #include "recordings/readers/rig_images.h"
@@ -184,12 +185,21 @@ class RigRecording : public Recording {
                         "same number in every camera's folder");
   }
 
+  /** \brief Whether a camera's first image has its depth in float. One that is damaged is named when it is read. */
+  bool depthIsFloat(std::size_t camera) const {
+    const std::string& name = namesOf(camera).begin()->second;
+    if (!isTiff(name)) return isFloatImage(name);
+    try {
+      return tiffIsFloat((folder_ / cameras_[camera].name / "depth" / name).string());
+    } catch (const InputError&) {
+      return false;
+    }
+  }
+
   /** \brief Depth in float is mostly in metres. */
   void warnOfScales() {
     for (std::size_t i = 0; i < cameras_.size(); ++i) {
-      if (namesOf(i).empty() || !has_depth_[i] || !isFloatImage(namesOf(i).begin()->second) ||
-          cameras_[i].depth_scale == 1.0f)
-        continue;
+      if (namesOf(i).empty() || !has_depth_[i] || !depthIsFloat(i) || cameras_[i].depth_scale == 1.0f) continue;
       std::ostringstream line;
       line << "camera '" << cameras_[i].name << "': its depth in float is multiplied by its depth_scale, "
            << cameras_[i].depth_scale << "; if it is in metres, that must be 1";

@@ -3,6 +3,7 @@
 #include "recordings/files/file_io.h"
 #include "recordings/files/float_image.h"
 #include "recordings/files/image_io.h"
+#include "recordings/files/tiff_image.h"
 
 #include <fuse_flow/impl/host/parallel.hpp>
 
@@ -24,7 +25,7 @@ SizeCheck sizeOf(const std::string& path, const std::string& camera, const Intri
   };
 }
 
-constexpr std::initializer_list<const char*> kFloatExtensions = {".pfm", ".npy", ".PFM", ".NPY"};
+constexpr std::initializer_list<const char*> kFloatExtensions = {".pfm", ".npy", ".exr", ".PFM", ".NPY", ".EXR"};
 constexpr std::initializer_list<const char*> kConfidenceExtensions = {".png", ".PNG"};
 constexpr std::initializer_list<const char*> kImageExtensions = {".png", ".jpg", ".jpeg", ".PNG", ".JPG", ".JPEG"};
 
@@ -78,7 +79,9 @@ std::string findImage(const std::string& folder, const std::string& stem) {
 
 bool isImage(const std::string& name) { return hasExtension(name, kImageExtensions); }
 
-bool isDepthImage(const std::string& name) { return fs::path(name).extension() == ".png" || isFloatImage(name); }
+bool isDepthImage(const std::string& name) {
+  return fs::path(name).extension() == ".png" || isFloatImage(name) || isTiff(name);
+}
 
 bool isConfidenceImage(const std::string& name) {
   return hasExtension(name, kConfidenceExtensions) || hasExtension(name, kFloatExtensions);
@@ -119,6 +122,10 @@ void loadView(const ViewFiles& files, const Camera& camera, std::optional<float>
   if (isFloatImage(files.depth)) {
     images.depth16.resize(0, 0);
     readFloatImage(files.depth, images.depth32, depth_size);
+    view.depth32 = images.depth32.view();
+  } else if (isTiff(files.depth)) {
+    readDepthTiff(files.depth, images.depth16, images.depth32, depth_size);
+    view.depth16 = images.depth16.view();
     view.depth32 = images.depth32.view();
   } else {
     images.depth32.resize(0, 0);

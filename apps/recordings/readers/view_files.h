@@ -27,13 +27,13 @@ std::string findImage(const std::string& folder, const std::string& stem);
 /** \brief Whether a file is named as findImage() looks for them. */
 bool isImage(const std::string& name);
 
-/** \brief Whether a file is named like an image of depth: .png, or isFloatImage(). */
+/** \brief Whether a file is named like an image of depth: .png, isFloatImage() or isTiff(). */
 bool isDepthImage(const std::string& name);
 
 /** \brief Whether a file is named as findConfidence() looks for them. */
 bool isConfidenceImage(const std::string& name);
 
-/** \brief folder/stem.pfm or .npy, also in capitals, whichever exists; else "". */
+/** \brief folder/stem.pfm, .npy or .exr, also in capitals, whichever exists; else "". */
 std::string findFloatImage(const std::string& folder, const std::string& stem);
 
 /** \brief The same, or .png. */
@@ -42,7 +42,7 @@ std::string findConfidence(const std::string& folder, const std::string& stem);
 /** \brief A camera's folder of colour images: color, or, where there is none, rgb or image; "" if it has neither. */
 std::string colorFolder(const std::string& folder);
 
-/** \brief Reads what is there into images and points view at it. Depth is a 16-bit PNG, or a file of readFloatImage() in units that the caller makes
+/** \brief Reads what is there into images and points view at it. Depth is a 16-bit PNG or TIFF, or a float TIFF or a file of readFloatImage() in units that the caller makes
  *  metres of. Confidence is a PNG, or such a file of numbers from 0 to 1. Without a depth file the view is missing, whatever
  *  else exists, but for the colour of a camera without depth. Throws InputError on a damaged file, on an image whose size is not its camera's, and where the depth file is gone.
  *  \param confidence_scale confidence per step of its image; absent: the largest value of the file's type is 1 */
