@@ -61,6 +61,14 @@ Intrinsics distorted(const std::string& path, Intrinsics K, const DistortionText
   return result;
 }
 
+bool same(const Intrinsics& a, const Intrinsics& b) {
+  const auto numbers = [](const Intrinsics& K) {
+    const Distortion& d = K.distortion;
+    return std::vector<float>{K.fx, K.fy, K.cx, K.cy, d.k1, d.k2, d.p1, d.p2, d.k3, d.k4, d.k5, d.k6};
+  };
+  return numbers(a) == numbers(b);
+}
+
 // ---- JSON
 
 std::vector<double> flatNumbers(const IntrinsicsJson& json) {
@@ -73,35 +81,55 @@ std::vector<double> flatNumbers(const IntrinsicsJson& json) {
   return numbers;
 }
 
+/** \brief One camera; none where the object is something else. */
+std::optional<Intrinsics> fromObject(const std::string& path, const IntrinsicsJson& json, const Images& images) {
+  if (!json.is_object()) return std::nullopt;
+  Intrinsics K;
+  if (json.contains("intrinsic_matrix")) {
+    const IntrinsicsJson& matrix = json["intrinsic_matrix"];
+    std::vector<double> m = flatNumbers(matrix);
+    const bool by_columns = !matrix.empty() && !matrix.front().is_array();  // Open3D's flat list
+    if (m.size() != 9 || (by_columns && (m[2] != 0 || m[5] != 0 || m[8] != 1)))
+      throw InputError(path + ": intrinsic_matrix must have 9 numbers, column by column: fx 0 0 0 fy 0 cx cy 1");
+    if (by_columns) m = {m[0], m[3], m[6], m[1], m[4], m[7], m[2], m[5], m[8]};
+    K = fromMatrix(path, m);
+  } else if (json.contains("fx") && json.contains("fy")) {
+    K.fx = json["fx"].get<float>();
+    K.fy = json["fy"].get<float>();
+    K.cx = json.contains("cx") ? json["cx"].get<float>() : json.at("ppx").get<float>();
+    K.cy = json.contains("cy") ? json["cy"].get<float>() : json.at("ppy").get<float>();
+  } else {
+    return std::nullopt;
+  }
+  K.width = imageSide(path, "width", json.value("width", 0.0));
+  K.height = imageSide(path, "height", json.value("height", 0.0));
+  DistortionText text;
+  for (const char* key : {"distortion", "distortion_coefficients", "coeffs"})
+    if (json.contains(key)) text.coefficients = flatNumbers(json[key]);
+  for (const char* key : {"model", "distortion_model"})
+    if (json.contains(key) && json[key].is_string()) text.model = json[key].get<std::string>();
+  return distorted(path, K, text, images);
+}
+
+/** \brief That of all frames of Open3D's PinholeCameraTrajectory; none where it is something else. */
+std::optional<Intrinsics> fromTrajectory(const std::string& path, const IntrinsicsJson& json, const Images& images) {
+  if (!json.is_object() || !json.contains("parameters") || !json["parameters"].is_array()) return std::nullopt;
+  std::optional<Intrinsics> camera;
+  for (const IntrinsicsJson& entry : json["parameters"]) {
+    if (!entry.is_object() || !entry.contains("intrinsic")) continue;
+    const auto K = fromObject(path, entry["intrinsic"], images);
+    if (K && camera && !same(*K, *camera))
+      throw InputError(path + ": its frames have different intrinsics, must have those of one camera");
+    if (K) camera = K;
+  }
+  return camera;
+}
+
 std::optional<Intrinsics> fromJson(const std::string& path, const Images& images) {
   const auto json = readJson<IntrinsicsJson>(path, "a camera as Open3D writes it");
   try {
-    if (!json.is_object()) return std::nullopt;
-    Intrinsics K;
-    if (json.contains("intrinsic_matrix")) {
-      const IntrinsicsJson& matrix = json["intrinsic_matrix"];
-      std::vector<double> m = flatNumbers(matrix);
-      const bool by_columns = !matrix.empty() && !matrix.front().is_array();  // Open3D's flat list
-      if (m.size() != 9 || (by_columns && (m[2] != 0 || m[5] != 0 || m[8] != 1)))
-        throw InputError(path + ": intrinsic_matrix must have 9 numbers, column by column: fx 0 0 0 fy 0 cx cy 1");
-      if (by_columns) m = {m[0], m[3], m[6], m[1], m[4], m[7], m[2], m[5], m[8]};
-      K = fromMatrix(path, m);
-    } else if (json.contains("fx") && json.contains("fy")) {
-      K.fx = json["fx"].get<float>();
-      K.fy = json["fy"].get<float>();
-      K.cx = json.contains("cx") ? json["cx"].get<float>() : json.at("ppx").get<float>();
-      K.cy = json.contains("cy") ? json["cy"].get<float>() : json.at("ppy").get<float>();
-    } else {
-      return std::nullopt;
-    }
-    K.width = imageSide(path, "width", json.value("width", 0.0));
-    K.height = imageSide(path, "height", json.value("height", 0.0));
-    DistortionText text;
-    for (const char* key : {"distortion", "distortion_coefficients", "coeffs"})
-      if (json.contains(key)) text.coefficients = flatNumbers(json[key]);
-    for (const char* key : {"model", "distortion_model"})
-      if (json.contains(key) && json[key].is_string()) text.model = json[key].get<std::string>();
-    return distorted(path, K, text, images);
+    const std::optional<Intrinsics> K = fromTrajectory(path, json, images);
+    return K ? K : fromObject(path, json, images);
   } catch (const IntrinsicsJson::exception&) {
     throw InputError(path +
                      ": is not a camera as Open3D writes it: width, height, intrinsic_matrix of 9 numbers, or fx, fy, "
@@ -182,14 +210,6 @@ bool isColmapLine(const std::string& line) {
          std::all_of(number.begin(), number.end(), [](unsigned char c) { return std::isdigit(c); });
 }
 
-bool same(const Intrinsics& a, const Intrinsics& b) {
-  const auto numbers = [](const Intrinsics& K) {
-    const Distortion& d = K.distortion;
-    return std::vector<float>{K.fx, K.fy, K.cx, K.cy, d.k1, d.k2, d.p1, d.p2, d.k3, d.k4, d.k5, d.k6};
-  };
-  return numbers(a) == numbers(b);
-}
-
 Intrinsics fromText(const std::string& path, const std::string& text, int width, int height) {
   std::vector<Intrinsics> cameras;
   std::istringstream lines(text);
@@ -253,15 +273,22 @@ std::optional<FoundIntrinsics> findIntrinsics(const std::string& folder, int wid
     std::vector<std::string> warnings;
   };
   std::vector<Found> found;
-  for (const std::string& name : filesIn(folder)) {
-    const fs::path file(name);
-    const std::string extension = file.extension().string();
-    if (extension != ".json" && extension != ".yaml" && extension != ".yml" && !isText(file)) continue;
+  const auto add = [&](const std::string& name) {
     const std::string path = (fs::path(folder) / name).string();
     std::vector<std::string> lines;
     if (const auto K = tryFile(path, {width, height, lines}))
       found.push_back({path, *K, name.find("depth") != std::string::npos, lines});
+  };
+  bool has_trajectory = false;  // which repeats, rounded, what a file of its own says
+  for (const std::string& name : filesIn(folder)) {
+    const fs::path file(name);
+    const std::string extension = file.extension().string();
+    if (name == kOpen3dTrajectory)
+      has_trajectory = true;
+    else if (extension == ".json" || extension == ".yaml" || extension == ".yml" || isText(file))
+      add(name);
   }
+  if (found.empty() && has_trajectory) add(kOpen3dTrajectory);
   if (found.empty()) return std::nullopt;
   const auto keep = [&](const auto& wanted) {
     std::vector<Found> kept;

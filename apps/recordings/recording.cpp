@@ -17,7 +17,8 @@ namespace {
 constexpr const char* recognised =
     "recognised are a rig recording (rig.json), 7-Scenes (frame-000000.pose.txt), TUM RGB-D (depth.txt, "
     "groundtruth.txt), "
-    "Redwood/Open3D (depth/, a .log), MVSNet (cams/, images/, depth_est/), COLMAP (sparse/, images/, stereo/) and "
+    "Redwood/Open3D (depth/, a .log or camera_trajectory.json), MVSNet (cams/, images/, depth_est/), COLMAP (sparse/, "
+    "images/, stereo/) and "
     "organised .pcd files, .mkv files of Azure Kinect and Femto, and bags of ROS and RealSense (.bag, .mcap, .db3)";
 
 std::unique_ptr<Recording> openFolder(const std::string& folder, const RecordingOptions& options) {

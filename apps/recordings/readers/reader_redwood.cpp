@@ -1,11 +1,11 @@
-#include "recordings/calibration.h"
 #include "recordings/files/file_io.h"
+#include "recordings/intrinsics_file.h"
 #include "recordings/readers/name_number.h"
 #include "recordings/readers/readers.h"
 #include "recordings/readers/sequence_recording.h"
+#include "recordings/readers/trajectory_file.h"
 
 #include <algorithm>
-#include <cmath>
 #include <filesystem>
 #include <map>
 #include <optional>
@@ -43,44 +43,15 @@ std::vector<std::string> findFiles(const fs::path& folder, const std::vector<std
   return paths;
 }
 
-/** \brief Open3D's samples keep odometry.log, which is of the same form, beside trajectory.log. */
+/** \brief A .log, if there is one, else Open3D's .json. Open3D's samples keep odometry.log, which is of the same form, beside trajectory.log. */
 std::string findTrajectory(const std::string& folder) {
   const std::vector<std::string> logs = findFiles(folder, {".log"});
+  if (logs.empty()) return (fs::path(folder) / kOpen3dTrajectory).string();
   if (logs.size() == 1) return logs[0];
   const std::string usual = (fs::path(folder) / "trajectory.log").string();
   if (std::find(logs.begin(), logs.end(), usual) != logs.end()) return usual;
   throw InputError(folder + ": has " + std::to_string(logs.size()) +
                    " trajectories (.log), must be one, or one of them trajectory.log");
-}
-
-/** \brief Camera → world by the frame's number, and why those that are no pose are none. */
-struct Trajectory {
-  std::map<std::size_t, Eigen::Isometry3d> poses;
-  std::map<std::size_t, std::string> invalid;
-};
-
-/** \brief Blocks of five lines: "i j k", then camera → world, 4×4; i is the frame's number. */
-Trajectory readTrajectory(const std::string& path) {
-  const std::vector<double> numbers = readNumbers(path);
-  constexpr std::size_t block = 3 + 16;
-  if (numbers.empty() || numbers.size() % block != 0)
-    throw InputError(path + ": has " + std::to_string(numbers.size()) +
-                     " numbers, must be 19 a frame: three integers and a 4x4 pose");
-  Trajectory trajectory;
-  for (auto at = numbers.begin(); at != numbers.end(); at += block) {
-    if (!(at[0] >= 0 && at[0] <= 1e9 && at[0] == std::floor(at[0])))
-      throw InputError(path + ": pose number " + std::to_string((at - numbers.begin()) / block) +
-                       " has no frame number");
-    const auto number = static_cast<std::size_t>(at[0]);
-    try {
-      trajectory.poses[number] =
-          rigidPose(path + ": pose of frame " + std::to_string(number), std::vector<double>(at + 3, at + block));
-    } catch (const InputError& error) {  // where tracking was lost; an error only if this frame is selected
-      trajectory.poses.erase(number);
-      trajectory.invalid[number] = error.what();
-    }
-  }
-  return trajectory;
 }
 
 /** \brief The number of a frame: the only one in its name, or the first of NUMBER-TIME as Redwood writes it, which counts from 1. */
@@ -166,7 +137,9 @@ Images numberImages(const std::string& folder, const std::vector<std::string>& d
 }  // namespace
 
 bool isRedwoodFolder(const std::string& folder) {
-  return fs::is_directory(fs::path(folder) / "depth") && !findFiles(folder, {".log"}).empty();
+  const fs::path root(folder);
+  return fs::is_directory(root / "depth") &&
+         (!findFiles(folder, {".log"}).empty() || isThere((root / kOpen3dTrajectory).string()));
 }
 
 std::unique_ptr<Recording> openRedwood(const std::string& folder, const RecordingOptions& options) {
@@ -174,7 +147,8 @@ std::unique_ptr<Recording> openRedwood(const std::string& folder, const Recordin
   sequence.kind = "redwood";
   sequence.path = folder;
   const std::string trajectory_path = findTrajectory(folder);
-  const Trajectory trajectory = readTrajectory(trajectory_path);
+  const bool json = fs::path(trajectory_path).extension() == ".json";
+  const Trajectory trajectory = json ? readTrajectoryJson(trajectory_path) : readTrajectoryLog(trajectory_path);
   for (const std::string& file : findFiles(folder, {".log"})) sequence.inputs.push_back(file);
   for (const std::string& file : findFiles(folder, {".json"}))  // but for a report of a tool, say
     if (readFile(file, kMostTextBytes).find("intrinsic_matrix") != std::string::npos) sequence.inputs.push_back(file);
@@ -186,6 +160,8 @@ std::unique_ptr<Recording> openRedwood(const std::string& folder, const Recordin
   if (!color_folder.empty()) colors = findFiles(color_folder, {".png", ".jpg", ".jpeg"});
   Images images = numberImages(folder, depths, colors, trajectory.poses);
   sequence.warnings = std::move(images.warnings);
+  if (const std::string other = (fs::path(folder) / kOpen3dTrajectory).string(); !json && isThere(other))
+    sequence.warnings.push_back(other + ": is not used, the poses are those of " + trajectory_path);
   for (const auto& [number, depth] : images.depth) {
     if (const auto invalid = trajectory.invalid.find(number); invalid != trajectory.invalid.end()) {
       sequence.unposed[number] = invalid->second;
@@ -193,8 +169,9 @@ std::unique_ptr<Recording> openRedwood(const std::string& folder, const Recordin
     }
     const auto pose = trajectory.poses.find(number);
     if (pose == trajectory.poses.end()) {
-      sequence.unposed[number] = trajectory_path + ": has no pose of frame " + std::to_string(number) + ", " + depth +
-                                 ", must have a block that begins with this number";
+      sequence.unposed[number] =
+          trajectory_path + ": has no pose of frame " + std::to_string(number) + ", " + depth +
+          (json ? ", must have an entry for each frame, from 0" : ", must have a block that begins with this number");
       continue;
     }
     SequenceFrame& frame = sequence.frames[number];

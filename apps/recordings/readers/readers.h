@@ -23,7 +23,7 @@ bool isTumFolder(const std::string& folder);
 std::unique_ptr<Recording> openTum(const std::string& folder, const RecordingOptions& options);
 
 bool isRedwoodFolder(const std::string& folder);
-/** \brief depth/, color/ or image/, a trajectory .log, an intrinsics .json */
+/** \brief depth/, color/ or image/, a trajectory .log or camera_trajectory.json, an intrinsics .json */
 std::unique_ptr<Recording> openRedwood(const std::string& folder, const RecordingOptions& options);
 
 bool isMvsnetFolder(const std::string& folder);

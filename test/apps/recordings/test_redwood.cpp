@@ -2,6 +2,7 @@
 #include "room.h"
 
 #include <algorithm>
+#include <sstream>
 
 namespace {
 
@@ -222,6 +223,78 @@ TEST_F(Redwood, AmongSeveralTrajectoriesItIsTheOneNamedSo) {
   fs::remove(path("odometry.log"));
   open()->read(0, frame);
   EXPECT_TRUE(showsRoom(frame, 0));
+}
+
+/** \brief As Open3D writes a PinholeCameraTrajectory: world → camera, column by column. */
+std::string trajectoryJson(const std::vector<RoomView>& views, const std::string& intrinsics = kIntrinsics) {
+  std::ostringstream json;
+  json.precision(17);
+  json << R"({"class_name": "PinholeCameraTrajectory", "parameters": [)";
+  for (std::size_t k = 0; k < views.size(); ++k) {
+    const Eigen::Matrix4d extrinsic = views[k].T_world_camera.inverse().matrix();
+    json << (k ? ", " : "") << R"({"class_name": "PinholeCameraParameters", "extrinsic": [)";
+    for (int column = 0; column < 4; ++column)
+      for (int row = 0; row < 4; ++row) json << (row + column > 0 ? ", " : "") << extrinsic(row, column);
+    json << R"(], "intrinsic": )" << intrinsics << "}";
+  }
+  json << R"(], "version_major": 1, "version_minor": 0})";
+  return json.str();
+}
+
+TEST_F(Redwood, PosesAndIntrinsicsMayComeFromOpen3dsTrajectory) {
+  fs::remove(path("trajectory.log"));
+  fs::remove(path("camera.json"));
+  write("camera_trajectory.json", trajectoryJson({levelView(), cornerView(), cornerView(1)}));
+  const auto recording = open();
+  EXPECT_EQ(recording->kind(), "redwood");
+  EXPECT_TRUE(recording->warnings().empty()) << recording->warnings()[0];
+  io::LoadedFrame frame;
+  recording->read(0, frame);
+  for (std::size_t view = 0; view < 3; ++view) EXPECT_TRUE(showsRoom(frame, view)) << view;
+  const std::vector<std::string> inputs = recording->inputs();
+  EXPECT_NE(std::find(inputs.begin(), inputs.end(), path("camera_trajectory.json")), inputs.end());
+  // A file of the camera alone goes before.
+  write("camera.json", R"({"width": 64, "height": 48, "intrinsic_matrix": [30, 0, 0, 0, 20, 0, 29, 25.5, 1]})");
+  EXPECT_EQ(open()->cameras()[0].intrinsics.fx, 30);
+}
+
+TEST_F(Redwood, ALogGoesBeforeOpen3dsTrajectoryAndItIsSaid) {
+  write("camera_trajectory.json", trajectoryJson({cornerView(2), cornerView(3), cornerView(4)}));
+  const auto recording = open();
+  io::LoadedFrame frame;
+  recording->read(0, frame);
+  EXPECT_TRUE(showsRoom(frame, 0));
+  ASSERT_EQ(recording->warnings().size(), 1u);
+  EXPECT_NE(recording->warnings()[0].find(path("camera_trajectory.json") + ": is not used"), std::string::npos);
+}
+
+TEST_F(Redwood, WhatIsWrongWithOpen3dsTrajectoryIsNamed) {
+  fs::remove(path("trajectory.log"));
+  const std::string json = path("camera_trajectory.json");
+  const std::string identity = "1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1";
+  const std::vector<std::pair<std::string, std::string>> wrong = {
+      {"{", "is not JSON"},
+      {"[]", "list parameters"},
+      {R"({"parameters": []})", "list parameters"},
+      {R"({"parameters": [{"intrinsic": {}}]})", "pose of frame 0: has no extrinsic"},
+      {R"({"parameters": [{"extrinsic": [1, 2]}]})", "pose of frame 0: extrinsic must be 16 numbers"},
+      {R"({"parameters": [{"extrinsic": [)" + identity + R"(]}, {"extrinsic": ["x", 0, 0, 0, )" + identity.substr(12) +
+           "]}]}",
+       "pose of frame 1: extrinsic has \"x\""},
+      {
+          R"({"parameters": [{"extrinsic": [2)" + identity.substr(1) + "]}]}",
+          "pose of frame 0",
+      },
+      {R"({"parameters": [{"extrinsic": [)" + identity + "]}]}", "has no pose of frame 1"}};
+  for (const auto& [text, problem] : wrong) {
+    write("camera_trajectory.json", text);
+    EXPECT_TRUE(refuses([&] { open("0,1,2"); }, {json, problem})) << text;
+  }
+  fs::remove(path("camera.json"));
+  std::string different = trajectoryJson({levelView(), cornerView(), cornerView(1)});
+  different.replace(different.rfind("[24,"), 4, "[25,");
+  write("camera_trajectory.json", different);
+  EXPECT_TRUE(refuses([&] { open(); }, {json, "different intrinsics"}));
 }
 
 TEST_F(Redwood, WhatIsWrongWithIntrinsicsIsNamed) {
