@@ -61,19 +61,29 @@ Eigen::Vector2d fitLine(const std::vector<PixelRay>& rays, double PixelRay::*ray
 
 /** \brief Of a lens as it is kept: rounded to single precision. */
 LensFit measure(const Eigen::VectorXd& x, const std::vector<PixelRay>& rays, int width, int height) {
-  Projection projection;
-  projection.p.head(x.size()) = x;
-  LensFit fit;
-  Intrinsics& K = fit.intrinsics;
+  Eigen::Matrix<float, 12, 1> k = Eigen::Matrix<float, 12, 1>::Zero();
+  k.head(x.size()) = x.cast<float>();
+  Intrinsics K;
   K.width = width;
   K.height = height;
-  const Eigen::Matrix<float, 12, 1> k = projection.p.cast<float>();
   K.fx = k[0];
   K.fy = k[1];
   K.cx = k[2];
   K.cy = k[3];
   K.distortion = {k[4], k[5], k[6], k[7], k[8], k[9], k[10], k[11]};
+  return measureLens(K, rays);
+}
+
+}  // namespace
+
+LensFit measureLens(const Intrinsics& K, const std::vector<PixelRay>& rays) {
+  const Distortion& d = K.distortion;
+  Eigen::Matrix<float, 12, 1> k;
+  k << K.fx, K.fy, K.cx, K.cy, d.k1, d.k2, d.p1, d.p2, d.k3, d.k4, d.k5, d.k6;
+  Projection projection;
   projection.p = k.cast<double>();
+  LensFit fit;
+  fit.intrinsics = K;
   double sum = 0;
   for (const PixelRay& ray : rays) {
     const double squared = (projection(ray) - Eigen::Vector2d(ray.u, ray.v)).squaredNorm();
@@ -83,8 +93,6 @@ LensFit measure(const Eigen::VectorXd& x, const std::vector<PixelRay>& rays, int
   fit.rms = std::sqrt(sum / static_cast<double>(rays.size()));
   return fit;
 }
-
-}  // namespace
 
 LensFit fitLens(const std::vector<PixelRay>& rays, int width, int height) {
   const Eigen::Vector2d horizontal = fitLine(rays, &PixelRay::x, &PixelRay::u),

@@ -20,6 +20,9 @@ struct LensFit {
   double worst{0};  ///< pixels
 };
 
+/** \brief How well a lens maps rays, at least one, to their pixels. */
+LensFit measureLens(const Intrinsics& K, const std::vector<PixelRay>& rays);
+
 /** \brief The simplest lens that maps rays to their pixels with least squares: a pinhole; with k1, k2, p1, p2, k3; or with all eight
  *  coefficients of Distortion. A lens with more coefficients is chosen only if it fits much better. A flat scene is sufficient too, because
  *  points in the camera frame determine rays for any surface.

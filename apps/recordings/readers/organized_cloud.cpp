@@ -45,7 +45,8 @@ Intrinsics fitIntrinsics(const std::string& path, const OrganizedCloud& cloud, s
   if (rays.size() < 100)
     throw InputError(path + ": has " + std::to_string(rays.size()) +
                      " valid points, must be 100 or more to find the camera");
-  const LensFit fit = fitLens(someOf(rays), static_cast<int>(cloud.width), static_cast<int>(cloud.height));
+  const LensFit of_some = fitLens(someOf(rays), static_cast<int>(cloud.width), static_cast<int>(cloud.height));
+  const LensFit fit = measureLens(of_some.intrinsics, rays);
   constexpr double max_rms = 1.0, notable = 0.25;  // pixels
   const Intrinsics& K = fit.intrinsics;
   if (!(fit.rms < max_rms && K.fx > 0 && K.fy > 0))

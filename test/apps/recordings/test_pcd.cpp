@@ -1,6 +1,7 @@
 #include "io_fixture.h"
 #include "room.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <functional>
@@ -199,6 +200,31 @@ TEST_F(Pcd, PointsThatAreNotThoseOfAPinholeAtTheirOriginAreRefused) {
   EXPECT_TRUE(refuses([&] { open({file}); }, {file, "not those of a camera at their origin"}));
 }
 
+/** \brief An organised cloud as text. \param point of a pixel */
+std::string cloudText(int width, int height, const std::function<Eigen::Vector3d(int, int)>& point) {
+  std::ostringstream out;
+  out.precision(9);
+  out << "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH " << width << "\nHEIGHT " << height
+      << "\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS " << width * height << "\nDATA ascii\n";
+  for (int v = 0; v < height; ++v)
+    for (int u = 0; u < width; ++u) out << point(u, v).transpose() << '\n';
+  return out.str();
+}
+
+/** \brief How far the points of a view are at most from where they should be, metres. */
+double farthest(const io::LoadedFrame& frame, const std::function<Eigen::Vector3d(int, int)>& point) {
+  const Intrinsics& K = frame.rig.cameras[0].intrinsics;
+  double most = 0;
+  for (int v = 0; v < K.height; ++v)
+    for (int u = 0; u < K.width; ++u) {
+      const Ray ray = unproject(K, {static_cast<float>(u), static_cast<float>(v)});
+      const float z = frame.rig.views[0].depth32.row(v)[u];
+      const Eigen::Vector3d p(static_cast<double>(ray.x * z), static_cast<double>(ray.y * z), static_cast<double>(z));
+      most = std::max(most, (p - point(u, v)).norm());
+    }
+  return most;
+}
+
 /** \brief Points of the level view's wall and corner through a lens, by rays that a double-precision solver finds. */
 struct DistortedPcd {
   Distortion lens;
@@ -225,13 +251,7 @@ struct DistortedPcd {
     return (1.5 + 0.2 * r.x()) * Eigen::Vector3d(r.x(), r.y(), 1);
   }
   std::string text() const {
-    std::ostringstream out;
-    out.precision(9);
-    out << "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH " << width << "\nHEIGHT " << height
-        << "\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS " << width * height << "\nDATA ascii\n";
-    for (int v = 0; v < height; ++v)
-      for (int u = 0; u < width; ++u) out << point(u, v).transpose() << '\n';
-    return out.str();
+    return cloudText(width, height, [this](int u, int v) { return point(u, v); });
   }
 };
 
@@ -244,15 +264,46 @@ TEST_F(Pcd, PointsThroughALensThatDistortsKeepTheirPlaces) {
     EXPECT_TRUE(recording->warnings().empty());
     io::LoadedFrame frame;
     recording->read(0, frame);
-    const Intrinsics& K = frame.rig.cameras[0].intrinsics;
-    for (int v = 0; v < pcd.height; v += 7)
-      for (int u = 0; u < pcd.width; u += 5) {
-        const Ray ray = unproject(K, {static_cast<float>(u), static_cast<float>(v)});
-        const float z = frame.rig.views[0].depth32.row(v)[u];
-        const Eigen::Vector3d p(static_cast<double>(ray.x * z), static_cast<double>(ray.y * z), static_cast<double>(z));
-        ASSERT_LT((p - pcd.point(u, v)).norm(), 1e-4) << u << ' ' << v;
-      }
+    EXPECT_LT(farthest(frame, [&pcd](int u, int v) { return pcd.point(u, v); }), 1e-4);
   }
+}
+
+/** \brief A fisheye whose pixels are as far from the middle as their rays are inclined, 60 degrees at the corners. */
+TEST_F(Pcd, PointsThroughAFisheyeKeepTheirPlaces) {
+  const auto point = [](int u, int v) {
+    const double x = (u - 79.5) / 95, y = (v - 59.5) / 95, theta = std::hypot(x, y);
+    const double s = std::tan(theta) / theta;
+    return Eigen::Vector3d(1.2 * s * x, 1.2 * s * y, 1.2);
+  };
+  const auto recording = io::openRecording({write("a.pcd", cloudText(160, 120, point))});
+  EXPECT_TRUE(recording->warnings().empty()) << recording->warnings()[0];
+  io::LoadedFrame frame;
+  recording->read(0, frame);
+  EXPECT_LT(farthest(frame, point), 5e-4);
+}
+
+/** \brief A lens that bends to and fro, which none of the models does. */
+TEST_F(Pcd, PointsThatNoLensHoldsAreSaidOrRefused) {
+  const auto recording = [&](double pixels) {
+    const auto point = [pixels](int u, int v) {
+      return Eigen::Vector3d((u - 79.5 + pixels * std::sin(v / 3.0)) / 95, (v - 59.5) / 95, 1);
+    };
+    return io::openRecording({write("a.pcd", cloudText(160, 120, point))});
+  };
+  ASSERT_EQ(recording(0.8)->warnings().size(), 1u);
+  EXPECT_NE(recording(0.8)->warnings()[0].find("at worst by 0.8"), std::string::npos) << recording(0.8)->warnings()[0];
+  EXPECT_TRUE(refuses([&] { recording(3); }, {path("a.pcd"), "whose lens the Brown-Conrady"}));
+}
+
+/** \brief Of many points only some are fitted, but all are judged. */
+TEST_F(Pcd, ASinglePointBesideItsRayIsSaid) {
+  const auto point = [](int u, int v) {
+    const double aside = u == 77 && v == 31 ? 3 : 0;  // pixels
+    return Eigen::Vector3d((u - 79.5 + aside) / 95, (v - 59.5) / 95, 1);
+  };
+  const auto recording = io::openRecording({write("a.pcd", cloudText(160, 120, point))});
+  ASSERT_EQ(recording->warnings().size(), 1u);
+  EXPECT_NE(recording->warnings()[0].find("at worst by 3"), std::string::npos) << recording->warnings()[0];
 }
 
 TEST_F(Pcd, PointsThatALensMovesAreSaid) {
