@@ -3,7 +3,7 @@
 #include "clouds/cloud_io.h"
 #include "recordings/files/file_io.h"
 #include "recordings/files/pcd_file.h"
-#include "recordings/readers/name_number.h"
+#include "recordings/image_folders/name_number.h"
 #include "recordings/readers/readers.h"
 #include "recordings/streams/recorded_camera.h"
 

@@ -1,6 +1,6 @@
 #include "recordings/range.h"
 
-#include "recordings/readers/name_number.h"
+#include "recordings/image_folders/name_number.h"
 
 #include <fuse_flow/recordings/error.h>
 
@@ -10,10 +10,10 @@
 namespace fuse_flow::io {
 namespace {
 
-std::vector<std::string> split(const std::string& text, char separator) {
+std::vector<std::string> split(const std::string& text, char mark) {
   std::vector<std::string> parts;
   std::size_t begin = 0;
-  for (std::size_t end; (end = text.find(separator, begin)) != std::string::npos; begin = end + 1)
+  for (std::size_t end; (end = text.find(mark, begin)) != std::string::npos; begin = end + 1)
     parts.push_back(text.substr(begin, end - begin));
   parts.push_back(text.substr(begin));
   return parts;

@@ -2,9 +2,9 @@
 #include "recordings/files/file_io.h"
 #include "recordings/files/float_image.h"
 #include "recordings/files/tiff_image.h"
+#include "recordings/image_folders/rig_images.h"
 #include "recordings/range.h"
 #include "recordings/readers/readers.h"
-#include "recordings/readers/rig_images.h"
 #include "recordings/readers/view_files.h"
 
 #include <fuse_flow/recordings/rig_json.h>

@@ -1,8 +1,8 @@
 #include "recordings/files/cut_short.h"
 #include "recordings/files/file_io.h"
+#include "recordings/image_folders/stamp_unit.h"
 #include "recordings/readers/readers.h"
 #include "recordings/readers/sequence_recording.h"
-#include "recordings/readers/stamp_unit.h"
 
 #include <algorithm>
 #include <cmath>

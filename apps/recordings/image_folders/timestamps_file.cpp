@@ -1,9 +1,9 @@
-#include "recordings/readers/timestamps_file.h"
+#include "recordings/image_folders/timestamps_file.h"
 
 #include "recordings/files/cut_short.h"
 #include "recordings/files/file_io.h"
-#include "recordings/readers/name_number.h"
-#include "recordings/readers/stamp_unit.h"
+#include "recordings/image_folders/name_number.h"
+#include "recordings/image_folders/stamp_unit.h"
 
 #include <fuse_flow/recordings/error.h>
 

@@ -1,8 +1,8 @@
-#include "recordings/readers/image_names.h"
+#include "recordings/image_folders/image_names.h"
 
 #include "recordings/files/file_io.h"
-#include "recordings/readers/name_number.h"
-#include "recordings/readers/stamp_unit.h"
+#include "recordings/image_folders/name_number.h"
+#include "recordings/image_folders/stamp_unit.h"
 #include "recordings/readers/view_files.h"
 
 #include <fuse_flow/recordings/error.h>

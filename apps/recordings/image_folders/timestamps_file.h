@@ -1,6 +1,6 @@
 #pragma once
 
-#include "recordings/readers/image_names.h"
+#include "recordings/image_folders/image_names.h"
 
 #include <string>
 #include <vector>

@@ -1,8 +1,8 @@
-#include "recordings/readers/rig_images.h"
+#include "recordings/image_folders/rig_images.h"
 
 #include "recordings/files/file_io.h"
-#include "recordings/readers/image_names.h"
-#include "recordings/readers/timestamps_file.h"
+#include "recordings/image_folders/image_names.h"
+#include "recordings/image_folders/timestamps_file.h"
 #include "recordings/readers/view_files.h"
 #include "recordings/streams/time_matching.h"
 

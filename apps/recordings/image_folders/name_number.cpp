@@ -1,4 +1,4 @@
-#include "recordings/readers/name_number.h"
+#include "recordings/image_folders/name_number.h"
 
 #include <algorithm>
 #include <charconv>
