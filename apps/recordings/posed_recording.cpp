@@ -30,6 +30,9 @@ class MovedRecording : public Recording {
     return recording_->confidenceScale(camera);
   }
   DepthMeaning depthMeaning(std::size_t camera) const override { return recording_->depthMeaning(camera); }
+  std::size_t imagesWithoutPartner(std::size_t camera) const override {
+    return recording_->imagesWithoutPartner(camera);
+  }
   std::vector<std::string> inputs() const override { return recording_->inputs(); }
   bool readsConcurrently() const override { return recording_->readsConcurrently(); }
   void read(std::size_t frame, LoadedFrame& out) override {

@@ -45,6 +45,9 @@ class StereoRecording : public Recording {
   bool hasColor(std::size_t camera) const override { return recording_->hasColor(camera); }
   std::optional<float> confidenceScale(std::size_t camera) const override;
   DepthMeaning depthMeaning(std::size_t camera) const override { return recording_->depthMeaning(camera); }
+  std::size_t imagesWithoutPartner(std::size_t camera) const override {
+    return recording_->imagesWithoutPartner(camera);
+  }
   std::vector<std::string> inputs() const override { return recording_->inputs(); }
   void read(std::size_t frame, LoadedFrame& out) override;
 

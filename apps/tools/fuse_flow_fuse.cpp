@@ -181,6 +181,15 @@ class Sinks {
   std::vector<std::shared_ptr<io::BackgroundSink>> background_;
 };
 
+/** \brief Of each camera that has such, how many; null if none has. */
+nlohmann::json imagesWithoutPartner(const io::Recording& recording) {
+  nlohmann::json counts;
+  for (std::size_t k = 0; k < recording.cameras().size(); ++k)
+    if (const std::size_t count = recording.imagesWithoutPartner(k); count > 0)
+      counts[recording.cameras()[k].name] = count;
+  return counts;
+}
+
 io::QualityReport::Options reportOptions(const Options& options) {
   io::QualityReport::Options result;
   result.measure = options.evaluate;
@@ -356,6 +365,8 @@ int run(Options& options, const command_line::MethodArguments& arguments) {
   progress.endLine();
   reading.end();  // where it was interrupted, the next frames were on their way
   report->note("side_by_side", options.overlap);
+  if (const nlohmann::json alone = imagesWithoutPartner(*recording); !alone.empty())
+    report->note("images_without_partner", alone);
   if (stereo) {
     nlohmann::json depth = stereo->json();
     depth["depth_source"] = arguments.depthSource();

@@ -154,6 +154,7 @@ class Frames {
         return placesByNumber(cameras_);
       }
     result.by_time = true;
+    result.without_partner = grouped.unused;
     for (std::size_t frame = 0; frame < grouped.sets.size(); ++frame) result.stamps[frame] = grouped.sets[frame].stamp;
     say("frames are put together by the times in " + timed_->times_from + periodOf(grouped) +
         (numbered_ ? "; the numbers of the images would put others together, and are not used" : ""));

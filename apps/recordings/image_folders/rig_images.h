@@ -35,6 +35,7 @@ struct CameraImages {
 struct RigImages {
   std::vector<CameraImages> cameras;
   bool by_time{false};  ///< frames are counted from 0 in the order of time; false: they have the numbers in the names
+  std::vector<std::size_t> without_partner;   ///< of each camera, how many images are in no frame; empty unless by_time
   std::map<std::size_t, Nanoseconds> stamps;  ///< of the frames; empty: nothing says them
 };
 

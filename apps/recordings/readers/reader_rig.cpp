@@ -68,6 +68,9 @@ class RigRecording : public Recording {
   std::optional<float> confidenceScale(std::size_t camera) const override { return confidence_scales_[camera]; }
   DepthMeaning depthMeaning(std::size_t camera) const override { return meanings_[camera]; }
   std::vector<std::string> inputs() const override { return inputs_; }
+  std::size_t imagesWithoutPartner(std::size_t camera) const override {
+    return images_.without_partner.empty() ? 0 : images_.without_partner[camera];
+  }
 
   bool readsConcurrently() const override { return true; }
   void read(std::size_t frame, LoadedFrame& out) override {

@@ -43,6 +43,7 @@ class RecordedRig : public Recording {
   bool hasDepth(std::size_t camera) const override { return recorded_[camera].depth != nullptr; }
   bool hasColor(std::size_t camera) const override { return read_color_ && recorded_[camera].color; }
   std::vector<std::string> inputs() const override { return files_; }
+  std::size_t imagesWithoutPartner(std::size_t camera) const override { return without_partner_[camera]; }
 
   bool readsConcurrently() const override { return true; }
   void read(std::size_t frame, LoadedFrame& out) override {
@@ -143,7 +144,9 @@ class RecordedRig : public Recording {
     for (std::size_t c = 0; c < recorded_.size(); ++c)
       times.push_back(
           {cameras_[c].name, recorded_[c].file, std::move(stamps[c]), pacemaker(recorded_[c]).stamps().front()});
-    sets_ = framesByTime(times, warnings_).sets;
+    FrameSets grouped = framesByTime(times, warnings_);
+    sets_ = std::move(grouped.sets);
+    without_partner_ = std::move(grouped.unused);
     ends_.assign(recorded_.size(), 0);
     for (std::size_t frame = 0; frame < sets_.size(); ++frame)
       for (std::size_t c = 0; c < recorded_.size(); ++c)
@@ -172,6 +175,7 @@ class RecordedRig : public Recording {
   int threads_;
   std::vector<Camera> cameras_;
   std::vector<FrameSet> sets_;
+  std::vector<std::size_t> without_partner_;
   std::mutex mutex_;                                               ///< of the files, and of spare_
   std::vector<std::vector<Fetched>> spare_;                        ///< memory
   std::vector<std::size_t> ends_;                                  ///< of each camera, the frame behind its last one

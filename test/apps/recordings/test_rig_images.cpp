@@ -228,6 +228,8 @@ TEST_F(RigImages, WhatIsWrongWithTheirTimesIsSaid) {
   recording = open();
   EXPECT_EQ(depths(*recording), (ValuesByFrame{{100, 200}, {101, 201}, {102, 202}, {103, 203}, {153, 0}}));
   EXPECT_TRUE(warns(*recording, {"camera 'left': 3 of 8 images have no partner"}));
+  EXPECT_EQ(recording->imagesWithoutPartner(0), 3u);
+  EXPECT_EQ(recording->imagesWithoutPartner(1), 0u);
 }
 
 TEST_F(RigImages, TimesBesideNumbersAreRefused) {

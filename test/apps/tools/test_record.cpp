@@ -72,5 +72,24 @@ TEST_F(Record, CamerasThatMoveAndOtherNamesAreRefused) {
   EXPECT_NE(slid.err.find("is elsewhere than in the first frame"), std::string::npos) << slid.err;
 }
 
+TEST_F(Record, ImagesWithoutAPartnerAreCountedInTheReportOfTheFusion) {
+  WallRecording wall{};
+  wall.frames = 8;
+  wall.color = false;
+  wall.write(recording_);
+  for (std::size_t camera = 0; camera < 2; ++camera)
+    for (std::size_t frame = 0; frame < 8; ++frame) {
+      const fs::path file = depthFile(recording_, camera, frame);
+      // Named by their times, 0.1 s apart; the second camera is half as fast.
+      fs::rename(file, file.parent_path() / ("100." + std::to_string(frame) + ".png"));
+      if (camera == 1 && frame % 2 == 1) fs::remove(file.parent_path() / ("100." + std::to_string(frame) + ".png"));
+    }
+  const ToolResult fused = fuse({recording(), "-o", out("clouds"), "--report", out("report.json"), "--no-quality"});
+  EXPECT_EQ(fused.exit_code, 0) << fused.err;
+  const nlohmann::json report = nlohmann::json::parse(readText(out("report.json")));
+  ASSERT_TRUE(report.contains("images_without_partner"));
+  EXPECT_EQ(report["images_without_partner"], (nlohmann::json{{"camera_0", 3}}));  // the eighth has nobody after it
+}
+
 }  // namespace
 }  // namespace tool_test

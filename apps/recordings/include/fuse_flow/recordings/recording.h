@@ -95,6 +95,12 @@ class Recording {
     (void)camera;
     return {};
   }
+  /** \brief How many images of a camera are in no frame, since no other camera has one of the same time. 0 where frames are not put together by
+   *  time. */
+  virtual std::size_t imagesWithoutPartner(std::size_t camera) const {
+    (void)camera;
+    return 0;
+  }
   /** \brief Name of a camera's files, for messages and reports: "frame-000060", "left". */
   std::string viewName(std::size_t view) const { return cameras()[view].name; }
   /** \brief All files of the recording, also those of frames and cameras that are not selected. If a whole folder belongs to the recording,
