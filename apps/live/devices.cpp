@@ -1,6 +1,98 @@
 #include "live/devices.h"
+
+#include "live/device_kinds.h"
+
+#include <algorithm>
+#include <array>
+
 namespace fuse_flow::io {
-bool isDevice(const std::string& name) { return name.rfind("openni2:", 0) == 0; }
-std::unique_ptr<CameraSource> openDevice(const std::string&) { throw InputError("stub"); }
-std::vector<std::string> listDevices() { return {}; }
+namespace {
+
+std::array<DeviceKind, 3> deviceKinds() { return {openni2Kind(), realSenseKind(), k4aKind()}; }
+
+constexpr const char* kForms =
+    "openni2:#1 or openni2:URI, realsense:SERIAL, k4a:0 or k4a:SERIAL; the first of a kind is openni2:, realsense: or "
+    "k4a:";
+
+/** \brief What people may try, and what to do with it. */
+struct OtherScheme {
+  const char* scheme;
+  const char* instead;
+};
+constexpr OtherScheme kOtherSchemes[] = {
+    {"orbbec", "Orbbec's Astra are openni2:, Femto are k4a: with Orbbec's K4A wrapper"},
+    {"femto", "Femto are k4a: with Orbbec's K4A wrapper"},
+    {"astra", "Astra are openni2:"},
+    {"kinect", "Azure Kinect is k4a:, the Kinect of the Xbox 360 openni2:"},
+    {"freenect", "the Kinect of the Xbox 360 is openni2:"},
+    {"freenect2", "the Kinect of the Xbox One is openni2: with the driver of libfreenect2"},
+    {"openni", "OpenNI 2 is openni2:"},
+    {"rs", "RealSense cameras are realsense:"},
+    {"zed", "record it with its own program, or with ROS 2"},
+    {"oak", "record it with its own program, or with ROS 2"},
+    {"depthai", "record it with its own program, or with ROS 2"},
+};
+
+const OtherScheme* otherScheme(const std::string& scheme) {
+  const auto* const found = std::find_if(std::begin(kOtherSchemes), std::end(kOtherSchemes),
+                                         [&](const OtherScheme& other) { return scheme == other.scheme; });
+  return found == std::end(kOtherSchemes) ? nullptr : found;
+}
+
+/** \brief "realsense" of "realsense:0123"; empty where there is no colon. */
+std::string schemeOf(const std::string& name) {
+  const std::size_t colon = name.find(':');
+  return colon == std::string::npos ? "" : name.substr(0, colon);
+}
+
+}  // namespace
+
+bool isDevice(const std::string& name) {
+  const std::string scheme = schemeOf(name);
+  const auto kinds = deviceKinds();
+  return otherScheme(scheme) ||
+         std::any_of(kinds.begin(), kinds.end(), [&](const DeviceKind& kind) { return kind.scheme == scheme; });
+}
+
+std::unique_ptr<CameraSource> openDevice(const std::string& name) {
+  const std::string scheme = schemeOf(name);
+  for (const DeviceKind& kind : deviceKinds()) {
+    if (kind.scheme != scheme) continue;
+    if (!kind.open)
+      throw InputError(name + ": cannot be opened, since FUSE-Flow was built without " + kind.missing +
+                       ", and build it again");
+    return kind.open(name.substr(scheme.size() + 1));
+  }
+  if (const OtherScheme* other = otherScheme(scheme))
+    throw InputError(name + ": " + scheme + ": cannot be opened; " + other->instead + "; must be " + kForms);
+  throw InputError(name + ": is no device, must be " + kForms);
+}
+
+std::vector<std::string> listDevices() {
+  std::vector<std::string> lines;
+  for (const DeviceKind& kind : deviceKinds()) {
+    if (!kind.list) continue;
+    try {
+      for (const ConnectedDevice& device : kind.list()) lines.push_back(device.name + " " + device.model);
+    } catch (const InputError& error) {
+      lines.push_back(error.what());
+    }
+  }
+  return lines;
+}
+
+void failNotConnected(const std::string& name, const DeviceKind& kind, const std::vector<ConnectedDevice>& connected) {
+  if (connected.empty()) throw InputError(name + ": is not connected, nor is any other " + kind.called);
+  std::string names;
+  for (const ConnectedDevice& device : connected)
+    names += (names.empty() ? "" : ", ") + device.name + " (" + device.model + ")";
+  throw InputError(name + ": is not connected; connected: " + names);
+}
+
+std::optional<unsigned> deviceIndex(const std::string& text) {
+  constexpr std::size_t most_digits = 3;
+  if (text.empty() || text.size() > most_digits || text.find_first_not_of("0123456789") != std::string::npos) return {};
+  return static_cast<unsigned>(std::stoul(text));
+}
+
 }  // namespace fuse_flow::io

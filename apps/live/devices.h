@@ -7,7 +7,25 @@
 #include <vector>
 
 namespace fuse_flow::io {
-bool isDevice(const std::string& name);
+
+/** \brief Opens a connected camera by its name:
+ *
+ *  | name | camera | library |
+ *  |---|---|---|
+ *  | openni2:#1, openni2:URI, openni2: | the first, the one with this URI, the first | OpenNI 2, through PCL |
+ *  | realsense:SERIAL, realsense: | the one with this serial number, the first | librealsense2 |
+ *  | k4a:0, k4a:SERIAL, k4a: | the first, the one with this serial number, the first | libk4a |
+ *
+ *  Camera::name is "openni2:#1", "realsense:SERIAL" or "k4a:SERIAL"; a '/' of a URI becomes '_', so that the name may be that of a folder. Throws
+ *  InputError, one line: for a name of another form, for a kind that this build does not open, and for a camera that is not connected. */
 std::unique_ptr<CameraSource> openDevice(const std::string& name);
+
+/** \brief Whether a name is that of a device, and not of a file: it begins with a scheme as "realsense:". Schemes of devices that cannot be opened,
+ *  as "orbbec:", are some too: openDevice() says what is right. Upper and lower case matter. */
+bool isDevice(const std::string& name);
+
+/** \brief The connected devices of the kinds that this build opens, a line each: the name and the model, "realsense:0123 Intel RealSense D435". Where a
+ *  library cannot tell, the line says so. */
 std::vector<std::string> listDevices();
+
 }  // namespace fuse_flow::io

@@ -1,0 +1,211 @@
+#include "live/device_kinds.h"
+
+#include <pcl/pcl_config.h>
+
+#ifdef HAVE_OPENNI2
+
+#include "clouds/grabber.h"
+#include "live/device_conversions.h"
+#include "live/device_source.h"
+
+#include <pcl/io/openni2/openni2_device_manager.h>
+#include <pcl/io/openni2_grabber.h>
+
+#include <algorithm>
+#include <utility>
+
+namespace fuse_flow::io {
+namespace {
+
+using Openni2Info = pcl::io::openni2::OpenNI2DeviceInfo;
+
+/** \brief What is connected, in the order of the numbers #1, #2, … */
+std::vector<Openni2Info> openni2Infos() {
+  try {
+    return *pcl::io::openni2::OpenNI2DeviceManager::getInstance()->getConnectedDeviceInfos();
+  } catch (const std::exception&) {  // PCL tells where in its sources
+    throw InputError("openni2: OpenNI 2 finds none of its drivers, must be installed with its folder OpenNI2/Drivers");
+  }
+}
+
+std::vector<ConnectedDevice> openni2List() {
+  std::vector<ConnectedDevice> list;
+  for (const Openni2Info& info : openni2Infos())
+    list.push_back({"openni2:#" + std::to_string(list.size() + 1), info.vendor_ + " " + info.name_ + ", " + info.uri_});
+  return list;
+}
+
+bool isOpenni2(const std::vector<Openni2Info>& infos, const std::string& uri) {
+  return std::any_of(infos.begin(), infos.end(), [&](const Openni2Info& info) { return info.uri_ == uri; });
+}
+
+/** \brief Opened by its number: with a URI that it does not know, PCL opens any device. */
+std::unique_ptr<pcl::io::OpenNI2Grabber> openGrabber(const std::string& name, const std::string& uri) {
+  const std::vector<Openni2Info> infos = openni2Infos();
+  const auto at = std::find_if(infos.begin(), infos.end(), [&](const Openni2Info& info) { return info.uri_ == uri; });
+  std::unique_ptr<pcl::io::OpenNI2Grabber> grabber;
+  try {
+    grabber = std::make_unique<pcl::io::OpenNI2Grabber>("#" + std::to_string(at - infos.begin() + 1));
+  } catch (const std::exception&) {
+    throw InputError(name +
+                     ": cannot be opened; no other program may use it, its user must be allowed to use USB devices, and "
+                     "it must measure depth");
+  }
+  if (grabber->getDevice()->getUri() != uri)  // another was plugged in between
+    throw InputError(name + ": the numbers of the devices have just changed; try again");
+  return grabber;
+}
+
+class Openni2Device : public Device {
+ public:
+  Openni2Device(const std::string& name, std::string uri) : uri_(std::move(uri)), grabber_(openGrabber(name, uri_)) {
+    camera_.name = name;
+    try {
+      describe();
+    } catch (const std::exception&) {
+      throw InputError(name + ": does not tell the size and the field of view of its images");
+    }
+    connectDepthGrabber(*grabber_, [this](std::uint64_t stamp, const std::shared_ptr<const LoadedView>& images) {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      newest_ = {stamp, images};
+      arrived_.notify_one();
+    });
+  }
+  ~Openni2Device() override { grabber_.reset(); }  // its thread calls what follows it here
+
+  const Camera& camera() const override { return camera_; }
+  bool hasColor() const override { return has_color_; }
+  std::vector<std::string> warnings() const override { return warnings_; }
+
+  void start() override {
+    try {
+      grabber_->start();
+    } catch (const std::exception&) {
+      throw InputError(camera_.name + ": cannot be started; it may need a USB controller of its own");
+    }
+  }
+
+  std::optional<DeviceImages> wait(std::chrono::milliseconds longest) override {
+    std::unique_lock<std::mutex> lock(mutex_);
+    if (!arrived_.wait_for(lock, longest, [this] { return newest_.images != nullptr; })) return {};
+    DeviceImages taken = std::exchange(newest_, {});
+    lock.unlock();
+    const DepthImage& depth = taken.images->depth16;
+    if (depth.width != camera_.intrinsics.width || depth.height != camera_.intrinsics.height)
+      throw InputError(camera_.name + ": delivers images of another size than it told");
+    if (!has_color_ && !taken.images->color.empty()) {
+      const auto depth_alone = std::make_shared<LoadedView>();
+      depth_alone->depth16 = depth;
+      taken.images = depth_alone;
+    }
+    if (has_color_ && taken.images->color.empty() && !said_no_color_) {
+      notice_ = camera_.name + ": its colour cannot be brought to the size of its depth, and is left out";
+      said_no_color_ = true;
+    }
+    return taken;
+  }
+
+  bool connected() override { return isOpenni2(openni2Infos(), uri_); }
+  std::string notice() override { return std::exchange(notice_, {}); }
+
+ private:
+  /** \brief The driver has no calibration but the field of view. */
+  void describe() {
+    pcl::io::openni2::OpenNI2Device& device = *grabber_->getDevice();
+    bool registered = false;
+    if (device.hasColorSensor()) {
+      if (device.isImageRegistrationModeSupported()) device.setImageRegistrationMode(true);
+      registered = device.isDepthRegistered();
+    }
+    const auto depth = device.getDepthVideoMode();
+    const int width = static_cast<int>(depth.x_resolution_), height = static_cast<int>(depth.y_resolution_);
+    float focal_length = device.getDepthFocalLength();
+    if (registered) {  // what it then delivers is what the colour camera sees
+      const auto color_width = static_cast<float>(device.getColorVideoMode().x_resolution_);
+      focal_length = device.getColorFocalLength() * static_cast<float>(width) / color_width;
+    }
+    camera_.intrinsics = centredLens(width, height, focal_length);
+    camera_.depth_scale = 0.001f;
+    checkCamera(camera_);
+    has_color_ = registered;
+    warnings_.push_back(camera_.name +
+                        ": its driver tells the field of view alone: no distortion and an optical axis through the "
+                        "middle of the image are assumed");
+    if (device.hasColorSensor() && !registered)
+      warnings_.push_back(camera_.name + ": its colour is left out, since its driver does not register depth to colour");
+  }
+
+  std::string uri_;
+  Camera camera_;
+  bool has_color_{false};
+  bool said_no_color_{false};
+  std::vector<std::string> warnings_;
+  std::string notice_;
+  std::mutex mutex_;
+  std::condition_variable arrived_;
+  DeviceImages newest_;
+  std::unique_ptr<pcl::io::OpenNI2Grabber> grabber_;
+};
+
+/** \brief The URI of openni2:id among the connected. */
+std::string uriOf(const std::string& id, const std::vector<Openni2Info>& infos) {
+  const std::string name = "openni2:" + id;
+  if (id.empty() && !infos.empty()) return infos[0].uri_;
+  if (!id.empty() && id[0] == '#') {
+    const std::optional<unsigned> number = deviceIndex(id.substr(1));
+    if (!number || *number == 0) throw InputError(name + ": must be openni2:#1, openni2:#2, …, or openni2:URI");
+    if (*number <= infos.size()) return infos[*number - 1].uri_;
+  }
+  if (isOpenni2(infos, id)) return id;
+  failNotConnected(name, openni2Kind(), openni2List());
+}
+
+/** \brief Where a device is after it was unplugged: its URI ends with a number that may then be another. Devices of one model cannot be told apart by
+ *  it, so only the one of a rig with a single one is found again. */
+std::string uriAgain(const Openni2Info& was, bool only_one_of_model) {
+  const std::vector<Openni2Info> infos = openni2Infos();
+  if (isOpenni2(infos, was.uri_)) return was.uri_;
+  std::vector<std::string> same;
+  for (const Openni2Info& info : infos)
+    if (info.vendor_id_ == was.vendor_id_ && info.product_id_ == was.product_id_) same.push_back(info.uri_);
+  if (same.empty()) return {};
+  if (only_one_of_model && same.size() == 1) return same[0];
+  throw InputError("openni2:" + was.uri_ +
+                   ": a device of its model is connected, but nothing says that it is the same one; start again");
+}
+
+std::unique_ptr<CameraSource> openOpenni2(const std::string& id) {
+  const std::vector<Openni2Info> infos = openni2Infos();
+  const std::string uri = uriOf(id, infos);
+  std::string name = "openni2:" + (id.empty() ? "#1" : id);
+  std::replace(name.begin(), name.end(), '/', '_');
+  const Openni2Info info =
+      *std::find_if(infos.begin(), infos.end(), [&](const Openni2Info& known) { return known.uri_ == uri; });
+  const bool only_one = std::count_if(infos.begin(), infos.end(), [&](const Openni2Info& other) {
+                          return other.vendor_id_ == info.vendor_id_ && other.product_id_ == info.product_id_;
+                        }) == 1;
+  return std::make_unique<DeviceSource>(std::make_unique<Openni2Device>(name, uri),
+                                        [name, info, only_one]() -> std::unique_ptr<Device> {
+                                          const std::string again = uriAgain(info, only_one);
+                                          if (again.empty()) return nullptr;
+                                          return std::make_unique<Openni2Device>(name, again);
+                                        });
+}
+
+}  // namespace
+
+DeviceKind openni2Kind() { return {"openni2", "OpenNI 2 device", "", openOpenni2, openni2List}; }
+
+}  // namespace fuse_flow::io
+
+#else
+
+namespace fuse_flow::io {
+
+DeviceKind openni2Kind() {
+  return {"openni2", "OpenNI 2 device", "OpenNI 2; install libopenni2-dev and a PCL that was built with it"};
+}
+
+}  // namespace fuse_flow::io
+
+#endif

@@ -1,0 +1,110 @@
+#include "../recordings/io_fixture.h"
+#include "live/device_kinds.h"
+#include "live/devices.h"
+
+#include <algorithm>
+
+namespace {
+
+using io_test::refuses;
+using namespace fuse_flow;
+
+std::vector<io::DeviceKind> kindsOfDevices() { return {io::openni2Kind(), io::realSenseKind(), io::k4aKind()}; }
+
+TEST(Devices, ANameWithASchemeIsADevice) {
+  for (const char* name : {"openni2:#1", "openni2:", "realsense:", "realsense:012345", "k4a:0", "k4a:000123456712"})
+    EXPECT_TRUE(io::isDevice(name)) << name;
+}
+
+TEST(Devices, SchemesThatCannotBeOpenedAreDevicesToo) {
+  for (const char* name : {"orbbec:1", "zed:0", "kinect:", "freenect2:1"}) EXPECT_TRUE(io::isDevice(name)) << name;
+}
+
+TEST(Devices, FilesAreNoDevices) {
+  for (const char* name : {"", ":", "recording", "left.mkv", "/tmp/k4a", "realsense", "RealSense:1", "C:/left.mkv",
+                           "./realsense:1", "bag:left"})
+    EXPECT_FALSE(io::isDevice(name)) << name;
+}
+
+TEST(Devices, AnotherNameIsRefusedWithTheRightForms) {
+  EXPECT_TRUE(refuses([] { io::openDevice("left.mkv"); },
+                      {"left.mkv: is no device", "openni2:#1", "realsense:SERIAL", "k4a:0"}));
+  EXPECT_TRUE(refuses([] { io::openDevice(""); }, {"is no device"}));
+}
+
+TEST(Devices, AKindThatIsNeverOpenedSaysWhichIsInstead) {
+  EXPECT_TRUE(refuses([] { io::openDevice("orbbec:1"); }, {"orbbec:1: ", "openni2:", "K4A wrapper", "realsense:SERIAL"}));
+  EXPECT_TRUE(refuses([] { io::openDevice("zed:0"); }, {"zed:0: ", "record it"}));
+}
+
+TEST(Devices, AKindWithoutItsLibrarySaysWhichAndThatItMustBeBuiltAgain) {
+  bool any = false;
+  for (const io::DeviceKind& kind : kindsOfDevices()) {
+    EXPECT_EQ(kind.open == nullptr, !kind.missing.empty()) << kind.scheme;
+    EXPECT_EQ(kind.open == nullptr, kind.list == nullptr) << kind.scheme;
+    if (kind.open) continue;
+    any = true;
+    EXPECT_TRUE(refuses([&] { io::openDevice(kind.scheme + ":0123"); },
+                        {kind.scheme + ":0123: cannot be opened", "built without", kind.missing, "build it again"}));
+  }
+  if (!any) GTEST_SKIP() << "all libraries are there";
+}
+
+TEST(Devices, ADeviceThatIsNotThereSaysWhichAre) {
+  bool any = false;
+  for (const io::DeviceKind& kind : kindsOfDevices()) {
+    if (!kind.open) continue;
+    any = true;
+    std::vector<io::ConnectedDevice> connected;
+    try {
+      connected = kind.list();
+    } catch (const io::InputError&) {  // OpenNI 2 without drivers
+      EXPECT_TRUE(refuses([&] { kind.open(""); }, {kind.scheme + ": "}));
+      continue;
+    }
+    const std::string name = kind.scheme + ":no-such-device";
+    if (connected.empty()) {
+      for (const std::string id : {"", "no-such-device", kind.scheme == "openni2" ? "#999" : "999"})
+        EXPECT_TRUE(refuses([&] { io::openDevice(kind.scheme + ":" + id); },
+                            {kind.scheme + ":" + id + ": is not connected", "nor is any other"}));
+    } else {
+      EXPECT_TRUE(refuses([&] { io::openDevice(name); }, {name + ": is not connected", connected[0].name}));
+    }
+  }
+  if (!any) GTEST_SKIP() << "no library is there";
+}
+
+TEST(Devices, TheMessageNamesTheConnectedDevicesOfTheKind) {
+  EXPECT_TRUE(refuses(
+      [] { io::failNotConnected("k4a:3", io::k4aKind(), {{"k4a:11", "Azure Kinect"}, {"k4a:22", "Azure Kinect"}}); },
+      {"k4a:3: is not connected", "k4a:11 (Azure Kinect), k4a:22 (Azure Kinect)"}));
+}
+
+TEST(Devices, NumbersOfOpenNi2BeginAt1) {
+  const io::DeviceKind kind = io::openni2Kind();
+  if (!kind.open) GTEST_SKIP() << "no OpenNI 2";
+  try {
+    kind.list();
+  } catch (const io::InputError&) {
+    GTEST_SKIP() << "no drivers of OpenNI 2";
+  }
+  for (const char* id : {"#0", "#", "#one", "#-1"})
+    EXPECT_TRUE(refuses([&] { kind.open(id); }, {std::string("openni2:") + id + ": must be openni2:#1"})) << id;
+}
+
+TEST(Devices, EachConnectedDeviceIsALine) {
+  for (const std::string& line : io::listDevices()) {
+    EXPECT_EQ(line.find('\n'), std::string::npos);
+    EXPECT_NE(line.find(':'), std::string::npos) << line;
+  }
+}
+
+TEST(Devices, UpToThreeDigitsAreANumberAndMoreASerialNumber) {
+  EXPECT_EQ(io::deviceIndex("0"), 0u);
+  EXPECT_EQ(io::deviceIndex("12"), 12u);
+  EXPECT_EQ(io::deviceIndex("999"), 999u);
+  for (const char* serial : {"", "0123", "000123456712", "-1", "+1", "1x", " 1", "#1"})
+    EXPECT_FALSE(io::deviceIndex(serial)) << serial;
+}
+
+}  // namespace
