@@ -35,6 +35,9 @@ DeviceKind k4aKind();
 [[noreturn]] void failNotConnected(const std::string& name, const DeviceKind& kind,
                                    const std::vector<ConnectedDevice>& connected);
 
+/** \brief How messages begin: "k4a:0", and "k4a" of "k4a:", the first. */
+std::string nameInMessages(const std::string& name);
+
 /** \brief "12" is 12. Nothing for what is not 1 to 3 digits, as serial numbers, which are longer. */
 std::optional<unsigned> deviceIndex(const std::string& text);
 

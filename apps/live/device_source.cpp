@@ -4,8 +4,6 @@
 
 namespace fuse_flow::io {
 
-using Clock = std::chrono::steady_clock;
-
 DeviceSource::DeviceSource(std::unique_ptr<Device> device, OpenAgain open_again, const DeviceTiming& timing)
     : device_(std::move(device)),
       open_again_(std::move(open_again)),
@@ -59,6 +57,7 @@ void DeviceSource::run() {
 
 /** \brief Until stop(). Throws if the device is gone. */
 void DeviceSource::deliver() {
+  using Clock = std::chrono::steady_clock;
   Clock::time_point last = Clock::now(), asked = last;
   bool said_silent = false;
   while (!stopped(std::chrono::milliseconds(0))) {

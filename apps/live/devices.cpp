@@ -10,7 +10,7 @@ namespace {
 
 std::array<DeviceKind, 3> deviceKinds() { return {openni2Kind(), realSenseKind(), k4aKind()}; }
 
-constexpr const char* kForms =
+constexpr const char* kDeviceForms =
     "openni2:#1 or openni2:URI, realsense:SERIAL, k4a:0 or k4a:SERIAL; the first of a kind is openni2:, realsense: or "
     "k4a:";
 
@@ -40,7 +40,7 @@ const OtherScheme* otherScheme(const std::string& scheme) {
 }
 
 /** \brief "realsense" of "realsense:0123"; empty where there is no colon. */
-std::string schemeOf(const std::string& name) {
+std::string deviceScheme(const std::string& name) {
   const std::size_t colon = name.find(':');
   return colon == std::string::npos ? "" : name.substr(0, colon);
 }
@@ -48,24 +48,24 @@ std::string schemeOf(const std::string& name) {
 }  // namespace
 
 bool isDevice(const std::string& name) {
-  const std::string scheme = schemeOf(name);
+  const std::string scheme = deviceScheme(name);
   const auto kinds = deviceKinds();
   return otherScheme(scheme) ||
          std::any_of(kinds.begin(), kinds.end(), [&](const DeviceKind& kind) { return kind.scheme == scheme; });
 }
 
 std::unique_ptr<CameraSource> openDevice(const std::string& name) {
-  const std::string scheme = schemeOf(name);
+  const std::string scheme = deviceScheme(name);
   for (const DeviceKind& kind : deviceKinds()) {
     if (kind.scheme != scheme) continue;
     if (!kind.open)
-      throw InputError(name + ": cannot be opened, since FUSE-Flow was built without " + kind.missing +
+      throw InputError(nameInMessages(name) + ": cannot be opened, since FUSE-Flow was built without " + kind.missing +
                        ", and build it again");
     return kind.open(name.substr(scheme.size() + 1));
   }
   if (const OtherScheme* other = otherScheme(scheme))
-    throw InputError(name + ": " + scheme + ": cannot be opened; " + other->instead + "; must be " + kForms);
-  throw InputError(name + ": is no device, must be " + kForms);
+    throw InputError(nameInMessages(name) + ": cannot be opened; " + other->instead + "; must be " + kDeviceForms);
+  throw InputError(name + ": is no device, must be " + kDeviceForms);
 }
 
 std::vector<std::string> listDevices() {
@@ -82,11 +82,16 @@ std::vector<std::string> listDevices() {
 }
 
 void failNotConnected(const std::string& name, const DeviceKind& kind, const std::vector<ConnectedDevice>& connected) {
-  if (connected.empty()) throw InputError(name + ": is not connected, nor is any other " + kind.called);
+  if (connected.empty()) throw InputError(nameInMessages(name) + ": no " + kind.called + " is connected");
   std::string names;
   for (const ConnectedDevice& device : connected)
     names += (names.empty() ? "" : ", ") + device.name + " (" + device.model + ")";
-  throw InputError(name + ": is not connected; connected: " + names);
+  throw InputError(nameInMessages(name) + ": is not connected; connected: " + names);
+}
+
+std::string nameInMessages(const std::string& name) {
+  const bool first = !name.empty() && name.back() == ':';
+  return first ? name.substr(0, name.size() - 1) : name;
 }
 
 std::optional<unsigned> deviceIndex(const std::string& text) {

@@ -9,6 +9,7 @@
 
 #include <k4a/k4a.h>
 
+#include <cstdlib>
 #include <map>
 #include <type_traits>
 #include <utility>
@@ -32,14 +33,16 @@ std::mutex& k4aMutex() {
   return mutex;
 }
 
+/** \brief How many devices are plugged in. Comes before all else that is asked of the library, which reads its environment then: unless a user wants
+ *  its log, it must not be in standard output, where it is by default; a handler of messages does not change that. */
+unsigned k4aCount() {
+  static const int quiet = setenv("K4A_ENABLE_LOG_TO_STDOUT", "0", 0);
+  (void)quiet;
+  return k4a_device_get_installed_count();
+}
+
 /** \brief Null if it is in use, or may not be used. */
 K4aHandle openK4aHandle(unsigned index) {
-  static const bool quiet = [] {  // what it would print goes to standard output, unless somebody takes it
-    k4a_set_debug_message_handler([](void*, k4a_log_level_t, const char*, const int, const char*) {}, nullptr,
-                                  K4A_LOG_LEVEL_CRITICAL);
-    return true;
-  }();
-  (void)quiet;
   k4a_device_t handle = nullptr;
   if (k4a_device_open(index, &handle) != K4A_RESULT_SUCCEEDED) return nullptr;
   return K4aHandle(handle);
@@ -53,18 +56,19 @@ std::string k4aSerial(k4a_device_t handle) {
   return serial.substr(0, serial.find('\0'));
 }
 
-constexpr const char* kCannotOpen =
+constexpr const char* kK4aCannotOpen =
     "it is in use, or its user may not use USB devices, which the rules of libk4a for udev allow";
 
 std::vector<ConnectedDevice> k4aList() {
   const std::lock_guard<std::mutex> lock(k4aMutex());
   std::vector<ConnectedDevice> list;
-  for (unsigned index = 0; index < k4a_device_get_installed_count(); ++index) {
+  const unsigned count = k4aCount();
+  for (unsigned index = 0; index < count; ++index) {
     const K4aHandle handle = openK4aHandle(index);
     const std::string number = "k4a:" + std::to_string(index);
     const std::string serial = handle ? k4aSerial(handle.get()) : "";
     if (serial.empty())
-      list.push_back({number, std::string("Azure Kinect; ") + kCannotOpen});
+      list.push_back({number, std::string("Azure Kinect; ") + kK4aCannotOpen});
     else
       list.push_back({"k4a:" + serial, "Azure Kinect, " + number});
   }
@@ -74,7 +78,8 @@ std::vector<ConnectedDevice> k4aList() {
 /** \brief Null if none has this serial number that could be opened. */
 K4aHandle openK4aSerial(const std::string& serial) {
   const std::lock_guard<std::mutex> lock(k4aMutex());
-  for (unsigned index = 0; index < k4a_device_get_installed_count(); ++index) {
+  const unsigned count = k4aCount();
+  for (unsigned index = 0; index < count; ++index) {
     K4aHandle handle = openK4aHandle(index);
     if (handle && k4aSerial(handle.get()) == serial) return handle;
   }
@@ -262,16 +267,16 @@ std::unique_ptr<CameraSource> openK4a(const std::string& id) {
   K4aHandle handle;
   if (index) {
     const std::lock_guard<std::mutex> lock(k4aMutex());
-    if (*index < k4a_device_get_installed_count()) {
+    if (*index < k4aCount()) {
       handle = openK4aHandle(*index);
-      if (!handle) throw InputError(name + ": cannot be opened; " + kCannotOpen);
+      if (!handle) throw InputError(nameInMessages(name) + ": cannot be opened; " + kK4aCannotOpen);
     }
   } else {
     handle = openK4aSerial(id);
   }
   if (!handle) failNotConnected(name, k4aKind(), k4aList());
   const std::string serial = k4aSerial(handle.get());
-  if (serial.empty()) throw InputError(name + ": its serial number cannot be read from the device");
+  if (serial.empty()) throw InputError(nameInMessages(name) + ": its serial number cannot be read from the device");
   return std::make_unique<DeviceSource>(std::make_unique<K4aDevice>(std::move(handle), serial),
                                         [serial]() -> std::unique_ptr<Device> {
                                           K4aHandle again = openK4aSerial(serial);

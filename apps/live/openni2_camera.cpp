@@ -40,16 +40,17 @@ bool isOpenni2(const std::vector<Openni2Info>& infos, const std::string& uri) {
 }
 
 /** \brief Opened by its number: with a URI that it does not know, PCL opens any device. */
-std::unique_ptr<pcl::io::OpenNI2Grabber> openGrabber(const std::string& name, const std::string& uri) {
+std::unique_ptr<pcl::io::OpenNI2Grabber> openOpenni2Grabber(const std::string& name, const std::string& uri) {
   const std::vector<Openni2Info> infos = openni2Infos();
   const auto at = std::find_if(infos.begin(), infos.end(), [&](const Openni2Info& info) { return info.uri_ == uri; });
   std::unique_ptr<pcl::io::OpenNI2Grabber> grabber;
   try {
     grabber = std::make_unique<pcl::io::OpenNI2Grabber>("#" + std::to_string(at - infos.begin() + 1));
   } catch (const std::exception&) {
-    throw InputError(name +
-                     ": cannot be opened; no other program may use it, its user must be allowed to use USB devices, and "
-                     "it must measure depth");
+    throw InputError(
+        name +
+        ": cannot be opened; no other program may use it, its user must be allowed to use USB devices, and "
+        "it must measure depth");
   }
   if (grabber->getDevice()->getUri() != uri)  // another was plugged in between
     throw InputError(name + ": the numbers of the devices have just changed; try again");
@@ -58,7 +59,8 @@ std::unique_ptr<pcl::io::OpenNI2Grabber> openGrabber(const std::string& name, co
 
 class Openni2Device : public Device {
  public:
-  Openni2Device(const std::string& name, std::string uri) : uri_(std::move(uri)), grabber_(openGrabber(name, uri_)) {
+  Openni2Device(const std::string& name, std::string uri)
+      : uri_(std::move(uri)), grabber_(openOpenni2Grabber(name, uri_)) {
     camera_.name = name;
     try {
       describe();
@@ -132,7 +134,8 @@ class Openni2Device : public Device {
                         ": its driver tells the field of view alone: no distortion and an optical axis through the "
                         "middle of the image are assumed");
     if (device.hasColorSensor() && !registered)
-      warnings_.push_back(camera_.name + ": its colour is left out, since its driver does not register depth to colour");
+      warnings_.push_back(camera_.name +
+                          ": its colour is left out, since its driver does not register depth to colour");
   }
 
   std::string uri_;
@@ -148,7 +151,7 @@ class Openni2Device : public Device {
 };
 
 /** \brief The URI of openni2:id among the connected. */
-std::string uriOf(const std::string& id, const std::vector<Openni2Info>& infos) {
+std::string openni2Uri(const std::string& id, const std::vector<Openni2Info>& infos) {
   const std::string name = "openni2:" + id;
   if (id.empty() && !infos.empty()) return infos[0].uri_;
   if (!id.empty() && id[0] == '#') {
@@ -162,7 +165,7 @@ std::string uriOf(const std::string& id, const std::vector<Openni2Info>& infos) 
 
 /** \brief Where a device is after it was unplugged: its URI ends with a number that may then be another. Devices of one model cannot be told apart by
  *  it, so only the one of a rig with a single one is found again. */
-std::string uriAgain(const Openni2Info& was, bool only_one_of_model) {
+std::string openni2UriAgain(const Openni2Info& was, bool only_one_of_model) {
   const std::vector<Openni2Info> infos = openni2Infos();
   if (isOpenni2(infos, was.uri_)) return was.uri_;
   std::vector<std::string> same;
@@ -176,7 +179,7 @@ std::string uriAgain(const Openni2Info& was, bool only_one_of_model) {
 
 std::unique_ptr<CameraSource> openOpenni2(const std::string& id) {
   const std::vector<Openni2Info> infos = openni2Infos();
-  const std::string uri = uriOf(id, infos);
+  const std::string uri = openni2Uri(id, infos);
   std::string name = "openni2:" + (id.empty() ? "#1" : id);
   std::replace(name.begin(), name.end(), '/', '_');
   const Openni2Info info =
@@ -186,7 +189,7 @@ std::unique_ptr<CameraSource> openOpenni2(const std::string& id) {
                         }) == 1;
   return std::make_unique<DeviceSource>(std::make_unique<Openni2Device>(name, uri),
                                         [name, info, only_one]() -> std::unique_ptr<Device> {
-                                          const std::string again = uriAgain(info, only_one);
+                                          const std::string again = openni2UriAgain(info, only_one);
                                           if (again.empty()) return nullptr;
                                           return std::make_unique<Openni2Device>(name, again);
                                         });

@@ -9,6 +9,7 @@
 #include <librealsense2/rs.hpp>
 
 #include <cmath>
+#include <stdexcept>
 #include <utility>
 
 namespace fuse_flow::io {
@@ -27,7 +28,9 @@ template <typename Action>
 auto askRealSense(const std::string& name, const std::string& failed, const Action& action) {
   try {
     return action();
-  } catch (const rs2::error& error) {
+  } catch (const InputError&) {
+    throw;
+  } catch (const std::runtime_error& error) {  // rs2::error, and what its headers throw
     std::string what = error.what();
     for (char& c : what)
       if (c == '\n') c = ' ';
@@ -35,7 +38,7 @@ auto askRealSense(const std::string& name, const std::string& failed, const Acti
   }
 }
 
-std::string infoOf(const rs2::device& device, rs2_camera_info info) {
+std::string realSenseInfo(const rs2::device& device, rs2_camera_info info) {
   return device.supports(info) ? device.get_info(info) : "";
 }
 
@@ -45,8 +48,8 @@ std::vector<ConnectedDevice> realSenseList() {
     const rs2::device_list devices = realSenseContext().query_devices();
     for (std::uint32_t i = 0; i < devices.size(); ++i) {
       const rs2::device device = devices[i];
-      const std::string serial = infoOf(device, RS2_CAMERA_INFO_SERIAL_NUMBER);
-      if (!serial.empty()) list.push_back({"realsense:" + serial, infoOf(device, RS2_CAMERA_INFO_NAME)});
+      const std::string serial = realSenseInfo(device, RS2_CAMERA_INFO_SERIAL_NUMBER);
+      if (!serial.empty()) list.push_back({"realsense:" + serial, realSenseInfo(device, RS2_CAMERA_INFO_NAME)});
     }
     return list;
   });
@@ -123,7 +126,7 @@ class RealSenseDevice : public Device {
     const rs2::device_list devices = realSenseContext().query_devices();
     for (std::uint32_t i = 0; i < devices.size(); ++i) {
       const rs2::device device = devices[i];
-      if (infoOf(device, RS2_CAMERA_INFO_SERIAL_NUMBER) != serial) continue;
+      if (realSenseInfo(device, RS2_CAMERA_INFO_SERIAL_NUMBER) != serial) continue;
       for (const rs2::sensor& sensor : device.query_sensors())
         for (const rs2::stream_profile& profile : sensor.get_stream_profiles())
           if (profile.stream_type() == RS2_STREAM_COLOR) return true;

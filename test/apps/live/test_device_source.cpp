@@ -49,9 +49,8 @@ class DeviceBench {
   void await(const std::string& words, std::ptrdiff_t times = 1) {
     std::unique_lock<std::mutex> lock(mutex_);
     changed_.wait(lock, [&] {
-      return std::count_if(lines_.begin(), lines_.end(), [&](const std::string& line) {
-               return line.find(words) != std::string::npos;
-             }) >= times;
+      return std::count_if(lines_.begin(), lines_.end(),
+                           [&](const std::string& line) { return line.find(words) != std::string::npos; }) >= times;
     });
   }
   std::vector<std::string> lines() {
@@ -59,8 +58,8 @@ class DeviceBench {
     return lines_;
   }
 
-  int open{0};           ///< devices that live
-  std::string waits;     ///< Device::waitsFor()
+  int open{0};        ///< devices that live
+  std::string waits;  ///< Device::waitsFor()
   bool refuses_start{false};
   float focal_length{500};
 
