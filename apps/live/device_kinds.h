@@ -38,6 +38,9 @@ DeviceKind k4aKind();
 /** \brief How messages begin: "k4a:0", and "k4a" of "k4a:", the first. */
 std::string nameInMessages(const std::string& name);
 
+/** \brief Camera::name of a device: what is no letter and no digit becomes one '_'. "openni2:#1" is openni2_1. */
+std::string cameraNameOf(const std::string& device);
+
 /** \brief "12" is 12. Nothing for what is not 1 to 3 digits, as serial numbers, which are longer. */
 std::optional<unsigned> deviceIndex(const std::string& text);
 

@@ -1,13 +1,12 @@
 #include "live/device_source.h"
 
-#include <utility>
-
 namespace fuse_flow::io {
 
 DeviceSource::DeviceSource(std::unique_ptr<Device> device, OpenAgain open_again, const DeviceTiming& timing)
     : device_(std::move(device)),
       open_again_(std::move(open_again)),
       timing_(timing),
+      name_(device_->name()),
       cameras_{device_->camera()},
       has_color_(device_->hasColor()) {
   warnings_ = device_->warnings();
@@ -66,7 +65,7 @@ void DeviceSource::deliver() {
     if (!notice.empty()) say(notice);
     const Clock::time_point now = Clock::now();
     if (delivered) {
-      if (said_silent) say(name() + ": delivers images again");
+      if (said_silent) say(name_ + ": delivers images again");
       said_silent = false;
       last = asked = now;
       receiver_.view({0, delivered->stamp, delivered->images});
@@ -74,11 +73,11 @@ void DeviceSource::deliver() {
     }
     if (now - asked < timing_.silent) continue;
     asked = now;
-    if (!device_->connected()) throw InputError(name() + ": was unplugged");
+    if (!device_->connected()) throw InputError(name_ + ": was unplugged");
     if (now - last < timing_.give_up || said_silent) continue;
     const std::string reason = device_->waitsFor();
-    if (reason.empty()) throw InputError(name() + ": is connected, but delivers no images");
-    say(name() + ": delivers no images: " + reason);
+    if (reason.empty()) throw InputError(name_ + ": is connected, but delivers no images");
+    say(name_ + ": delivers no images: " + reason);
     said_silent = true;
   }
 }
@@ -91,13 +90,13 @@ bool DeviceSource::openAgain() {
       std::unique_ptr<Device> device = open_again_();
       if (!device) continue;
       if (!sameCalibration(device->camera(), cameras_[0])) {  // those who take the views know the former
-        say(name() + ": is back with another calibration, and not used any more; start again to use it");
+        say(name_ + ": is back with another calibration, and not used any more; start again to use it");
         running_ = false;
         return false;
       }
       device->start();
       device_ = std::move(device);
-      say(name() + ": is back");
+      say(name_ + ": is back");
       return true;
     } catch (const std::exception& error) {
       if (said != error.what()) say(said = error.what());

@@ -11,6 +11,7 @@
 #include <optional>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 namespace fuse_flow::io {
@@ -24,7 +25,13 @@ struct DeviceImages {
 /** \brief A camera that a library has opened. Its destructor stops the camera and gives it back. One thread at a time uses it. */
 class Device {
  public:
+  /** \param name in messages, "k4a:000123" */
+  explicit Device(std::string name) : name_(std::move(name)) {}
   virtual ~Device() = default;
+  Device(const Device&) = delete;
+  Device& operator=(const Device&) = delete;
+
+  const std::string& name() const { return name_; }
   /** \brief The same as long as it is open; known before start(). */
   virtual const Camera& camera() const = 0;
   virtual bool hasColor() const = 0;
@@ -40,6 +47,9 @@ class Device {
   virtual std::string waitsFor() const { return {}; }
   /** \brief What is to be said of the last images, once; else empty. */
   virtual std::string notice() { return {}; }
+
+ private:
+  std::string name_;
 };
 
 /** \brief When a device that delivers nothing is looked after. */
@@ -75,11 +85,11 @@ class DeviceSource : public CameraSource {
   bool openAgain();
   bool stopped(std::chrono::milliseconds wait);
   void say(const std::string& line) const;
-  const std::string& name() const { return cameras_[0].name; }
 
   std::unique_ptr<Device> device_;
   OpenAgain open_again_;
   DeviceTiming timing_;
+  std::string name_;
   std::vector<Camera> cameras_;
   bool has_color_;
   Receiver receiver_;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 
 namespace fuse_flow::io {
 namespace {
@@ -92,6 +93,18 @@ void failNotConnected(const std::string& name, const DeviceKind& kind, const std
 std::string nameInMessages(const std::string& name) {
   const bool first = !name.empty() && name.back() == ':';
   return first ? name.substr(0, name.size() - 1) : name;
+}
+
+std::string cameraNameOf(const std::string& device) {
+  std::string name;
+  for (const char c : device) {
+    const bool kept = std::isalnum(static_cast<unsigned char>(c)) != 0;
+    if (kept)
+      name += c;
+    else if (name.empty() || name.back() != '_')
+      name += '_';
+  }
+  return name;
 }
 
 std::optional<unsigned> deviceIndex(const std::string& text) {

@@ -16,8 +16,8 @@ namespace fuse_flow::io {
  *  | realsense:SERIAL, realsense: | the one with this serial number, the first | librealsense2 |
  *  | k4a:0, k4a:SERIAL, k4a: | the first, the one with this serial number, the first | libk4a |
  *
- *  Camera::name is "openni2:#1", "realsense:SERIAL" or "k4a:SERIAL"; a '/' of a URI becomes '_', so that the name may be that of a folder. Throws
- *  InputError, one line: for a name of another form, for a kind that this build does not open, and for a camera that is not connected. */
+ *  Camera::name is "openni2_1", "realsense_SERIAL" or "k4a_SERIAL": letters, digits and '_' only, so that recordings of ROS keep it, and a rig.json that
+ *  was made of one fits. Throws InputError, one line: for a name of another form, for a kind that this build does not open, and for a camera that is not connected. */
 std::unique_ptr<CameraSource> openDevice(const std::string& name);
 
 /** \brief Whether a name is that of a device, and not of a file: it begins with a scheme as "realsense:". Schemes of devices that cannot be opened,

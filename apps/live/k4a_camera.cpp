@@ -115,10 +115,9 @@ class K4aNotStarted {
 
 class K4aDevice : public Device {
  public:
-  K4aDevice(K4aHandle handle, const std::string& serial) : handle_(std::move(handle)) {
-    const std::string name = "k4a:" + serial;
-    camera_ = azureKinectCamera(name + ": its calibration", calibration(name), {"NFOV_UNBINNED", "720P"});
-    camera_.name = name;
+  K4aDevice(K4aHandle handle, const std::string& serial) : Device("k4a:" + serial), handle_(std::move(handle)) {
+    camera_ = azureKinectCamera(name() + ": its calibration", calibration(), {"NFOV_UNBINNED", "720P"});
+    camera_.name = cameraNameOf(name());
     readJacks(serial);
   }
   ~K4aDevice() override {
@@ -142,7 +141,7 @@ class K4aDevice : public Device {
     const k4a_wait_result_t result =
         k4a_device_get_capture(handle_.get(), &taken, static_cast<std::int32_t>(longest.count()));
     if (result == K4A_WAIT_RESULT_TIMEOUT) return {};
-    if (result != K4A_WAIT_RESULT_SUCCEEDED) throw InputError(camera_.name + ": was unplugged, or its USB failed");
+    if (result != K4A_WAIT_RESULT_SUCCEEDED) throw InputError(name() + ": was unplugged, or its USB failed");
     const K4aCapture capture(taken);
     const K4aImage depth(k4a_capture_get_depth_image(taken)), color(k4a_capture_get_color_image(taken));
     if (!depth) return {};
@@ -161,7 +160,7 @@ class K4aDevice : public Device {
   std::string notice() override { return std::exchange(notice_, {}); }
 
  private:
-  std::string calibration(const std::string& name) const {
+  std::string calibration() const {
     std::size_t size = 0;
     std::string json;
     if (k4a_device_get_raw_calibration(handle_.get(), nullptr, &size) == K4A_BUFFER_RESULT_TOO_SMALL) {
@@ -170,14 +169,14 @@ class K4aDevice : public Device {
           K4A_BUFFER_RESULT_SUCCEEDED)
         return json;
     }
-    throw InputError(name + ": its calibration cannot be read from the device");
+    throw InputError(name() + ": its calibration cannot be read from the device");
   }
 
   /** \brief A cable in a jack says which part a device has. */
   void readJacks(const std::string& serial) {
     bool in = false, out = false;
     if (k4a_device_get_sync_jack(handle_.get(), &in, &out) != K4A_RESULT_SUCCEEDED) {
-      warnings_.push_back(camera_.name + ": its synchronisation jacks cannot be read; it runs unsynchronised");
+      warnings_.push_back(name() + ": its synchronisation jacks cannot be read; it runs unsynchronised");
       return;
     }
     if (in) {
@@ -188,11 +187,11 @@ class K4aDevice : public Device {
       const auto place = static_cast<unsigned>(chain.subordinates.size()) + 1;
       constexpr unsigned apart = 160;  // µs, which the infrared flashes of one device take
       delay_ = apart * chain.subordinates.emplace(serial, place).first->second;
-      warnings_.push_back(camera_.name + ": is a subordinate, since its Sync In has a cable; it exposes " +
+      warnings_.push_back(name() + ": is a subordinate, since its Sync In has a cable; it exposes " +
                           std::to_string(delay_) + " us after the master");
     } else if (out) {
       mode_ = K4A_WIRED_SYNC_MODE_MASTER;
-      warnings_.push_back(camera_.name +
+      warnings_.push_back(name() +
                           ": is the master, since only its Sync Out has a cable; its exposure is automatic, which may "
                           "move the instant of its colour images");
     }
@@ -219,7 +218,7 @@ class K4aDevice : public Device {
     configuration.wired_sync_mode = mode_;
     configuration.subordinate_delay_off_master_usec = delay_;
     if (k4a_device_start_cameras(handle_.get(), &configuration) != K4A_RESULT_SUCCEEDED)
-      throw InputError(camera_.name +
+      throw InputError(name() +
                        ": cannot be started; it needs USB 3, libdepthengine beside libk4a, and a display (DISPLAY) for "
                        "OpenGL");
     started_ = true;
@@ -229,7 +228,7 @@ class K4aDevice : public Device {
     const int width = k4a_image_get_width_pixels(image), height = k4a_image_get_height_pixels(image);
     if (width != camera_.intrinsics.width || height != camera_.intrinsics.height ||
         k4a_image_get_format(image) != K4A_IMAGE_FORMAT_DEPTH16)
-      throw InputError(camera_.name + ": delivers depth of another size or format than was asked for");
+      throw InputError(name() + ": delivers depth of another size or format than was asked for");
     copyRows(k4a_image_get_buffer(image), static_cast<std::size_t>(k4a_image_get_stride_bytes(image)), width, height,
              into);
   }
@@ -239,14 +238,14 @@ class K4aDevice : public Device {
     const auto* bytes = reinterpret_cast<const char*>(k4a_image_get_buffer(image));
     const Intrinsics& K = camera_.color->intrinsics;
     try {
-      decodeJpeg(camera_.name + ": a colour image", std::string(bytes, k4a_image_get_size(image)), into,
+      decodeJpeg(name() + ": a colour image", std::string(bytes, k4a_image_get_size(image)), into,
                  [&](int width, int height) {
                    if (width != K.width || height != K.height) throw InputError("is of another size");
                  });
     } catch (const InputError&) {
       into.resize(0, 0);
       if (!std::exchange(said_damaged_, true))
-        notice_ = camera_.name + ": a colour image is damaged; views of such are used without colour";
+        notice_ = name() + ": a colour image is damaged; views of such are used without colour";
     }
   }
 

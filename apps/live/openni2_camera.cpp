@@ -60,8 +60,8 @@ std::unique_ptr<pcl::io::OpenNI2Grabber> openOpenni2Grabber(const std::string& n
 class Openni2Device : public Device {
  public:
   Openni2Device(const std::string& name, std::string uri)
-      : uri_(std::move(uri)), grabber_(openOpenni2Grabber(name, uri_)) {
-    camera_.name = name;
+      : Device(name), uri_(std::move(uri)), grabber_(openOpenni2Grabber(name, uri_)) {
+    camera_.name = cameraNameOf(name);
     try {
       describe();
     } catch (const std::exception&) {
@@ -83,7 +83,7 @@ class Openni2Device : public Device {
     try {
       grabber_->start();
     } catch (const std::exception&) {
-      throw InputError(camera_.name + ": cannot be started; it may need a USB controller of its own");
+      throw InputError(name() + ": cannot be started; it may need a USB controller of its own");
     }
   }
 
@@ -94,14 +94,14 @@ class Openni2Device : public Device {
     lock.unlock();
     const DepthImage& depth = taken.images->depth16;
     if (depth.width != camera_.intrinsics.width || depth.height != camera_.intrinsics.height)
-      throw InputError(camera_.name + ": delivers images of another size than it told");
+      throw InputError(name() + ": delivers images of another size than it told");
     if (!has_color_ && !taken.images->color.empty()) {
       const auto depth_alone = std::make_shared<LoadedView>();
       depth_alone->depth16 = depth;
       taken.images = depth_alone;
     }
     if (has_color_ && taken.images->color.empty() && !said_no_color_) {
-      notice_ = camera_.name + ": its colour cannot be brought to the size of its depth, and is left out";
+      notice_ = name() + ": its colour cannot be brought to the size of its depth, and is left out";
       said_no_color_ = true;
     }
     return taken;
@@ -130,12 +130,11 @@ class Openni2Device : public Device {
     camera_.depth_scale = 0.001f;
     checkCamera(camera_);
     has_color_ = registered;
-    warnings_.push_back(camera_.name +
+    warnings_.push_back(name() +
                         ": its driver tells the field of view alone: no distortion and an optical axis through the "
                         "middle of the image are assumed");
     if (device.hasColorSensor() && !registered)
-      warnings_.push_back(camera_.name +
-                          ": its colour is left out, since its driver does not register depth to colour");
+      warnings_.push_back(name() + ": its colour is left out, since its driver does not register depth to colour");
   }
 
   std::string uri_;
@@ -180,8 +179,7 @@ std::string openni2UriAgain(const Openni2Info& was, bool only_one_of_model) {
 std::unique_ptr<CameraSource> openOpenni2(const std::string& id) {
   const std::vector<Openni2Info> infos = openni2Infos();
   const std::string uri = openni2Uri(id, infos);
-  std::string name = "openni2:" + (id.empty() ? "#1" : id);
-  std::replace(name.begin(), name.end(), '/', '_');
+  const std::string name = "openni2:" + (id.empty() ? "#1" : id);
   const Openni2Info info =
       *std::find_if(infos.begin(), infos.end(), [&](const Openni2Info& known) { return known.uri_ == uri; });
   const bool only_one = std::count_if(infos.begin(), infos.end(), [&](const Openni2Info& other) {

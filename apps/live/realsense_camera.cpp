@@ -69,9 +69,9 @@ Intrinsics realSenseLens(const std::string& owner, const rs2_intrinsics& lens, s
 
 class RealSenseDevice : public Device {
  public:
-  explicit RealSenseDevice(const std::string& serial) : pipeline_(realSenseContext()) {
-    camera_.name = "realsense:" + serial;
-    askRealSense(camera_.name, cannotDeliver(), [&] {
+  explicit RealSenseDevice(const std::string& serial) : Device("realsense:" + serial), pipeline_(realSenseContext()) {
+    camera_.name = cameraNameOf(name());
+    askRealSense(name(), cannotDeliver(), [&] {
       has_color_ = deliversColor(serial);
       config_.enable_device(serial);
       config_.enable_stream(RS2_STREAM_DEPTH, kRealSenseWidth, kRealSenseHeight, RS2_FORMAT_Z16, kRealSenseRate);
@@ -93,7 +93,7 @@ class RealSenseDevice : public Device {
   std::vector<std::string> warnings() const override { return warnings_; }
 
   void start() override {
-    askRealSense(camera_.name, cannotDeliver(), [&] {
+    askRealSense(name(), cannotDeliver(), [&] {
       const rs2::pipeline_profile profile = pipeline_.start(config_);
       started_ = true;
       stampByDevice(profile.get_device());
@@ -102,7 +102,7 @@ class RealSenseDevice : public Device {
 
   /** \brief Asks again and again: the pipeline's own wait() starts an unplugged camera again by itself, for seconds, and where stop() cannot end it. */
   std::optional<DeviceImages> wait(std::chrono::milliseconds longest) override {
-    return askRealSense(camera_.name, "was unplugged, or failed", [&]() -> std::optional<DeviceImages> {
+    return askRealSense(name(), "was unplugged, or failed", [&]() -> std::optional<DeviceImages> {
       const auto end = std::chrono::steady_clock::now() + longest;
       rs2::frameset frames;
       while (!pipeline_.poll_for_frames(&frames)) {
@@ -113,7 +113,7 @@ class RealSenseDevice : public Device {
     });
   }
 
-  bool connected() override { return isRealSenseConnected(camera_.name); }
+  bool connected() override { return isRealSenseConnected(name()); }
   std::string notice() override { return std::exchange(notice_, {}); }
 
  private:
@@ -137,12 +137,12 @@ class RealSenseDevice : public Device {
   void describe(const rs2::pipeline_profile& profile) {
     const auto depth = profile.get_stream(RS2_STREAM_DEPTH).as<rs2::video_stream_profile>();
     camera_.depth_scale = profile.get_device().first<rs2::depth_sensor>().get_depth_scale();
-    camera_.intrinsics = realSenseLens(camera_.name + ": depth", depth.get_intrinsics(), warnings_);
+    camera_.intrinsics = realSenseLens(name() + ": depth", depth.get_intrinsics(), warnings_);
     if (!has_color_) return;
     const auto color = profile.get_stream(RS2_STREAM_COLOR).as<rs2::video_stream_profile>();
     const rs2_extrinsics T_depth_color = color.get_extrinsics_to(depth);
     ColorCamera own;
-    own.intrinsics = realSenseLens(camera_.name + ": colour", color.get_intrinsics(), warnings_);
+    own.intrinsics = realSenseLens(name() + ": colour", color.get_intrinsics(), warnings_);
     own.T_depth_color = columnMajorPose(T_depth_color.rotation, T_depth_color.translation);
     camera_.color = own;
   }
@@ -178,7 +178,7 @@ class RealSenseDevice : public Device {
   void copyFrame(const rs2::video_frame& frame, const Intrinsics& K, Image<Pixel>& into) const {
     if (frame.get_width() != K.width || frame.get_height() != K.height ||
         frame.get_bytes_per_pixel() != static_cast<int>(sizeof(Pixel)))
-      throw InputError(camera_.name + ": delivers images of another size or format than was asked for");
+      throw InputError(name() + ": delivers images of another size or format than was asked for");
     copyRows(frame.get_data(), static_cast<std::size_t>(frame.get_stride_in_bytes()), K.width, K.height, into);
   }
 
@@ -186,7 +186,7 @@ class RealSenseDevice : public Device {
     const auto us = static_cast<std::uint64_t>(std::llround(frame.get_timestamp() * 1000));
     if (frame.get_frame_timestamp_domain() == RS2_TIMESTAMP_DOMAIN_HARDWARE_CLOCK) return unwrapped_(us);
     if (frame.get_frame_timestamp_domain() == RS2_TIMESTAMP_DOMAIN_SYSTEM_TIME && !std::exchange(said_arrival_, true))
-      notice_ = camera_.name +
+      notice_ = name() +
                 ": has no time stamps of its own, since the kernel does not deliver the camera's metadata; the times "
                 "of arrival are used, which are less exact";
     return us;

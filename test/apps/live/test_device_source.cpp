@@ -73,9 +73,9 @@ class DeviceBench {
 
 class BenchDevice : public io::Device {
  public:
-  explicit BenchDevice(DeviceBench& bench) : bench_(bench) {
+  explicit BenchDevice(DeviceBench& bench) : Device("bench:1"), bench_(bench) {
     ++bench_.open;
-    camera_.name = "bench:1";
+    camera_.name = "bench_1";
     camera_.intrinsics = {4, 2, bench.focal_length, bench.focal_length, 1.5f, 0.5f, {}};
   }
   ~BenchDevice() override { --bench_.open; }
@@ -130,7 +130,7 @@ using Step = DeviceBench::Step;
 TEST_F(DeviceSourceTest, TellsTheCameraBeforeItStarts) {
   const auto camera = source();
   ASSERT_EQ(camera->cameras().size(), 1u);
-  EXPECT_EQ(camera->cameras()[0].name, "bench:1");
+  EXPECT_EQ(camera->cameras()[0].name, "bench_1");
   EXPECT_FALSE(camera->hasColor(0));
   EXPECT_FALSE(camera->hasPoses());
   EXPECT_EQ(camera->clocks(), ClockModel::Separate);

@@ -95,6 +95,12 @@ TEST(Devices, NumbersOfOpenNi2BeginAt1) {
     EXPECT_TRUE(refuses([&] { kind.open(id); }, {std::string("openni2:") + id + ": must be openni2:#1"})) << id;
 }
 
+TEST(Devices, TheNameOfACameraIsThatOfItsDeviceInLettersAndDigits) {
+  EXPECT_EQ(io::cameraNameOf("openni2:#1"), "openni2_1");
+  EXPECT_EQ(io::cameraNameOf("openni2:2bc5/0401@1/5"), "openni2_2bc5_0401_1_5");
+  EXPECT_EQ(io::cameraNameOf("realsense:012345"), "realsense_012345");
+}
+
 TEST(Devices, EachConnectedDeviceIsALine) {
   for (const std::string& line : io::listDevices()) {
     EXPECT_EQ(line.find('\n'), std::string::npos);
