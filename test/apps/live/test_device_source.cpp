@@ -8,7 +8,7 @@ namespace {
 
 using io_test::refuses;
 using namespace fuse_flow;
-using std::chrono::milliseconds;
+using BenchTime = std::chrono::milliseconds;
 
 /** \brief What happens at a device, as the test wants it, and what a source says. */
 class DeviceBench {
@@ -86,7 +86,7 @@ class BenchDevice : public io::Device {
     if (bench_.refuses_start) throw io::InputError("bench:1: cannot be started");
     bench_.note("started");
   }
-  std::optional<io::DeviceImages> wait(milliseconds longest) override {
+  std::optional<io::DeviceImages> wait(BenchTime longest) override {
     switch (bench_.take()) {
       case DeviceBench::Step::Images:
         return io::DeviceImages{++stamp_, std::make_shared<io::LoadedView>()};
@@ -109,9 +109,9 @@ class BenchDevice : public io::Device {
 class DeviceSourceTest : public testing::Test {
  protected:
   /** \param give_up after how long a connected device that delivers nothing is opened again */
-  std::unique_ptr<io::DeviceSource> source(milliseconds give_up = std::chrono::hours(1)) {
+  std::unique_ptr<io::DeviceSource> source(BenchTime give_up = std::chrono::hours(1)) {
     io::DeviceTiming timing;
-    timing.wait = timing.silent = timing.look_for = milliseconds(1);
+    timing.wait = timing.silent = timing.look_for = BenchTime(1);
     timing.give_up = give_up;
     return std::make_unique<io::DeviceSource>(
         std::make_unique<BenchDevice>(bench_),
@@ -125,7 +125,7 @@ class DeviceSourceTest : public testing::Test {
   DeviceBench bench_;
 };
 
-using Step = DeviceBench::Step;
+using BenchStep = DeviceBench::Step;
 
 TEST_F(DeviceSourceTest, TellsTheCameraBeforeItStarts) {
   const auto camera = source();
@@ -140,8 +140,8 @@ TEST_F(DeviceSourceTest, TellsTheCameraBeforeItStarts) {
 
 TEST_F(DeviceSourceTest, DeliversWithTheStampsOfTheDevice) {
   const auto camera = source();
-  bench_.next(Step::Images);
-  bench_.next(Step::Images);
+  bench_.next(BenchStep::Images);
+  bench_.next(BenchStep::Images);
   camera->start(bench_.receiver());
   bench_.await("view 2");
   camera->stop();
@@ -151,13 +151,13 @@ TEST_F(DeviceSourceTest, DeliversWithTheStampsOfTheDevice) {
 TEST_F(DeviceSourceTest, NothingIsDeliveredAndNothingIsOpenAfterStop) {
   const auto camera = source();
   camera->start(bench_.receiver());
-  bench_.next(Step::Images);
+  bench_.next(BenchStep::Images);
   bench_.await("view 1");
   camera->stop();
   EXPECT_EQ(bench_.open, 0);
   EXPECT_FALSE(camera->running());
   const std::size_t lines = bench_.lines().size();
-  bench_.next(Step::Images);
+  bench_.next(BenchStep::Images);
   camera->stop();
   EXPECT_EQ(bench_.lines().size(), lines);
 }
@@ -179,14 +179,14 @@ TEST_F(DeviceSourceTest, ADeviceThatCannotStartIsAnError) {
 TEST_F(DeviceSourceTest, GoesOnWhenAnUnpluggedDeviceIsBack) {
   const auto camera = source();
   camera->start(bench_.receiver());
-  bench_.next(Step::Images);
+  bench_.next(BenchStep::Images);
   bench_.await("view 1");
   bench_.plug(false);
   bench_.await("bench:1: was unplugged; it is looked for again");
   EXPECT_TRUE(camera->running());
   bench_.plug(true);
   bench_.await("bench:1: is back");
-  bench_.next(Step::Images);
+  bench_.next(BenchStep::Images);
   bench_.await("view 1", 2);
   camera->stop();
   EXPECT_EQ(bench_.open, 0);
@@ -194,7 +194,7 @@ TEST_F(DeviceSourceTest, GoesOnWhenAnUnpluggedDeviceIsBack) {
 
 TEST_F(DeviceSourceTest, AnExceptionOfTheLibraryIsALossToo) {
   const auto camera = source();
-  bench_.next(Step::Unplug);
+  bench_.next(BenchStep::Unplug);
   camera->start(bench_.receiver());
   bench_.await("bench:1: was unplugged; it is looked for again");
   bench_.await("bench:1: is back");
@@ -210,7 +210,7 @@ TEST_F(DeviceSourceTest, StopsWhileItLooksForTheDevice) {
 }
 
 TEST_F(DeviceSourceTest, ASilentDeviceIsOpenedAgainThoughItIsConnected) {
-  const auto camera = source(milliseconds(1));
+  const auto camera = source(BenchTime(1));
   camera->start(bench_.receiver());
   bench_.await("bench:1: is connected, but delivers no images; it is looked for again");
   bench_.await("bench:1: is back");
@@ -218,10 +218,10 @@ TEST_F(DeviceSourceTest, ASilentDeviceIsOpenedAgainThoughItIsConnected) {
 
 TEST_F(DeviceSourceTest, ADeviceThatWaitsForAnotherIsLeftOpenAndSaysSoOnce) {
   bench_.waits = "it waits for its master";
-  const auto camera = source(milliseconds(1));
+  const auto camera = source(BenchTime(1));
   camera->start(bench_.receiver());
   bench_.await("bench:1: delivers no images: it waits for its master");
-  bench_.next(Step::Images);
+  bench_.next(BenchStep::Images);
   bench_.await("bench:1: delivers images again");
   bench_.await("view 1");
   camera->stop();
@@ -234,7 +234,7 @@ TEST_F(DeviceSourceTest, WhyItCannotBeOpenedAgainIsSaidOnce) {
   camera->start(bench_.receiver());
   bench_.await("started");
   bench_.refuses_start = true;
-  bench_.next(Step::Unplug);
+  bench_.next(BenchStep::Unplug);
   bench_.await("bench:1: cannot be started");
   camera->stop();
   const std::vector<std::string> lines = bench_.lines();
@@ -246,7 +246,7 @@ TEST_F(DeviceSourceTest, AnotherCalibrationEndsIt) {
   camera->start(bench_.receiver());
   bench_.await("started");
   bench_.focal_length = 510;
-  bench_.next(Step::Unplug);
+  bench_.next(BenchStep::Unplug);
   bench_.await("bench:1: is back with another calibration");
   camera->stop();
   EXPECT_FALSE(camera->running());
