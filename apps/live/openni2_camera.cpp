@@ -12,6 +12,7 @@
 #include <pcl/io/openni2_grabber.h>
 
 #include <algorithm>
+#include <iterator>
 #include <utility>
 
 namespace fuse_flow::io {
@@ -21,11 +22,16 @@ using Openni2Info = pcl::io::openni2::OpenNI2DeviceInfo;
 
 /** \brief What is connected, in the order of the numbers #1, #2, … */
 std::vector<Openni2Info> openni2Infos() {
-  try {
-    return *pcl::io::openni2::OpenNI2DeviceManager::getInstance()->getConnectedDeviceInfos();
-  } catch (const std::exception&) {  // PCL tells where in its sources
+  static const auto manager = []() -> decltype(pcl::io::openni2::OpenNI2DeviceManager::getInstance()) {
+    try {
+      return pcl::io::openni2::OpenNI2DeviceManager::getInstance();
+    } catch (const std::exception&) {  // once only: the next time, it would succeed, and find no device
+      return nullptr;
+    }
+  }();
+  if (!manager)
     throw InputError("openni2: OpenNI 2 finds none of its drivers, must be installed with its folder OpenNI2/Drivers");
-  }
+  return *manager->getConnectedDeviceInfos();
 }
 
 std::vector<ConnectedDevice> openni2List() {
@@ -162,18 +168,23 @@ std::string openni2Uri(const std::string& id, const std::vector<Openni2Info>& in
   failNotConnected(name, openni2Kind(), openni2List());
 }
 
-/** \brief Where a device is after it was unplugged: its URI ends with a number that may then be another. Devices of one model cannot be told apart by
- *  it, so only the one of a rig with a single one is found again. */
-std::string openni2UriAgain(const Openni2Info& was, bool only_one_of_model) {
+bool isSameOpenni2Model(const Openni2Info& a, const Openni2Info& b) {
+  return a.vendor_id_ == b.vendor_id_ && a.product_id_ == b.product_id_;
+}
+
+/** \brief Where a device is after it was unplugged; empty while it is not there. Its URI may then end with another number, and devices of one model
+ *  cannot be told apart by anything else: one that had no others of its model beside it is found again.
+ *  \param others of its model that were connected, too */
+std::string openni2UriAgain(const std::string& name, const Openni2Info& was, const std::vector<Openni2Info>& others) {
   const std::vector<Openni2Info> infos = openni2Infos();
   if (isOpenni2(infos, was.uri_)) return was.uri_;
-  std::vector<std::string> same;
+  std::vector<std::string> fresh;
   for (const Openni2Info& info : infos)
-    if (info.vendor_id_ == was.vendor_id_ && info.product_id_ == was.product_id_) same.push_back(info.uri_);
-  if (same.empty()) return {};
-  if (only_one_of_model && same.size() == 1) return same[0];
-  throw InputError("openni2:" + was.uri_ +
-                   ": a device of its model is connected, but nothing says that it is the same one; start again");
+    if (isSameOpenni2Model(info, was) && !isOpenni2(others, info.uri_)) fresh.push_back(info.uri_);
+  if (fresh.empty()) return {};
+  if (others.empty() && fresh.size() == 1) return fresh[0];
+  throw InputError(name + ": a device of its model was plugged in, " + fresh[0] +
+                   ", but nothing says that it is the same one; start again to use it");
 }
 
 std::unique_ptr<CameraSource> openOpenni2(const std::string& id) {
@@ -182,12 +193,12 @@ std::unique_ptr<CameraSource> openOpenni2(const std::string& id) {
   const std::string name = "openni2:" + (id.empty() ? "#1" : id);
   const Openni2Info info =
       *std::find_if(infos.begin(), infos.end(), [&](const Openni2Info& known) { return known.uri_ == uri; });
-  const bool only_one = std::count_if(infos.begin(), infos.end(), [&](const Openni2Info& other) {
-                          return other.vendor_id_ == info.vendor_id_ && other.product_id_ == info.product_id_;
-                        }) == 1;
+  std::vector<Openni2Info> others;
+  std::copy_if(infos.begin(), infos.end(), std::back_inserter(others),
+               [&](const Openni2Info& other) { return other.uri_ != uri && isSameOpenni2Model(other, info); });
   return std::make_unique<DeviceSource>(std::make_unique<Openni2Device>(name, uri),
-                                        [name, info, only_one]() -> std::unique_ptr<Device> {
-                                          const std::string again = openni2UriAgain(info, only_one);
+                                        [name, info, others]() -> std::unique_ptr<Device> {
+                                          const std::string again = openni2UriAgain(name, info, others);
                                           if (again.empty()) return nullptr;
                                           return std::make_unique<Openni2Device>(name, again);
                                         });
