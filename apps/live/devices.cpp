@@ -72,9 +72,15 @@ std::unique_ptr<CameraSource> openDevice(const std::string& name) {
 std::vector<std::string> listDevices() {
   std::vector<std::string> lines;
   for (const DeviceKind& kind : deviceKinds()) {
-    if (!kind.list) continue;
+    if (!kind.list) {
+      lines.push_back(kind.scheme + ": is not looked for, since FUSE-Flow was built without " + kind.missing +
+                      ", and build it again");
+      continue;
+    }
     try {
-      for (const ConnectedDevice& device : kind.list()) lines.push_back(device.name + " " + device.model);
+      const std::vector<ConnectedDevice> connected = kind.list();
+      for (const ConnectedDevice& device : connected) lines.push_back(device.name + " " + device.model);
+      if (connected.empty()) lines.push_back(kind.scheme + ": no " + kind.called + " is connected");
     } catch (const InputError& error) {
       lines.push_back(error.what());
     }

@@ -24,8 +24,8 @@ std::unique_ptr<CameraSource> openDevice(const std::string& name);
  *  as "orbbec:", are some too: openDevice() says what is right. Upper and lower case matter. */
 bool isDevice(const std::string& name);
 
-/** \brief The connected devices of the kinds that this build opens, a line each: the name and the model, "realsense:0123 Intel RealSense D435". Where a
- *  library cannot tell, the line says so. */
+/** \brief The connected devices, a line each: the name and the model, "realsense:0123 Intel RealSense D435". Of a kind of which none is connected,
+ *  that this build does not open, or whose library cannot tell, a line says so. */
 std::vector<std::string> listDevices();
 
 }  // namespace fuse_flow::io
