@@ -1,6 +1,6 @@
 #include "input_checks/view_overlap.h"
 
-#include "recordings/posed_recording.h"
+#include "recordings/calibrations/posed_recording.h"
 
 #include <fuse_flow/impl/sensors/preprocessing.hpp>
 #include <fuse_flow/impl/sensors/rig_geometry.hpp>

@@ -4,7 +4,7 @@
 
 #include "live/device_conversions.h"
 #include "live/device_source.h"
-#include "recordings/lens_models.h"
+#include "recordings/calibrations/lens_models.h"
 
 #include <librealsense2/rs.hpp>
 

@@ -1,6 +1,6 @@
 #include <fuse_flow/recordings/recording.h>
 
-#include "recordings/posed_recording.h"
+#include "recordings/calibrations/posed_recording.h"
 #include "recordings/range.h"
 #include "recordings/readers/readers.h"
 

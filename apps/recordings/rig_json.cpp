@@ -1,11 +1,11 @@
 #include <fuse_flow/recordings/rig_json.h>
 
-#include "recordings/calibration.h"
+#include "recordings/calibrations/calibration.h"
+#include "recordings/calibrations/lens_models.h"
 #include "recordings/files/cut_short.h"
 #include "recordings/files/file_io.h"
 #include "recordings/files/json_file.h"
 #include "recordings/files/unknown_keys.h"
-#include "recordings/lens_models.h"
 
 #include <fuse_flow/recordings/error.h>
 

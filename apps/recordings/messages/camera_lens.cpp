@@ -1,7 +1,7 @@
 #include "recordings/messages/camera_lens.h"
 
-#include "recordings/calibration.h"
-#include "recordings/lens_models.h"
+#include "recordings/calibrations/calibration.h"
+#include "recordings/calibrations/lens_models.h"
 
 namespace fuse_flow::io {
 

@@ -1,6 +1,6 @@
 #include <fuse_flow/recordings/organized_cloud.h>
 
-#include "recordings/lens_fit.h"
+#include "recordings/calibrations/lens_fit.h"
 
 #include <fuse_flow/filters/depth_backprojection.h>
 

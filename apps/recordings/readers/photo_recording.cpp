@@ -1,6 +1,6 @@
 #include "recordings/readers/photo_recording.h"
 
-#include "recordings/calibration.h"
+#include "recordings/calibrations/calibration.h"
 #include "recordings/files/float_image.h"
 #include "recordings/range.h"
 

@@ -1,5 +1,5 @@
-#include "recordings/calibration.h"
-#include "recordings/colmap_camera.h"
+#include "recordings/calibrations/calibration.h"
+#include "recordings/calibrations/colmap_camera.h"
 #include "recordings/files/file_io.h"
 #include "recordings/readers/photo_recording.h"
 #include "recordings/readers/readers.h"

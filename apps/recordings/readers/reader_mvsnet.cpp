@@ -1,4 +1,4 @@
-#include "recordings/calibration.h"
+#include "recordings/calibrations/calibration.h"
 #include "recordings/files/file_io.h"
 #include "recordings/files/float_image.h"
 #include "recordings/readers/photo_recording.h"

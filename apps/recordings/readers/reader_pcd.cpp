@@ -1,4 +1,4 @@
-#include "recordings/calibration.h"
+#include "recordings/calibrations/calibration.h"
 #include "recordings/files/pcd_file.h"
 #include "recordings/range.h"
 #include "recordings/readers/readers.h"

@@ -1,6 +1,6 @@
+#include "recordings/calibrations/intrinsics_file.h"
 #include "recordings/files/file_io.h"
 #include "recordings/image_folders/name_number.h"
-#include "recordings/intrinsics_file.h"
 #include "recordings/readers/readers.h"
 #include "recordings/readers/sequence_recording.h"
 #include "recordings/readers/trajectory_file.h"

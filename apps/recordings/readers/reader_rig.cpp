@@ -1,4 +1,4 @@
-#include "recordings/depth_to_z.h"
+#include "recordings/calibrations/depth_to_z.h"
 #include "recordings/files/file_io.h"
 #include "recordings/files/float_image.h"
 #include "recordings/files/tiff_image.h"

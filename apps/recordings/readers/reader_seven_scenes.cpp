@@ -1,4 +1,4 @@
-#include "recordings/calibration.h"
+#include "recordings/calibrations/calibration.h"
 #include "recordings/files/file_io.h"
 #include "recordings/readers/readers.h"
 #include "recordings/readers/sequence_recording.h"

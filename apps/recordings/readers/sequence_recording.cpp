@@ -1,8 +1,8 @@
 #include "recordings/readers/sequence_recording.h"
 
-#include "recordings/calibration.h"
+#include "recordings/calibrations/calibration.h"
+#include "recordings/calibrations/intrinsics_file.h"
 #include "recordings/files/image_io.h"
-#include "recordings/intrinsics_file.h"
 #include "recordings/range.h"
 
 #include <algorithm>

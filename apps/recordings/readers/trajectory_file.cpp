@@ -1,6 +1,6 @@
 #include "recordings/readers/trajectory_file.h"
 
-#include "recordings/calibration.h"
+#include "recordings/calibrations/calibration.h"
 #include "recordings/files/json_file.h"
 
 #include <fuse_flow/recordings/error.h>

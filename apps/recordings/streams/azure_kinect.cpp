@@ -1,6 +1,6 @@
 #include "recordings/streams/azure_kinect.h"
 
-#include "recordings/calibration.h"
+#include "recordings/calibrations/calibration.h"
 #include "recordings/files/json_file.h"
 
 #include <algorithm>

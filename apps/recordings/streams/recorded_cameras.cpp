@@ -1,4 +1,4 @@
-#include "recordings/calibration.h"
+#include "recordings/calibrations/calibration.h"
 #include "recordings/range.h"
 #include "recordings/readers/view_files.h"
 #include "recordings/streams/recorded_camera.h"

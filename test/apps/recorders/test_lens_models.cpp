@@ -1,4 +1,4 @@
-#include "recordings/lens_models.h"
+#include "recordings/calibrations/lens_models.h"
 
 #include "../recordings/io_fixture.h"
 

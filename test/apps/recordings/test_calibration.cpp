@@ -1,4 +1,4 @@
-#include "recordings/calibration.h"
+#include "recordings/calibrations/calibration.h"
 
 #include "io_fixture.h"
 

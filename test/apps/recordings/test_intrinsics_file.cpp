@@ -1,4 +1,4 @@
-#include "recordings/intrinsics_file.h"
+#include "recordings/calibrations/intrinsics_file.h"
 
 #include "io_fixture.h"
 

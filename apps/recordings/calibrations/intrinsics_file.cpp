@@ -1,10 +1,10 @@
-#include "recordings/intrinsics_file.h"
+#include "recordings/calibrations/intrinsics_file.h"
 
-#include "recordings/calibration.h"
-#include "recordings/colmap_camera.h"
+#include "recordings/calibrations/calibration.h"
+#include "recordings/calibrations/colmap_camera.h"
+#include "recordings/calibrations/lens_models.h"
 #include "recordings/files/file_io.h"
 #include "recordings/files/json_file.h"
-#include "recordings/lens_models.h"
 
 #include <fuse_flow/recordings/error.h>
 

@@ -1,6 +1,6 @@
-#include "recordings/colmap_camera.h"
+#include "recordings/calibrations/colmap_camera.h"
 
-#include "recordings/calibration.h"
+#include "recordings/calibrations/calibration.h"
 #include "recordings/files/cut_short.h"
 
 #include <fuse_flow/recordings/error.h>

@@ -1,4 +1,4 @@
-#include "recordings/lens_fit.h"
+#include "recordings/calibrations/lens_fit.h"
 
 #include <Eigen/Dense>
 #include <unsupported/Eigen/NonLinearOptimization>

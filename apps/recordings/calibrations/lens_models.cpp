@@ -1,8 +1,8 @@
-#include "recordings/lens_models.h"
+#include "recordings/calibrations/lens_models.h"
 
-#include "recordings/calibration.h"
+#include "recordings/calibrations/calibration.h"
+#include "recordings/calibrations/lens_fit.h"
 #include "recordings/files/cut_short.h"
-#include "recordings/lens_fit.h"
 
 #include <fuse_flow/recordings/error.h>
 

@@ -1,4 +1,4 @@
-#include "recordings/depth_to_z.h"
+#include "recordings/calibrations/depth_to_z.h"
 
 #include <algorithm>
 #include <cmath>

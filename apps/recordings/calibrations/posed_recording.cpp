@@ -1,6 +1,6 @@
-#include "recordings/posed_recording.h"
+#include "recordings/calibrations/posed_recording.h"
 
-#include "recordings/depth_to_z.h"
+#include "recordings/calibrations/depth_to_z.h"
 
 #include <fuse_flow/recordings/error.h>
 #include <fuse_flow/recordings/rig_json.h>
