@@ -47,6 +47,8 @@ class RigRecorder {
   /** \brief Waits for what was taken, and ends the file. \throws as check() */
   void finish();
 
+  /** \brief Size of the file, after finish(). */
+  std::uint64_t bytes() const { return messages_.bytes(); }
   /** \brief Views that are in the file. */
   std::uint64_t written() const;
   /** \brief Views that came faster than they could be compressed and written. */

@@ -311,8 +311,7 @@ int run(const Options& options, const command_line::LiveArguments& live) {
   std::cout << pump.summary();
   if (recorder)
     std::printf("  %s: %llu views, %.1f MB\n", options.record.c_str(),
-                static_cast<unsigned long long>(recorder->written()),
-                static_cast<double>(io::fileSize(options.record)) * 1e-6);
+                static_cast<unsigned long long>(recorder->written()), static_cast<double>(recorder->bytes()) * 1e-6);
   std::vector<std::string> noticed = pump.complaints();
   for (const std::shared_ptr<io::BackgroundSink>& sink : sinks) {
     for (std::string& line : sink->finish()) noticed.push_back(std::move(line));

@@ -113,7 +113,7 @@ int convert(const Options& options) {
   if (confidence) warn({"the cameras' images of confidence have no place in such a file, and are left out"});
   if (times.assumed()) warn({"the recording does not say when its frames were taken; 30 a second are taken"});
   std::printf("%s: %zu frames of %zu cameras, %.1f MB, %.1f frames per second\n", options.output.c_str(), done,
-              recording->cameras().size(), static_cast<double>(io::fileSize(options.output)) * 1e-6,
+              recording->cameras().size(), static_cast<double>(recorder.bytes()) * 1e-6,
               static_cast<double>(done) / seconds);
   return command_line::endOfFrames("fuse_flow_record", done, frames.size());
 }
@@ -155,7 +155,7 @@ int record(const Options& options, const command_line::LiveArguments& live) {
   const SynchronizerStatistics statistics = rig->statistics();
   std::printf("%s: %llu views of %zu cameras in %.1f s, %.1f MB\n", options.output.c_str(),
               static_cast<unsigned long long>(recorder.written()), rig->cameras().size(), seconds,
-              static_cast<double>(io::fileSize(options.output)) * 1e-6);
+              static_cast<double>(recorder.bytes()) * 1e-6);
   std::printf("  %llu frames, %llu of them without all cameras, up to %.1f ms apart\n",
               static_cast<unsigned long long>(statistics.complete_sets + statistics.incomplete_sets),
               static_cast<unsigned long long>(statistics.incomplete_sets),

@@ -26,6 +26,8 @@ class McapWriter {
   void flush() { endChunk(); }
   /** \brief The summary, and the end. Without it, the file is one of a program that was killed. */
   void finish();
+  /** \brief Bytes that are written. */
+  std::uint64_t bytes() const { return at_; }
 
  private:
   struct Schema {

@@ -43,6 +43,8 @@ class RigMessages {
   void write(const std::vector<Encoded>& messages);
   /** \brief encode() and write() of all cameras. */
   void write(Nanoseconds time, const LoadedFrame& frame);
+  /** \brief See McapWriter::bytes(). */
+  std::uint64_t bytes() const { return writer_.bytes(); }
   /** \brief See McapWriter::flush(). */
   void flush() { writer_.flush(); }
   /** \brief See McapWriter::finish(). */
