@@ -9,7 +9,7 @@ packages=(build-essential cmake ninja-build clang-format pkg-config
           libcli11-dev nlohmann-json3-dev libyaml-cpp-dev libgtest-dev libbenchmark-dev
           xvfb xauth xdotool libgl1-mesa-dri libx11-dev libgl-dev libopengl-dev)
 # For the GPU classes, for fuse_flow_calibrate --board, for what recorders write, and for depth in OpenEXR; installed where the distribution has them.
-optional=(libthrust-dev libapriltag-dev
+optional=(libthrust-dev libapriltag-dev libopencv-calib3d-dev libopencv-objdetect-dev libopencv-contrib-dev
           libavformat-dev libswscale-dev librosbag-storage-dev libfastcdr-dev libsqlite3-dev liblz4-dev libzstd-dev libopenexr-dev)
 # What writes files for the tests of readers.
 writers=(python3-rosbag python3-sensor-msgs python3-tf2-msgs ffmpeg python3-pil python3-tifffile)
@@ -25,6 +25,11 @@ missing_optional() {
   for package in "${optional[@]}"; do
     if installed "$package"; then continue; fi
     if [ "$package" = libthrust-dev ] && [ -e /usr/local/cuda/include/cuda.h ]; then continue; fi  # CUDA has its own
+    # ArUco's markers, which libopencv-objdetect-dev has from OpenCV 4.7 on.
+    if [ "$package" = libopencv-contrib-dev ] &&
+      dpkg --compare-versions "$(apt-cache madison libopencv-objdetect-dev | awk 'NR == 1 {print $3}')" ge 4.7; then
+      continue
+    fi
     # Not "show", which succeeds for names that other packages only refer to.
     if [ -n "$(apt-cache madison "$package")" ]; then echo "$package"; fi
   done
@@ -119,7 +124,7 @@ fuse_demo() {  # fuse_demo RECORDING OUT METHOD
 }
 
 demo() {
-  echo "The demo takes five minutes on two cores, the first time. Where nothing of what it installs is there, 400 MB are"
+  echo "The demo takes five minutes on two cores, the first time. Where nothing of what it installs is there, 450 MB are"
   echo "downloaded before."
   install_missing
   build_demo fuse_flow_fuse fuse_flow_evaluate fuse_flow_simulate fuse_flow_picture
@@ -209,7 +214,8 @@ not_built() {
   done << 'END'
 FUSE_FLOW_THRUST_INCLUDE_DIR the GPU classes and their tests: no Thrust
 FUSE_FLOW_NVCC what runs on a GPU: no nvcc
-FUSE_FLOW_APRILTAG_LIBRARY fuse_flow_calibrate --board: no apriltag
+FUSE_FLOW_APRILTAG_LIBRARY fuse_flow_calibrate --board with AprilTags: no apriltag
+FUSE_FLOW_HAS_opencv fuse_flow_calibrate --board with chessboards, ArUco and ChArUco: no OpenCV, or no aruco of it
 Open3D_DIR Open3D among the tables' peers: no Open3D
 FUSE_FLOW_HAS_libav .mkv of Azure Kinect and Femto: no libavformat or libswscale
 FUSE_FLOW_HAS_rosbag .bag of ROS 1 and RealSense: no librosbag-storage

@@ -13,14 +13,6 @@ constexpr double kContradiction = 3;
 /** \brief Share by which depth may differ from what the size of the markers says. */
 constexpr double kWrongSize = 0.08;
 
-/** \brief Where the diagonals cross: the middle of the square, seen from anywhere. */
-Pixel middle(const std::array<Pixel, 4>& c) {
-  const float ax = c[2].u - c[0].u, ay = c[2].v - c[0].v, bx = c[3].u - c[1].u, by = c[3].v - c[1].v;
-  const float determinant = ax * by - ay * bx;
-  const float t = ((c[1].u - c[0].u) * by - (c[1].v - c[0].v) * bx) / determinant;
-  return {c[0].u + t * ax, c[0].v + t * ay};
-}
-
 /** \brief Metres; 0: not measured, or the colour image is not registered to depth. */
 float measuredDepth(const DepthView& view, const Camera& camera, const Pixel& at) {
   const int u = static_cast<int>(std::lround(at.u)), v = static_cast<int>(std::lround(at.v));
@@ -39,13 +31,18 @@ std::string number(const char* format, double value) {
 
 }  // namespace
 
+Board::Board(const BoardKind& kind) : kind_(kind) {
+  checkBoard(kind);
+  detector_ = makeBoardDetector(kind);
+}
+
 void Board::addFrame(const LoadedFrame& frame) {
   for (std::size_t i = 0; i < frame.images.size(); ++i) {
     if (!frame.rig.views[i].color) continue;
     color_ = true;
-    for (const DetectedMarker& marker : detector_.detect(frame.images[i].color)) {
-      const float depth = measuredDepth(frame.rig.views[i], frame.rig.cameras[i], middle(marker.corners));
-      sightings_.push_back({i, frames_, marker.id, marker.corners, depth});
+    for (DetectedBoard& found : detector_->detect(frame.images[i].color)) {
+      const float depth = measuredDepth(frame.rig.views[i], frame.rig.cameras[i], found.middle.pixel);
+      sightings_.push_back({i, frames_, found.id, std::move(found.points), depth, found.middle.place});
     }
   }
   ++frames_;
@@ -53,26 +50,45 @@ void Board::addFrame(const LoadedFrame& frame) {
 
 MarkerRig Board::place(const std::vector<Camera>& cameras) const {
   if (!color_) throw InputError("--board: the recording has no colour images");
-  MarkerRig rig = placeByMarkers(cameras, sightings_, side_);
+  MarkerRig rig = placeByMarkers(cameras, sightings_);
   std::string lost;
   for (std::size_t i = 0; i < cameras.size(); ++i) {
     bool saw = false;
     for (const MarkerSighting& sighting : sightings_) saw = saw || sighting.camera == i;
     if (rig.placed[i] && saw) continue;
-    lost +=
-        (lost.empty() ? "'" : ", '") + cameras[i].name + (saw ? "' saw none together with the others" : "' saw none");
+    const char* why = isOne() ? (saw ? "' never saw it together with the others" : "' never saw it")
+                              : (saw ? "' saw none together with the others" : "' saw none");
+    lost += (lost.empty() ? "'" : ", '") + cameras[i].name + why;
   }
-  if (!lost.empty())
-    throw InputError("--board: markers do not connect every camera with the first: " + lost +
-                     "; show one to two cameras at a time until all are linked");
+  if (!lost.empty()) {
+    const std::string advice = detector_->advice();
+    throw InputError(std::string("--board: ") + (isOne() ? "the board does" : "markers do") +
+                     " not connect every camera with the first: " + lost +
+                     "; show one to two cameras at a time until all are linked" +
+                     (advice.empty() ? "" : "; " + advice));
+  }
   if (rig.residual > kContradiction)
-    throw InputError("--board: corners of markers are " + number("%.1f", rig.residual) +
+    throw InputError(std::string("--board: corners of ") + (isOne() ? "the board" : "markers") + " are " +
+                     number("%.1f", rig.residual) +
                      " pixels from where they should be; were the cameras not synchronised while it moved?");
   if (rig.depth_ratio > 0 && std::fabs(rig.depth_ratio - 1) > kWrongSize)
-    throw InputError("--board: markers of " + number("%g", side_) +
+    throw InputError(std::string("--board: ") + (isOne() ? "squares" : "markers") + " of " + number("%g", kind_.side) +
                      " m would lie elsewhere than depth was measured; by depth " + "their side is about " +
-                     number("%.2g", side_ * rig.depth_ratio) + " m");
+                     number("%.2g", kind_.side * rig.depth_ratio) + " m");
   return rig;
+}
+
+std::string Board::summary(const MarkerRig& rig) const {
+  const std::string count = std::to_string(rig.markers),
+                    corners = " corners fit to " + number("%.2f", rig.residual) + " pixels.\n";
+  std::string text = isOne() ? "Poses found from " + count + " places of the board that several cameras saw;" + corners
+                             : "Poses found from " + count + " markers that several cameras saw;" + corners;
+  const std::string assumption = assumptionAbout(kind_);
+  if (!assumption.empty()) text += assumption + "\n";
+  if (rig.depth_ratio == 0)
+    text += "No depth was measured on it: its size, and so all distances, are as --board says.\n";
+  if (rig.unusable > 0) text += std::to_string(rig.unusable) + " sightings are left out: their points give no pose.\n";
+  return text;
 }
 
 }  // namespace fuse_flow::io

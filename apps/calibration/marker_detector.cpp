@@ -1,5 +1,7 @@
 #include "calibration/marker_detector.h"
 
+#include "calibration/grey.h"
+
 #include <fuse_flow/recordings/error.h>
 
 #include <apriltag/apriltag.h>
@@ -22,13 +24,6 @@ Family makeFamily(const std::string& name) {
   if (name == "tag16h5") return {tag16h5_create(), tag16h5_destroy};
   if (name == "tagStandard41h12") return {tagStandard41h12_create(), tagStandard41h12_destroy};
   throw InputError("marker family '" + name + "' is not known");
-}
-
-std::vector<std::uint8_t> toGrey(const ColorImage& image) {
-  std::vector<std::uint8_t> grey;
-  grey.reserve(image.data.size());
-  for (const Rgb8& c : image.data) grey.push_back(static_cast<std::uint8_t>((77 * c.r + 150 * c.g + 29 * c.b) >> 8));
-  return grey;
 }
 
 }  // namespace

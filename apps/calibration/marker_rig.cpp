@@ -3,11 +3,13 @@
 #include <fuse_flow/impl/calibration/dense_algebra.hpp>
 
 #include <Eigen/LU>
+#include <Eigen/QR>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <map>
+#include <optional>
 
 namespace fuse_flow::io {
 namespace {
@@ -21,20 +23,16 @@ using Vector6d = Eigen::Matrix<double, 6, 1>;
 
 /** \brief A marker as the camera that took the colour image sees it. */
 struct Look {
-  std::size_t eye;
-  std::size_t marker;
-  std::array<Vector2d, 4> rays;  ///< x/z, y/z of the corners
-  double focal;                  ///< pixels, so that residuals are pixels
-  double depth;                  ///< of MarkerSighting
+  std::size_t eye{0};
+  std::size_t marker{0};
+  std::vector<Vector3d> points;  ///< in the marker's frame: x to the right, y down, z away from the viewer; metres
+  std::vector<Vector2d> rays;    ///< x/z, y/z of the points
+  double focal{0};               ///< pixels, so that residuals are pixels
+  double depth{0};               ///< of MarkerSighting
+  Vector3d depth_at;             ///< in the marker's frame
   Isometry3d T_eye_marker;       ///< what it says alone
-  double doubt;                  ///< residual of that over that of the other pose; [0, 1]
+  double doubt{0};               ///< residual of that over that of the other pose; [0, 1]
 };
-
-/** \brief In the marker's frame: x to the right, y down, z away from the viewer; metres. */
-Vector3d corner(int k, double side) {
-  static constexpr double x[] = {-0.5, 0.5, 0.5, -0.5}, y[] = {0.5, 0.5, -0.5, -0.5};
-  return side * Vector3d(x[k], y[k], 0);
-}
 
 Isometry3d moved(const Vector6d& twist, const Isometry3d& T) {
   const double angle = twist.tail<3>().norm();
@@ -52,20 +50,20 @@ struct Pull {
   double cost{0};     ///< the same by Huber's function
 };
 
-/** \brief Distance from which on a corner counts less, pixels: something may have hidden it. */
+/** \brief Distance from which on a point counts less, pixels: something may have hidden it. */
 constexpr double kRobust = 1.5;
 
-Pull pullOf(const Look& look, const Isometry3d& T_world_eye, const Isometry3d& T_world_marker, double side) {
+Pull pullOf(const Look& look, const Isometry3d& T_world_eye, const Isometry3d& T_world_marker) {
   Pull pull;
   const Isometry3d T_eye_world = T_world_eye.inverse();
-  for (int k = 0; k < 4; ++k) {
-    const Vector3d x = T_world_marker * corner(k, side), p = T_eye_world * x;
+  for (std::size_t k = 0; k < look.points.size(); ++k) {
+    const Vector3d x = T_world_marker * look.points[k], p = T_eye_world * x;
     if (!(p.z() > 1e-6)) {
       pull.cost = pull.squares = std::numeric_limits<double>::infinity();
       return pull;
     }
     const Vector2d ray = p.head<2>() / p.z();
-    const Vector2d r = look.focal * (ray - look.rays[static_cast<std::size_t>(k)]);
+    const Vector2d r = look.focal * (ray - look.rays[k]);
     Eigen::Matrix<double, 2, 3> along;
     along << 1, 0, -ray.x(), 0, 1, -ray.y();
     const Eigen::Matrix<double, 2, 3> a = look.focal / p.z() * along * T_eye_world.linear();
@@ -84,14 +82,14 @@ Pull pullOf(const Look& look, const Isometry3d& T_world_eye, const Isometry3d& T
 }
 
 /** \brief The pose of a marker that one look says, from a guess on. */
-Isometry3d refined(const Look& look, Isometry3d T, double side) {
-  Pull pull = pullOf(look, Isometry3d::Identity(), T, side);
+Isometry3d refined(const Look& look, Isometry3d T) {
+  Pull pull = pullOf(look, Isometry3d::Identity(), T);
   double damping = 1e-6;
   for (int iteration = 0; iteration < 40 && damping < 1e6; ++iteration) {
     Matrix6d A = pull.A;
     A.diagonal() *= 1 + damping;
     const Isometry3d next = moved(host::CholeskyFactors(A).solve(-pull.g), T);
-    const Pull there = pullOf(look, Isometry3d::Identity(), next, side);
+    const Pull there = pullOf(look, Isometry3d::Identity(), next);
     if (there.cost < pull.cost) {
       T = next;
       pull = there;
@@ -103,12 +101,22 @@ Isometry3d refined(const Look& look, Isometry3d T, double side) {
   return T;
 }
 
-/** \brief From the homography of its corners. */
-Isometry3d guess(const Look& look, double side) {
-  Eigen::Matrix<double, 8, 8> A = Eigen::Matrix<double, 8, 8>::Zero();
-  Eigen::Matrix<double, 8, 1> b;
-  for (int k = 0; k < 4; ++k) {
-    const Vector3d c = corner(k, side);
+Vector3d middle(const std::vector<Vector3d>& points) {
+  Vector3d sum = Vector3d::Zero();
+  for (const Vector3d& p : points) sum += p / static_cast<double>(points.size());
+  return sum;
+}
+
+/** \brief From the homography of its points. Nothing if they do not determine it: four or more, and not all but one on a line. */
+std::optional<Isometry3d> guess(const Look& look) {
+  const auto n = static_cast<Eigen::Index>(look.points.size());
+  if (n < 4) return std::nullopt;
+  // About their middle, which is in front of the camera, wherever the marker's origin is.
+  const Vector3d mean = middle(look.points);
+  Eigen::Matrix<double, Eigen::Dynamic, 8> A = Eigen::Matrix<double, Eigen::Dynamic, 8>::Zero(2 * n, 8);
+  Eigen::VectorXd b(2 * n);
+  for (Eigen::Index k = 0; k < n; ++k) {
+    const Vector3d c = look.points[static_cast<std::size_t>(k)] - mean;
     const Vector2d& ray = look.rays[static_cast<std::size_t>(k)];
     for (int row = 0; row < 2; ++row) {
       A.row(2 * k + row).segment<3>(3 * row) << c.x(), c.y(), 1;
@@ -116,7 +124,15 @@ Isometry3d guess(const Look& look, double side) {
       b[2 * k + row] = ray[row];
     }
   }
-  const Eigen::Matrix<double, 8, 1> h = A.partialPivLu().solve(b);
+  Eigen::ColPivHouseholderQR<decltype(A)> qr(A);
+  qr.setThreshold(1e-7);
+  if (qr.rank() < 8) return std::nullopt;
+  // Four points leave nothing to average.
+  Eigen::Matrix<double, 8, 1> h;
+  if (n == 4)
+    h = Eigen::Matrix<double, 8, 8>(A).partialPivLu().solve(Eigen::Matrix<double, 8, 1>(b));
+  else
+    h = qr.solve(b);
   const Vector3d x(h[0], h[3], h[6]), y(h[1], h[4], h[7]), t(h[2], h[5], 1);
   const double scale = 1 / std::sqrt(x.norm() * y.norm());
   // Between the two, at right angles to each other.
@@ -126,27 +142,30 @@ Isometry3d guess(const Look& look, double side) {
   T.linear().col(0) = (sum + difference) * std::sqrt(0.5);
   T.linear().col(1) = (sum - difference) * std::sqrt(0.5);
   T.linear().col(2) = T.linear().col(0).cross(T.linear().col(1));
-  T.translation() = scale * t;
+  T.translation() = scale * t - T.linear() * mean;
   return T;
 }
 
-/** \brief The pose that looks nearly the same: its normal mirrored about the line of sight. */
-Isometry3d mirrored(const Isometry3d& T) {
-  const Vector3d sight = T.translation().normalized(), normal = T.linear().col(2);
+/** \brief The pose that looks nearly the same: its normal mirrored about the line of sight to a point of it. */
+Isometry3d mirrored(const Isometry3d& T, const Vector3d& about) {
+  const Vector3d seen = T * about, sight = seen.normalized(), normal = T.linear().col(2);
   const Vector3d axis = normal.cross(sight);
   if (!(axis.norm() > 1e-9)) return T;
   Isometry3d result = T;
   const double angle = 2 * std::atan2(axis.norm(), normal.dot(sight));
   result.linear() = Eigen::AngleAxisd(angle, axis.normalized()).toRotationMatrix() * T.linear();
+  result.translation() = seen - result.linear() * about;
   return result;
 }
 
 /** \brief Fills in what a look says alone. False if that is nothing. */
-bool solve(Look& look, double side) {
+bool solve(Look& look) {
   constexpr double same = 0.999;  // cosine of 2.5°
-  const Isometry3d first = refined(look, guess(look, side), side), second = refined(look, mirrored(first), side);
-  const double a = pullOf(look, Isometry3d::Identity(), first, side).squares;
-  const double b = pullOf(look, Isometry3d::Identity(), second, side).squares;
+  const std::optional<Isometry3d> begin = guess(look);
+  if (!begin) return false;
+  const Isometry3d first = refined(look, *begin), second = refined(look, mirrored(first, middle(look.points)));
+  const double a = pullOf(look, Isometry3d::Identity(), first).squares;
+  const double b = pullOf(look, Isometry3d::Identity(), second).squares;
   look.T_eye_marker = a <= b ? first : second;
   const bool one = first.linear().col(2).dot(second.linear().col(2)) > same;
   look.doubt = one || !(std::max(a, b) > 0) ? 0.0 : std::sqrt(std::min(a, b) / std::max(a, b));
@@ -156,13 +175,12 @@ bool solve(Look& look, double side) {
 /** \brief Cameras that took the images, markers at their instants, and who sees which. */
 class MarkerGraph {
  public:
-  MarkerGraph(const std::vector<Isometry3d>& eyes, std::vector<Look> looks, std::size_t markers, double side)
+  MarkerGraph(const std::vector<Isometry3d>& eyes, std::vector<Look> looks, std::size_t markers)
       : eyes_(eyes),
         markers_(markers, Isometry3d::Identity()),
         eye_placed_(eyes.size(), false),
         marker_placed_(markers, false),
-        looks_(std::move(looks)),
-        side_(side) {}
+        looks_(std::move(looks)) {}
 
   /** \brief From the first eye on, along looks with as little doubt as may be. */
   void place() {
@@ -216,14 +234,16 @@ class MarkerGraph {
   }
   double residual() const {
     double squares = 0;
+    std::size_t points = 0;
     for (const Pull& pull : pulls_) squares += pull.squares;
-    return pulls_.empty() ? 0.0 : std::sqrt(squares / (4 * static_cast<double>(pulls_.size())));
+    for (const Look& look : looks_) points += look.points.size();
+    return points == 0 ? 0.0 : std::sqrt(squares / static_cast<double>(points));
   }
   double depthRatio() const {
     std::vector<double> ratios;
     for (const Look& look : looks_)
       if (look.depth > 0)
-        ratios.push_back(look.depth / (eyes_[look.eye].inverse() * markers_[look.marker].translation()).z());
+        ratios.push_back(look.depth / (eyes_[look.eye].inverse() * (markers_[look.marker] * look.depth_at)).z());
     if (ratios.empty()) return 0;
     const auto middle = ratios.begin() + static_cast<std::ptrdiff_t>(ratios.size() / 2);
     std::nth_element(ratios.begin(), middle, ratios.end());
@@ -235,7 +255,7 @@ class MarkerGraph {
     double cost = 0;
     pulls_.clear();
     for (const Look& look : looks_) {
-      pulls_.push_back(pullOf(look, eyes_[look.eye], markers_[look.marker], side_));
+      pulls_.push_back(pullOf(look, eyes_[look.eye], markers_[look.marker]));
       cost += pulls_.back().cost;
     }
     return cost;
@@ -293,7 +313,6 @@ class MarkerGraph {
   std::vector<bool> eye_placed_, marker_placed_;
   std::vector<Look> looks_;
   std::vector<Pull> pulls_;  ///< look by look
-  double side_;
 };
 
 const Intrinsics& colorIntrinsics(const Camera& camera) {
@@ -305,36 +324,46 @@ Isometry3d depthToColor(const Camera& camera) {
 }
 
 Look look(const MarkerSighting& sighting, const Intrinsics& K, std::size_t marker) {
-  Look result{};
+  Look result;
   result.eye = sighting.camera;
   result.marker = marker;
   result.focal = 0.5 * static_cast<double>(K.fx + K.fy);
   result.depth = static_cast<double>(sighting.depth);
-  for (std::size_t k = 0; k < 4; ++k) {
-    const Ray ray = unproject(K, sighting.corners[k]);
-    result.rays[k] = Vector2d(static_cast<double>(ray.x), static_cast<double>(ray.y));
+  result.depth_at << sighting.depth_at, 0;
+  for (const MarkerPoint& point : sighting.points) {
+    const Ray ray = unproject(K, point.pixel);
+    result.points.emplace_back(point.place.x(), point.place.y(), 0);
+    result.rays.emplace_back(static_cast<double>(ray.x), static_cast<double>(ray.y));
   }
   return result;
 }
 
 }  // namespace
 
-MarkerRig placeByMarkers(const std::vector<Camera>& cameras, const std::vector<MarkerSighting>& sightings,
-                         double side) {
+std::vector<MarkerPoint> squarePoints(double side, const std::array<Pixel, 4>& corners) {
+  static constexpr double x[] = {-0.5, 0.5, 0.5, -0.5}, y[] = {0.5, 0.5, -0.5, -0.5};
+  std::vector<MarkerPoint> points;
+  for (std::size_t k = 0; k < 4; ++k) points.push_back({side * Vector2d(x[k], y[k]), corners[k]});
+  return points;
+}
+
+MarkerRig placeByMarkers(const std::vector<Camera>& cameras, const std::vector<MarkerSighting>& sightings) {
+  MarkerRig rig;
   std::map<std::pair<std::size_t, int>, std::size_t> numbers;
   std::vector<Look> looks;
   for (const MarkerSighting& sighting : sightings) {
     const std::size_t marker =
         numbers.emplace(std::make_pair(sighting.frame, sighting.id), numbers.size()).first->second;
     looks.push_back(look(sighting, colorIntrinsics(cameras[sighting.camera]), marker));
-    if (!solve(looks.back(), side)) looks.pop_back();
+    if (solve(looks.back())) continue;
+    looks.pop_back();
+    ++rig.unusable;
   }
   std::vector<Isometry3d> eyes;
   for (const Camera& camera : cameras) eyes.push_back(camera.T_world_camera * depthToColor(camera));
-  MarkerGraph graph(eyes, looks, numbers.size(), side);
+  MarkerGraph graph(eyes, looks, numbers.size());
   graph.place();
   graph.adjust();
-  MarkerRig rig;
   for (std::size_t i = 0; i < cameras.size(); ++i) {
     rig.placed.push_back(graph.placed(i));
     rig.T_world_camera.push_back(i > 0 && graph.placed(i) ? graph.eye(i) * depthToColor(cameras[i]).inverse()

@@ -33,6 +33,7 @@
 #include <limits>
 #include <map>
 #include <optional>
+#include <tuple>
 
 namespace {
 
@@ -50,8 +51,8 @@ struct Options {
   bool from_scratch{false};
   std::string depth_correction{"none"};
   double least_gain{0.05};
-  double board{0};
-  std::string board_family{"tag36h11"};
+  io::BoardKind board;
+  std::string board_size;
   io::RecordingOptions recording;
   ExtrinsicParameters parameters;
   drawing::Viewpoint viewpoint;
@@ -270,7 +271,7 @@ int run(Options options) {
       io::makePoseEstimation(options.device, options.parameters, options.threads);
   if (!options.picture.empty()) drawing::requireDisplay("fuse_flow_calibrate");
   std::optional<io::Board> board;
-  if (options.board > 0) board.emplace(options.board, options.board_family);
+  if (options.board.side > 0) board.emplace(options.board);
   options.recording.read_color = options.parameters.use_color || board;
   options.recording.without_poses = true;  // to find them is what it is for
   const std::unique_ptr<io::Recording> recording =
@@ -350,15 +351,14 @@ int run(Options options) {
   }
   io::RigDescription rig{{}, recording->framesPerSecond()};
   for (std::size_t i = 0; i < after.size(); ++i)
-    rig.cameras.push_back({after[i], recording->confidenceScale(i), true, recording->depthMeaning(i)});
+    rig.cameras.push_back(
+        {after[i], recording->confidenceScale(i), recording->hasDepth(i), recording->depthMeaning(i)});
   io::writeRigJson(options.output, rig);
   if (options.from_scratch)
     std::printf(
         "Poses found from scratch. A room that looks alike after half a turn can be taken for its turned self: look at "
         "--picture.\n\n");
-  if (board)
-    std::printf("Poses found from %zu markers that several cameras saw; corners fit to %.2f pixels.\n\n",
-                markers.markers, markers.residual);
+  if (board) std::printf("%s\n", board->summary(markers).c_str());
   if (correction)
     std::printf(kept ? "With poses alone, for comparison; %s has those found together with the corrections, below.\n\n"
                      : "With poses alone, which %s has; the corrections, below, are left out.\n\n",
@@ -373,6 +373,44 @@ int run(Options options) {
              : "left out, as they explain too little that poses do not (--least-gain 0 keeps them all the same)");
   }
   return command_line::kSuccess;
+}
+
+void addBoardOptions(CLI::App& app, io::BoardKind& board, std::string& size) {
+  CLI::Option* side = app.add_option(
+      "--board", board.side,
+      "begin with a board or markers whose squares have this side, m, wherever the colour images show them: the black "
+      "square of a marker, or a square of a chessboard or ChArUco board; the first camera stays");
+  side->check(command_line::positiveNumber())->excludes("--from-scratch");
+  app.add_option(
+         "--board-kind", board.kind,
+         "what is shown: square markers one by one, AprilTags or ArUco by --board-family; a chessboard; a ChArUco "
+         "board; a grid of ArUco markers")
+      ->check(command_line::oneOf(io::BoardKind::kinds()))
+      ->capture_default_str()
+      ->needs(side);
+  app.add_option(
+         "--board-size", size,
+         "COLUMNSxROWS of the board: a chessboard's inner corners, where four squares meet, such as 9x6; a ChArUco "
+         "board's squares; a grid's markers")
+      ->check(command_line::makeCheck("COLUMNSxROWS, two whole numbers from 1 to 100, such as 9x6",
+                                      [](const std::string& text) { return io::parseBoardSize(text).has_value(); }))
+      ->needs(side);
+  app.add_option(
+         "--board-family", board.family,
+         "of the markers: AprilTags' (tag…), of which tag36h11 is the default, or a dictionary of ArUco markers "
+         "(DICT_…)")
+      ->check(command_line::oneOf(io::BoardKind::families()))
+      ->needs(side);
+  app.add_option("--board-marker", board.marker, "side of the markers in the white squares of a ChArUco board, m")
+      ->check(command_line::positiveNumber())
+      ->needs(side);
+  app.add_option("--board-gap", board.gap, "between the markers of a grid, m")
+      ->check(command_line::positiveNumber())
+      ->needs(side);
+  app.add_flag("--board-legacy", board.legacy,
+               "of a ChArUco board of an even number of rows: its upper left square is white, as OpenCV drew it before "
+               "4.6; else it is black")
+      ->needs(side);
 }
 
 }  // namespace
@@ -412,15 +450,7 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(0.0, 0.99))
       ->needs("--depth-correction")
       ->capture_default_str();
-  CLI::Option* board =
-      app.add_option("--board", options.board,
-                     "begin with AprilTags whose black square has this side, m, wherever the colour images "
-                     "show them; the first camera stays");
-  board->check(command_line::positiveNumber())->excludes("--from-scratch");
-  app.add_option("--board-family", options.board_family, "of the tags")
-      ->check(command_line::oneOf(io::MarkerDetector::families()))
-      ->capture_default_str()
-      ->needs(board);
+  addBoardOptions(app, options.board, options.board_size);
   app.add_option("--hold", options.hold, "what stays: the first camera, or the mean of all")
       ->check(CLI::IsMember({"first", "mean"}))
       ->capture_default_str();
@@ -452,6 +482,8 @@ int main(int argc, char** argv) {
   return command_line::runTool(app, argc, argv, [&] {
     options.inputs = recording.inputs();
     options.recording = recording.options();
+    if (const auto size = io::parseBoardSize(options.board_size))
+      std::tie(options.board.columns, options.board.rows) = *size;
     return run(options);
   });
 }
