@@ -124,7 +124,7 @@ class CalibrateByPrint : public ToolTest {
   static nlohmann::json lens(const board_test::Eye& eye) {
     nlohmann::json entry{{"width", eye.width}, {"height", eye.height}, {"fx", eye.fx},
                          {"fy", eye.fy},       {"cx", eye.cx},         {"cy", eye.cy}};
-    if (eye.k1 != 0) entry["distortion"] = {eye.k1, eye.k2, eye.p1, eye.p2, 0.0};
+    if (eye.k1 != 0) entry["distortion"] = {eye.k1, eye.k2, eye.p1, eye.p2, 0.0, 0.0, 0.0, 0.0};
     return entry;
   }
 
