@@ -108,7 +108,11 @@ std::vector<std::string> LiveRig::warnings() const {
 }
 
 void LiveRig::start() {
-  started_ = now();
+  const auto begin = [this] {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    started_ = now();
+  };
+  begin();
   std::size_t first = 0;
   for (const std::unique_ptr<CameraSource>& source : sources_) {
     CameraSource::Receiver receiver;
@@ -120,6 +124,7 @@ void LiveRig::start() {
     source->start(receiver);
     first += source->cameras().size();
   }
+  begin();  // some take their time
 }
 
 void LiveRig::stop() {

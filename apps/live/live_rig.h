@@ -122,9 +122,9 @@ class LiveRig {
   std::vector<std::string> warnings_;
   std::unique_ptr<ViewSynchronizer<Payload>> synchronizer_;
   Listener listener_;
-  Microseconds started_{0};
   mutable std::mutex mutex_;
   // The mutex guards the following members.
+  Microseconds started_{0};
   std::vector<Stream> streams_;
   std::vector<std::string> notices_;
 };

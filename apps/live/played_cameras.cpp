@@ -1,5 +1,8 @@
 #include "live/played_cameras.h"
 
+#include "recordings/absent_images.h"
+#include "recordings/files/interrupt.h"
+
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -21,6 +24,7 @@ PlayedCameras::PlayedCameras(std::unique_ptr<Recording> recording, std::vector<s
     : recording_(std::move(recording)),
       frames_(std::move(frames)),
       options_(options),
+      still_there_(*recording_),
       period_(1 / recording_->framesPerSecond().value_or(kAssumedRate)) {
   for (const PlayOptions::Stall& stall : options_.stalls)
     if (stall.camera >= cameras().size())
@@ -38,8 +42,10 @@ void PlayedCameras::start(const Receiver& receiver) {
   if (options_.preload) {
     ReadAhead reading(*recording_, frames_, 2);
     while (kept_.size() < frames_.size()) {
+      if (interrupt_requested) return;
       const std::shared_ptr<LoadedFrame> frame = pool_.next();
       reading.next(*frame);
+      clearAbsentImages(*frame);
       kept_.push_back(frame);
     }
   }
@@ -133,6 +139,8 @@ PlayedCameras::Frame PlayedCameras::next() {
   }
   const std::shared_ptr<LoadedFrame> frame = pool_.next();
   reading_->next(*frame);
+  clearAbsentImages(*frame);
+  still_there_.check(*frame);
   return frame;
 }
 

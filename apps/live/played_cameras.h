@@ -3,6 +3,7 @@
 #include "live/camera_source.h"
 #include "recordings/pool.h"
 #include "recordings/read_ahead.h"
+#include "recordings/still_there.h"
 
 #include <chrono>
 #include <condition_variable>
@@ -72,6 +73,7 @@ class PlayedCameras : public CameraSource {
   std::unique_ptr<Recording> recording_;
   const std::vector<std::size_t> frames_;
   const PlayOptions options_;
+  const StillThere still_there_;
   double period_;  ///< seconds between frames whose stamps say nothing
   std::uint64_t first_stamp_{0};
   Receiver receiver_;

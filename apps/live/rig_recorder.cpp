@@ -69,7 +69,8 @@ void RigRecorder::compress() {
     lock.lock();
     if (error && !error_) error_ = error;
     ready_.emplace(job.number, std::move(ready));
-    if (job.number == next_written_) compressed_.notify_one();
+    if (job.number == next_written_ || error) compressed_.notify_one();
+    if (error) written_to_disk_.notify_all();  // who waits for room waits in vain
   }
 }
 

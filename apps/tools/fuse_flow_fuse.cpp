@@ -73,6 +73,8 @@ void checkOutputs(const Options& options, const io::Recording& recording, const 
       throw io::OptionError("--report " + options.report + ": a cloud goes to this file, must be another");
   }
   if (!options.report.empty()) inputs.refuseToReplace("--report", options.report);
+  if (fs::is_directory(options.report, error))
+    throw io::OptionError("--report " + options.report + ": is a folder, must be a file");
 }
 
 /** \brief What the library says, and what would be right. */

@@ -234,7 +234,8 @@ void checkOutputs(const Options& options, const io::LiveRig& rig) {
   inputs.add(options.config);
   if (!options.output.empty()) {
     const std::string extension = fs::path(options.output).extension().string();
-    if (extension == ".ply" || extension == ".pcd")
+    const bool is_file = fs::exists(options.output) && !fs::is_directory(options.output);
+    if (extension == ".ply" || extension == ".pcd" || is_file)
       throw io::OptionError("-o " + options.output + ": must be a folder, for a cloud a frame");
     const io::CloudFiles files(options.output, options.format, 2);
     inputs.refuseToReplace("-o", files.pathOf(0));
@@ -242,6 +243,12 @@ void checkOutputs(const Options& options, const io::LiveRig& rig) {
       throw io::OptionError("-o " + options.output + ": holds files already, must be a new folder, or an empty one");
   }
   if (!options.report.empty()) inputs.refuseToReplace("--report", options.report);
+  if (fs::is_directory(options.report))
+    throw io::OptionError("--report " + options.report + ": is a folder, must be a file");
+  std::error_code error;
+  const auto whole = [&](const std::string& path) { return fs::weakly_canonical(fs::absolute(path, error), error); };
+  if (!options.report.empty() && !options.record.empty() && whole(options.report) == whole(options.record))
+    throw io::OptionError("--report " + options.report + ": the recording goes to this file, must be another");
   if (options.record.empty()) return;
   inputs.refuseToReplace("--record", options.record);
   if (options.record.size() < 5 || options.record.substr(options.record.size() - 5) != ".mcap")
@@ -313,6 +320,8 @@ int run(const Options& options, const command_line::LiveArguments& live) {
     std::printf("  %s: %llu views, %.1f MB\n", options.record.c_str(),
                 static_cast<unsigned long long>(recorder->written()), static_cast<double>(recorder->bytes()) * 1e-6);
   std::vector<std::string> noticed = pump.complaints();
+  if (rig->statistics().complete_sets + rig->statistics().incomplete_sets == 0)
+    noticed.push_back("no image came, and nothing was fused");
   for (const std::shared_ptr<io::BackgroundSink>& sink : sinks) {
     for (std::string& line : sink->finish()) noticed.push_back(std::move(line));
     if (sink->dropped() > 0)

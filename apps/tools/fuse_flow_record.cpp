@@ -6,6 +6,7 @@
 #include "command_line/stereo_arguments.h"
 #include "command_line/tool.h"
 #include "live/rig_recorder.h"
+#include "recordings/absent_images.h"
 #include "recordings/files/file_io.h"
 #include "recordings/files/interrupt.h"
 #include "recordings/pool.h"
@@ -100,6 +101,7 @@ int convert(const Options& options) {
   for (; done < frames.size() && !io::interrupt_requested; ++done) {
     const std::shared_ptr<io::LoadedFrame> frame = pool.next();
     ahead.next(*frame);
+    io::clearAbsentImages(*frame);
     still_there.check(*frame);
     requireStandingCameras(options.inputs[0], *recording, frame->rig);
     for (const DepthView& view : frame->rig.views) confidence = confidence || view.confidence;
@@ -161,6 +163,7 @@ int record(const Options& options, const command_line::LiveArguments& live) {
               static_cast<unsigned long long>(statistics.incomplete_sets),
               1e-3 * static_cast<double>(statistics.largest_spread.count()));
   std::cout << command_line::LiveLog::summary(*rig);
+  if (recorder.written() == 0) warn({"no image came, and the file is empty"});
   if (recorder.lost() > 0) {
     std::cout << std::flush;
     warn({std::to_string(recorder.lost()) +

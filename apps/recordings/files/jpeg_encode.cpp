@@ -4,6 +4,7 @@
 
 #include <cstdio>  // before jpeglib.h, which needs it
 #include <cstdlib>
+#include <string>
 
 #include <jpeglib.h>
 
@@ -11,6 +12,10 @@ namespace fuse_flow::io {
 
 std::string encodeJpeg(const ColorImage& image, int quality) {
   if (image.empty()) throw OutputError("there is no image to encode");
+  if (image.width > JPEG_MAX_DIMENSION || image.height > JPEG_MAX_DIMENSION)
+    throw OutputError("an image of " + std::to_string(image.width) + "x" + std::to_string(image.height) +
+                      " cannot be a JPEG, must have sides of at most " + std::to_string(JPEG_MAX_DIMENSION) +
+                      " pixels");
   jpeg_error_mgr errors;
   jpeg_compress_struct info;
   info.err = jpeg_std_error(

@@ -62,17 +62,22 @@ struct Place {
   bool is_time;
 };
 
-std::vector<Place> placesOf(const Group& group) {
+std::vector<Place> placesOf(const std::string& folder, const Group& group) {
   std::vector<Place> places;
   for (std::size_t k = 0; k < group[0]->numbers.size(); ++k) {
     Place place{k, false, true};
-    bool decimals = false, all_large = true;
+    bool decimals = false, all_large = true, any_large = false;
     for (const SplitName* name : group) {
       const std::string& number = name->numbers[k];
       place.differs = place.differs || number != group[0]->numbers[k];
       decimals = decimals || hasDecimals(number);
-      all_large = all_large && std::strtold(number.c_str(), nullptr) >= kLeastStamp;
+      const bool large = std::strtold(number.c_str(), nullptr) >= kLeastStamp;
+      all_large = all_large && large;
+      any_large = any_large || large;
     }
+    if (any_large && !all_large && !decimals)
+      throw InputError(folder + ": of its images, " + group[0]->name +
+                       " and others, some are named by a number and some by a time; must all be named in one way");
     place.is_time = decimals || all_large;
     places.push_back(place);
   }
@@ -181,7 +186,7 @@ NamedImages namedImages(const std::string& folder, const std::string& kind,
   Group group = plainNames(names);
   if (group.empty()) group = mostAlike(folder, names);
   if (!group.empty()) {
-    const std::vector<Place> places = placesOf(group);
+    const std::vector<Place> places = placesOf(folder, group);
     const std::optional<std::size_t> number = placeOf(folder, group, places, false),
                                      time = placeOf(folder, group, places, true);
     for (const SplitName* name : group) {

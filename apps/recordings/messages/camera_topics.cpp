@@ -155,7 +155,11 @@ class Discovery {
     readFrames();
     listImages();
     joinColor();
-    if (devices_.empty()) throw InputError(log_->path() + ": has no images of a depth camera" + others());
+    if (devices_.empty()) {
+      const std::vector<std::string>& damage = log_->warnings();
+      throw InputError(damage.empty() ? log_->path() + ": has no images of a depth camera" + others()
+                                      : damage[0] + "; there are no images of a depth camera in the rest");
+    }
     std::vector<RecordedCamera> cameras;
     for (const auto& [device, choices] : devices_)
       cameras.push_back(open(devices_.size() == 1 ? name : plainName(device, name), choices));

@@ -46,8 +46,9 @@ void McapWriter::put(const std::string& bytes) {
   file_.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
   file_.flush();
   if (!file_)
-    throw OutputError(path_ + ": cannot be written after " + std::to_string(at_) + " bytes: " +
-                      (errno != 0 ? std::strerror(errno) : "the disk does not take more") + "; it plays up to there");
+    throw OutputError(path_ + ": cannot be written after " + std::to_string(at_) +
+                      " bytes: " + (errno != 0 ? std::strerror(errno) : "the disk does not take more") +
+                      (chunks_.empty() ? "; nothing of it can be read" : "; it plays up to there"));
   at_ += bytes.size();
 }
 

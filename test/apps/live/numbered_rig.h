@@ -52,7 +52,7 @@ class NumberedRig : public io::Recording {
     if (frame == moved) out.rig.cameras[0].T_world_camera.translation().y() = 1;
     out.rig.stamp = stamps ? 5000000 + 20000 * frame : 0;
     out.rig.views.assign(cameras_.size(), {});
-    out.images.assign(cameras_.size(), {});
+    out.images.resize(cameras_.size());  // what is missing leaves the pixels of an earlier frame there, as files do
     for (std::size_t k = 0; k < cameras_.size(); ++k) {
       if (missing.count({k, frame}) > 0) continue;
       out.images[k] = imagesOf(k, frame);

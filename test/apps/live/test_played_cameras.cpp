@@ -172,11 +172,17 @@ TEST(PlayedCameras, ClocksOfTheirOwnAreApartAndDrift) {
 }
 
 TEST(PlayedCameras, WhatIsMissingInTheRecordingDoesNotCome) {
-  auto rig = std::make_unique<NumberedRig>(2, 6);
+  const auto rig = std::make_unique<NumberedRig>(2, 30);
   rig->missing = {{0, 2}, {1, 4}};
-  const Played played = play(std::move(rig), fast());
-  EXPECT_EQ(played.framesOf(0), (std::vector<std::size_t>{0, 1, 3, 4, 5}));
-  EXPECT_EQ(played.framesOf(1), (std::vector<std::size_t>{0, 1, 2, 3, 5}));
+  for (std::size_t frame = 8; frame < 30; ++frame) rig->missing.insert({1, frame});
+  for (const bool preload : {false, true}) {
+    io::PlayOptions options = fast();
+    options.preload = preload;
+    const Played played = play(std::make_unique<NumberedRig>(*rig), options);
+    EXPECT_EQ(played.framesOf(0).size(), 29u);
+    EXPECT_EQ(played.framesOf(0)[2], 3u);
+    EXPECT_EQ(played.framesOf(1), (std::vector<std::size_t>{0, 1, 2, 3, 5, 6, 7}));
+  }
 }
 
 TEST(PlayedCameras, SaysWhyItEndsBeforeItsEnd) {

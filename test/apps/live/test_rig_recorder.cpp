@@ -142,7 +142,7 @@ TEST_F(RecordedRig, AFullDiskEndsItWithOneLine) {
           recording->check();
         }
       },
-      {"cannot be written", "plays up to there"}));
+      {"cannot be written", "nothing of it can be read"}));
 }
 
 }  // namespace

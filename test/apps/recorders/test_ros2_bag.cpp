@@ -469,7 +469,7 @@ TEST_F(Ros2Bag, AFullDiskAndTwoCamerasOfOneNameAreErrors) {
   WrittenRig rig;
   if (fs::exists("/dev/full")) {
     EXPECT_TRUE(refuses<io::OutputError>([&] { rig.write("/dev/full", "", 1, true); },
-                                         {"/dev/full: cannot be written", "plays up to there"}));
+                                         {"/dev/full: cannot be written", "nothing of it can be read"}));
   }
   rig.cameras[1].name = "left";
   EXPECT_TRUE(refuses<io::OutputError>(

@@ -103,7 +103,33 @@ TEST_F(Live, EndsInOrderWhenItIsInterruptedOrItsTimeIsOver) {
   EXPECT_NE(over.out.find("camera_1: 0 views came"), std::string::npos) << over.out;
 }
 
+TEST_F(Live, AnImageThatIsNotThereIsNotAnEarlierOne) {
+  WallRecording wall{};
+  wall.frames = 20;
+  wall.write(recording_);
+  for (std::size_t frame = 5; frame < 20; ++frame) {
+    fs::remove(depthFile(recording_, 1, frame));
+    fs::remove(colorFile(recording_, 1, frame));
+  }
+  for (const std::vector<std::string>& how : {std::vector<std::string>{}, {"--play"}}) {
+    std::vector<std::string> arguments{recording(), "-o", out("gaps.mcap")};
+    arguments.insert(arguments.end(), how.begin(), how.end());
+    const ToolResult recorded = runProgram(FUSE_FLOW_RECORD_TOOL, arguments);
+    if (unbuilt(recorded)) GTEST_SKIP() << recorded.err;
+    EXPECT_EQ(recorded.exit_code, 0) << recorded.err;
+    const ToolResult fused = fuse({out("gaps.mcap"), "-o", out("gaps"), "--report", out("gaps.json"), "--no-quality"});
+    EXPECT_EQ(fused.exit_code, 0) << fused.err;
+    const nlohmann::json report = nlohmann::json::parse(readText(out("gaps.json")));
+    ASSERT_EQ(report["frames"].size(), 20u);
+    for (std::size_t frame = 0; frame < 20; ++frame)  // 32 x 24 pixels of each camera
+      EXPECT_EQ(report["frames"][frame]["points_in"], frame < 5 ? 1536 : 768) << frame;
+  }
+}
+
 TEST_F(Live, SaysWhatIsWrong) {
+  EXPECT_TRUE(isOneLineError(live({recording(), "--record", out("a.mcap"), "--report", out("a.mcap")}), 2,
+                             {"--report", "must be another"}));
+  EXPECT_TRUE(isOneLineError(live({recording(), "--report", recording()}), 2, {"--report"}));
   EXPECT_TRUE(isOneLineError(live({}), 2, {"input", "--list"}));
   EXPECT_TRUE(isOneLineError(live({recording(), "-o", out("a.ply")}), 2, {"-o", "must be a folder"}));
   EXPECT_TRUE(isOneLineError(live({recording(), "--record", out("a.bag")}), 2, {"--record", ".mcap"}));

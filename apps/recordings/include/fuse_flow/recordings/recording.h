@@ -12,7 +12,7 @@
 
 namespace fuse_flow::io {
 
-/** \brief The images of one camera at one instant; an absent one is empty. Either depth16 or depth32 is filled; neither, if the camera has no
+/** \brief The images of one camera at one instant. Of those that are absent, which the DepthView says, the pixels may be those of an earlier frame. Either depth16 or depth32 is filled; neither, if the camera has no
  *  depth. */
 struct LoadedView {
   DepthImage depth16;      ///< as it is in the file
