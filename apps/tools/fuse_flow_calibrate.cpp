@@ -73,14 +73,15 @@ constexpr double kDegrees = 57.29577951308232;
 /** \brief As it is printed. */
 std::string nameOf(const Camera& camera) { return command_line::printable(io::cutShort(camera.name)); }
 
-void print(const std::vector<Camera>& cameras, const ExtrinsicResult& result, std::size_t frames) {
+/** \param begin where a camera stays that depth says nothing about */
+void print(const std::vector<Camera>& cameras, const ExtrinsicResult& result, std::size_t frames, const char* begin) {
   std::printf("%-20s %12s %12s %14s %10s\n", "camera", "moved", "turned", "+- (1 sigma)", "overlaps");
   for (std::size_t i = 0; i < cameras.size(); ++i) {
     const CameraCorrection& c = result.corrections[i];
     std::printf("%-20s %9.2f mm %8.3f deg %11.2f mm %10zu", nameOf(cameras[i]).c_str(), 1000 * c.translation,
                 kDegrees * c.rotation, 1000 * c.translation_deviation, c.neighbours);
     if (c.neighbours == 0 && cameras.size() > 1) {
-      std::printf("   sees nothing that another camera sees: left where it was");
+      std::printf("   sees nothing that another camera sees: left where %s", begin);
     } else {
       for (const auto& twist : c.free_directions) std::printf("   left open: %s", describe(twist).c_str());
     }
@@ -363,7 +364,10 @@ int run(Options options) {
     std::printf(kept ? "With poses alone, for comparison; %s has those found together with the corrections, below.\n\n"
                      : "With poses alone, which %s has; the corrections, below, are left out.\n\n",
                 command_line::printable(options.output).c_str());
-  print(before, result, frames.size());
+  print(before, result, frames.size(),
+        board                  ? "--board placed it"
+        : options.from_scratch ? "--from-scratch placed it"
+                               : "it was");
   if (correction) {
     print(initial, corrected, corrected_by);
     std::printf(

@@ -174,6 +174,7 @@ TEST_F(CalibrateByPrint, ACharucoBoardPlacesDepthCamerasAndColourCameras) {
   ASSERT_TRUE(succeeded(result));
   expectPoses(0.002, 0.003);
   EXPECT_NE(result.out.find("4 places of the board"), std::string::npos) << result.out;
+  EXPECT_NE(result.out.find("left where --board placed it"), std::string::npos) << "the camera without depth";
 }
 
 TEST_F(CalibrateByPrint, AChessboardPlacesThemToo) {
