@@ -509,7 +509,9 @@ void board() {
         simulation::SimulationOptions options = rigOf(scene, rig, sensor, 3);
         options.marker = side;
         simulation::Simulator simulator(options);
-        io::Board board(side, "tag36h11");
+        io::BoardKind kind;
+        kind.side = side;
+        io::Board board(kind);
         Estimation estimation;
         io::LoadedFrame loaded;
         for (std::size_t frame = 0; frame < frames; ++frame) {
