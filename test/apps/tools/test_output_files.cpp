@@ -48,10 +48,12 @@ TEST_F(OutputFiles, AFolderWithoutPermissionIsNamed) {
 TEST_F(OutputFiles, AReportThatCannotBeWrittenIsNamedAndTheCloudsStay) {
   writeText(folder_ / "file", "in the way");
   EXPECT_EQ(fuse({recording(), "-o", out(), "--report", out("file/report.json")}).exit_code, 1);
+  EXPECT_EQ(listing(out_).size(), 4u);
+  fs::remove_all(out_);
   fs::create_directory(folder_ / "report.json");
   const ToolResult result = fuse({recording(), "-o", out(), "--report", out("report.json")});
-  EXPECT_TRUE(isOneLineError(result, 1, {out("report.json"), "folder"}));
-  EXPECT_EQ(listing(out_).size(), 4u);
+  EXPECT_TRUE(isOneLineError(result, 2, {"--report", out("report.json"), "is a folder"}));
+  EXPECT_FALSE(fs::exists(out_));  // found before anything is fused
 }
 
 TEST_F(OutputFiles, AReportInThePlaceOfACloudIsRefused) {
