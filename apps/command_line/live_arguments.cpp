@@ -3,6 +3,7 @@
 #include "command_line/option_checks.h"
 #include "command_line/recording_arguments.h"
 #include "live/devices.h"
+#include "recordings/files/file_io.h"
 #include "recordings/range.h"
 #include "stereo/stereo_recording.h"
 
@@ -10,6 +11,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <filesystem>
 #include <iostream>
 
 namespace fuse_flow::command_line {
@@ -148,6 +150,13 @@ std::unique_ptr<io::LiveRig> LiveArguments::open(const std::string& tool, const 
                          "' stands: --poses rig.json says it; fuse_flow_record and then fuse_flow_calibrate make one");
   printWarnings(tool, rig->warnings());
   return rig;
+}
+
+void prepareRecording(const std::string& option, const std::string& path, io::InputFiles inputs) {
+  inputs.refuseToReplace(option, path);
+  if (std::filesystem::path(path).extension() != ".mcap")
+    throw io::OptionError(option + " " + path + ": must end in .mcap");
+  io::makeFolderOf(path);
 }
 
 void LiveLog::look(io::LiveRig& rig, const std::string& more) {

@@ -3,6 +3,8 @@
 #include "live/live_rig.h"
 #include "live/played_cameras.h"
 
+#include <fuse_flow/recordings/input_files.h>
+
 #include <CLI/CLI.hpp>
 
 #include <memory>
@@ -40,6 +42,9 @@ class LiveArguments {
   double tolerance_ms_{8}, max_wait_ms_{100}, jitter_ms_{0};
   std::optional<double> seconds_;
 };
+
+/** \brief Makes the folder that a recording goes to. Throws OptionError, naming the option, if it is no .mcap file, or would replace an input. */
+void prepareRecording(const std::string& option, const std::string& path, io::InputFiles inputs);
 
 /** \brief What happens while cameras run: lines on the standard error stream as things happen, and how the cameras do, every few seconds. */
 class LiveLog {

@@ -20,6 +20,15 @@ std::string seconds(std::chrono::microseconds duration) {
   return text;
 }
 
+/** \brief What stamps of a recording should be, and does not jump when somebody sets the clock. */
+std::function<std::chrono::microseconds()> timeOfDay() {
+  const auto day = std::chrono::system_clock::now().time_since_epoch();
+  const auto start = std::chrono::steady_clock::now();
+  return [day, start] {
+    return std::chrono::duration_cast<std::chrono::microseconds>(day + (std::chrono::steady_clock::now() - start));
+  };
+}
+
 /** \brief "left", or "left_2" if that is taken. */
 std::string unused(const std::string& name, const std::set<std::string>& taken) {
   if (taken.count(name) == 0) return name;
@@ -31,10 +40,7 @@ std::string unused(const std::string& name, const std::set<std::string>& taken) 
 
 LiveRig::LiveRig(std::vector<std::unique_ptr<CameraSource>> sources, const Options& options)
     : sources_(std::move(sources)), options_(options) {
-  if (!options_.clock)
-    options_.clock = [] {
-      return std::chrono::duration_cast<Microseconds>(std::chrono::steady_clock::now().time_since_epoch());
-    };
+  if (!options_.clock) options_.clock = timeOfDay();
   std::set<std::string> names;
   for (const std::unique_ptr<CameraSource>& source : sources_)
     for (std::size_t k = 0; k < source->cameras().size(); ++k) {
@@ -154,6 +160,10 @@ void LiveRig::receive(CameraView view) {
     if (stream.silent)
       notices_.push_back("camera '" + cameras_[camera].name + "' delivers" + (stream.last ? " again" : "") +
                          ", after " + seconds(arrival - stream.last.value_or(started_)));
+    if (stream.last && !stream.silent) {
+      const Microseconds gap = arrival - *stream.last;
+      stream.usual_gap = stream.usual_gap.count() == 0 ? gap : stream.usual_gap + (gap - stream.usual_gap) / 8;
+    }
     stream.silent = false;
     stream.last = arrival;
     if (stream.stamp && view.stamp > *stream.stamp && view.stamp - *stream.stamp < (std::uint64_t{1} << 62))
@@ -171,6 +181,10 @@ void LiveRig::receive(CameraView view) {
     time = streams_[camera].heard = std::max(time, streams_[camera].heard + 1);
   }
   listener_(camera, time, view);
+}
+
+LiveRig::Microseconds LiveRig::patience(const Stream& stream) const {
+  return std::max(Microseconds(static_cast<std::int64_t>(1e6 * options_.silent_after)), 3 * stream.usual_gap);
 }
 
 void LiveRig::notice(const std::string& line) {
@@ -233,7 +247,7 @@ std::vector<std::string> LiveRig::takeNotices() {
   for (std::size_t k = 0; k < streams_.size(); ++k) {
     Stream& stream = streams_[k];
     const Microseconds silence = time - stream.last.value_or(started_);
-    if (stream.silent || !runs[k] || secondsOf(silence) < options_.silent_after) continue;
+    if (stream.silent || !runs[k] || silence < patience(stream)) continue;
     stream.silent = true;
     notices_.push_back("camera '" + cameras_[k].name + "' " +
                        (stream.last ? "has delivered nothing for " + seconds(silence)

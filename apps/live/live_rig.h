@@ -46,8 +46,9 @@ class LiveRig {
   struct Options {
     /** \brief clocks is chosen: Shared if there is one source, and it says so. */
     SynchronizerParameters synchronizer;
-    double silent_after{1};  ///< seconds without a view after which a camera is said to have stopped
-    /** \brief The host's time; for tests. */
+    /** \brief Seconds without a view after which a camera is said to have stopped; of one that is slow, three of its periods. */
+    double silent_after{1};
+    /** \brief The host's time; default: that of day when the rig was made, and from then on steady. */
     std::function<std::chrono::microseconds()> clock;
   };
   /** \brief A view as it came. \param camera its position in the rig \param time when it was exposed, microseconds of the clock of sets */
@@ -61,7 +62,8 @@ class LiveRig {
   LiveRig& operator=(const LiveRig&) = delete;
 
   const std::vector<Camera>& cameras() const { return cameras_; }
-  bool hasColor(std::size_t camera) const { return has_color_[camera]; }
+  /** \brief Of each camera, whether it delivers colour. */
+  const std::vector<bool>& colored() const { return has_color_; }
   /** \brief Before start(): where the cameras stand, their depth and multipath corrections, and noise: of each, the entry of its name; where no
    *  name fits, that of its place, which is warned of. \param file its name, for messages \throws InputError if one has none */
   void setPoses(const std::string& file, const std::vector<RigCamera>& calibrated);
@@ -102,6 +104,7 @@ class LiveRig {
   struct Stream {
     std::deque<Microseconds> arrivals;  ///< of the last two seconds
     std::optional<Microseconds> last;   ///< arrival
+    Microseconds usual_gap{0};          ///< between arrivals
     std::optional<std::uint64_t> stamp;
     std::uint64_t heard{0};  ///< what its listener was told last
     detail::FramePeriod period;
@@ -112,6 +115,8 @@ class LiveRig {
   /** \param view its camera is the rig's */
   void receive(CameraView view);
   void notice(const std::string& line);
+  /** \brief How long a camera may deliver nothing. */
+  Microseconds patience(const Stream& stream) const;
 
   std::vector<std::unique_ptr<CameraSource>> sources_;
   Options options_;

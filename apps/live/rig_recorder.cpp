@@ -15,6 +15,13 @@ RigRecorder::RigRecorder(const std::string& path, const std::vector<Camera>& cam
   writing_ = std::thread(&RigRecorder::write, this);
 }
 
+RigRecorder::RigRecorder(const std::string& path, LiveRig& rig, const Options& options)
+    : RigRecorder(path, rig.cameras(), rig.colored(), options) {
+  rig.setListener([this](std::size_t camera, std::uint64_t time, const CameraView& view) {
+    take(camera, static_cast<Nanoseconds>(time) * 1000, view.images);
+  });
+}
+
 RigRecorder::~RigRecorder() {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
@@ -39,6 +46,7 @@ void RigRecorder::take(std::size_t camera, Nanoseconds time, std::shared_ptr<con
     const auto full = [&] { return waiting_ > 0 && waiting_ + bytesOf(*images) > options_.most_waiting; };
     if (options_.waits) written_to_disk_.wait(lock, [&] { return !full() || error_ || ending_; });
     if (error_ || ending_) return;
+    confidence_ = confidence_ || !images->confidence.empty();
     if (full()) {
       ++lost_;
       return;
@@ -135,6 +143,12 @@ void RigRecorder::finish() {
   writing_.join();
   check();
   messages_.finish();
+}
+
+std::vector<std::string> RigRecorder::leftOut() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (!confidence_) return {};
+  return {"the cameras' images of confidence have no place in such a file, and are left out"};
 }
 
 std::uint64_t RigRecorder::written() const {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "live/live_rig.h"
 #include "recordings/messages/rig_messages.h"
 
 #include <fuse_flow/recordings/recording.h>
@@ -32,6 +33,8 @@ class RigRecorder {
   /** \brief See RigMessages. */
   RigRecorder(const std::string& path, const std::vector<Camera>& cameras, const std::vector<bool>& has_color,
               const Options& options);
+  /** \brief Of cameras that run: takes each view as it comes, by the clock of frames. \param rig not started yet; must stop before this goes */
+  RigRecorder(const std::string& path, LiveRig& rig, const Options& options);
   /** \brief Without finish(): what waits is not written. */
   ~RigRecorder();
   RigRecorder(const RigRecorder&) = delete;
@@ -39,6 +42,9 @@ class RigRecorder {
 
   /** \brief See RigMessages::warnings(). */
   const std::vector<std::string>& warnings() const { return messages_.warnings(); }
+
+  /** \brief What of the views has no place in the file and was left out, a line each. */
+  std::vector<std::string> leftOut() const;
 
   /** \brief One view. In the file they are in the order of these calls. \param time nanoseconds, of its header */
   void take(std::size_t camera, Nanoseconds time, std::shared_ptr<const LoadedView> images);
@@ -79,6 +85,7 @@ class RigRecorder {
   std::map<std::uint64_t, Ready> ready_;
   std::uint64_t next_number_{0}, next_written_{0};
   std::uint64_t lost_{0};
+  bool confidence_{false};  ///< a view had some
   std::size_t waiting_{0};  ///< bytes
   bool ending_{false};      ///< after what is there
   bool abandoned_{false};   ///< at once

@@ -5,8 +5,11 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cerrno>
 #include <cstdio>
+#include <cstring>
 #include <filesystem>
+#include <fstream>
 
 namespace fuse_flow::io {
 namespace {
@@ -22,8 +25,8 @@ std::string lowerExtension(const std::string& path) {
 
 }  // namespace
 
-CloudFiles::CloudFiles(std::string output, std::string format, std::size_t frames)
-    : output_(std::move(output)), format_(std::move(format)) {
+CloudFiles::CloudFiles(std::string output, std::string format, std::size_t frames, bool times)
+    : output_(std::move(output)), format_(std::move(format)), times_(times) {
   const std::string extension = lowerExtension(output_);
   names_file_ = extension == ".ply" || extension == ".pcd";
   if (names_file_ && frames > 1)
@@ -49,6 +52,18 @@ void CloudFiles::take(const std::shared_ptr<const FusedFrame>& frame) {
     writeCloud(path, frame->cloud);
   }
   written_.insert(path);
+  if (times_) addTime(path, frame->input.rig.stamp);
+}
+
+void CloudFiles::addTime(const std::string& cloud, std::uint64_t stamp) const {
+  constexpr std::uint64_t second = 1000000;  // microseconds
+  const std::string path = (fs::path(output_) / "timestamps.txt").string();
+  char line[64];
+  std::snprintf(line, sizeof line, "%s %llu.%06llu\n", fs::path(cloud).filename().c_str(),
+                static_cast<unsigned long long>(stamp / second), static_cast<unsigned long long>(stamp % second));
+  std::ofstream file(path, std::ios::app);
+  file << line;
+  if (!file.flush()) throw OutputError(path + ": cannot be written: " + std::strerror(errno));
 }
 
 std::vector<std::string> CloudFiles::finish() {

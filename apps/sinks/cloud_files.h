@@ -10,8 +10,9 @@ namespace fuse_flow::io {
 class CloudFiles : public FrameSink {
  public:
   /** \param output a .ply or .pcd file, or a folder  \param format of the files in a folder, "ply" or "pcd"  \param frames how many will come
+   *  \param times timestamps.txt in the folder says when each frame was taken, a line "000000.ply SECONDS"
    *  \throws OptionError if it names one file for several frames, or a file of another kind */
-  CloudFiles(std::string output, std::string format, std::size_t frames);
+  CloudFiles(std::string output, std::string format, std::size_t frames, bool times = false);
 
   /** \brief Where the cloud of a frame goes. */
   std::string pathOf(std::size_t frame) const;
@@ -21,9 +22,12 @@ class CloudFiles : public FrameSink {
   std::vector<std::string> finish() override;
 
  private:
+  void addTime(const std::string& cloud, std::uint64_t stamp) const;
+
   std::string output_;
   std::string format_;
   bool names_file_{false};
+  bool times_;
   std::set<std::string> written_;
 };
 

@@ -249,11 +249,7 @@ void checkOutputs(const Options& options, const io::LiveRig& rig) {
   const auto whole = [&](const std::string& path) { return fs::weakly_canonical(fs::absolute(path, error), error); };
   if (!options.report.empty() && !options.record.empty() && whole(options.report) == whole(options.record))
     throw io::OptionError("--report " + options.report + ": the recording goes to this file, must be another");
-  if (options.record.empty()) return;
-  inputs.refuseToReplace("--record", options.record);
-  if (options.record.size() < 5 || options.record.substr(options.record.size() - 5) != ".mcap")
-    throw io::OptionError("--record " + options.record + ": must end in .mcap");
-  io::makeFolderOf(options.record);
+  if (!options.record.empty()) command_line::prepareRecording("--record", options.record, inputs);
 }
 
 void requireDisplay() {
@@ -275,7 +271,7 @@ int run(const Options& options, const command_line::LiveArguments& live) {
     constexpr std::size_t waiting = 8;  // frames
     sinks.push_back(std::make_shared<io::BackgroundSink>(std::move(sink), waiting, io::BackgroundSink::WhenFull::Drop));
   };
-  if (!options.output.empty()) add(std::make_shared<io::CloudFiles>(options.output, options.format, 2));
+  if (!options.output.empty()) add(std::make_shared<io::CloudFiles>(options.output, options.format, 2, true));
   std::shared_ptr<io::QualityReport> report;
   if (!options.report.empty()) {
     io::QualityReport::Options report_options;
@@ -285,13 +281,8 @@ int run(const Options& options, const command_line::LiveArguments& live) {
   }
   std::unique_ptr<io::RigRecorder> recorder;
   if (!options.record.empty()) {
-    std::vector<bool> has_color;
-    for (std::size_t k = 0; k < names.size(); ++k) has_color.push_back(rig->hasColor(k));
-    recorder = std::make_unique<io::RigRecorder>(options.record, rig->cameras(), has_color, options.recorder);
+    recorder = std::make_unique<io::RigRecorder>(options.record, *rig, options.recorder);
     warn(recorder->warnings());
-    rig->setListener([&](std::size_t camera, std::uint64_t time, const io::CameraView& view) {
-      recorder->take(camera, static_cast<io::Nanoseconds>(time) * 1000, view.images);
-    });
   }
   if (!options.window && sinks.empty()) warn({"the clouds go nowhere, and only take time: -o writes them"});
   const auto inlet = options.window ? std::make_shared<viewing::LiveFrames::Inlet>() : nullptr;
@@ -304,7 +295,10 @@ int run(const Options& options, const command_line::LiveArguments& live) {
     pump.run(false);
   }
   rig->stop();
-  if (recorder) recorder->finish();
+  if (recorder) {
+    recorder->finish();
+    warn(recorder->leftOut());
+  }
   if (report) {
     nlohmann::json cameras = nlohmann::json::array();
     for (const io::CameraStatus& status : rig->status())
@@ -347,7 +341,9 @@ int main(int argc, char** argv) {
       "fuse_flow_live");
   command_line::RecordingArguments recording(app);
   app.add_flag("--list", list, "say which devices are connected, and end");
-  app.add_option("-o,--output", options.output, "a folder: the cloud of each frame")->check(command_line::path());
+  app.add_option("-o,--output", options.output,
+                 "a new folder: the cloud of each frame, and timestamps.txt with their times")
+      ->check(command_line::path());
   app.add_option("--format", options.format, "of these files")
       ->check(CLI::IsMember({"ply", "pcd"}))
       ->capture_default_str();

@@ -62,14 +62,6 @@ void requireStandingCameras(const std::string& input, const io::Recording& recor
                            "' is elsewhere than in the first frame, as with --slide; its cameras must stand");
 }
 
-void checkOutput(const Options& options, const std::vector<std::string>& files) {
-  io::InputFiles inputs(files);
-  inputs.refuseToReplace("-o", options.output);
-  if (options.output.size() < 5 || options.output.substr(options.output.size() - 5) != ".mcap")
-    throw io::OptionError("-o " + options.output + ": must end in .mcap");
-  io::makeFolderOf(options.output);
-}
-
 void warn(const std::vector<std::string>& lines) { command_line::printWarnings("fuse_flow_record", lines); }
 
 double secondsSince(std::chrono::steady_clock::time_point start) {
@@ -83,7 +75,7 @@ int convert(const Options& options) {
   const std::unique_ptr<io::Recording> recording =
       command_line::openRecording("fuse_flow_record", options.inputs, options.recording, no_stereo);
   const std::vector<std::size_t> frames = io::chooseFrames(*recording, options.frames);
-  checkOutput(options, recording->inputs());
+  command_line::prepareRecording("-o", options.output, io::InputFiles(recording->inputs()));
   std::vector<bool> has_color;
   for (std::size_t k = 0; k < recording->cameras().size(); ++k) has_color.push_back(recording->hasColor(k));
   io::RigRecorder::Options recorder_options = options.recorder;
@@ -97,14 +89,12 @@ int convert(const Options& options) {
   FrameTimes times;
   const auto start = std::chrono::steady_clock::now();
   std::size_t done = 0;
-  bool confidence = false;
   for (; done < frames.size() && !io::interrupt_requested; ++done) {
     const std::shared_ptr<io::LoadedFrame> frame = pool.next();
     ahead.next(*frame);
     io::clearAbsentImages(*frame);
     still_there.check(*frame);
     requireStandingCameras(options.inputs[0], *recording, frame->rig);
-    for (const DepthView& view : frame->rig.views) confidence = confidence || view.confidence;
     const io::Nanoseconds time = times.of(frame->rig);
     for (std::size_t k = 0; k < frame->images.size(); ++k)
       recorder.take(k, time, std::shared_ptr<const io::LoadedView>(frame, &frame->images[k]));
@@ -112,7 +102,7 @@ int convert(const Options& options) {
   }
   recorder.finish();
   const double seconds = secondsSince(start);
-  if (confidence) warn({"the cameras' images of confidence have no place in such a file, and are left out"});
+  warn(recorder.leftOut());
   if (times.assumed()) warn({"the recording does not say when its frames were taken; 30 a second are taken"});
   std::printf("%s: %zu frames of %zu cameras, %.1f MB, %.1f frames per second\n", options.output.c_str(), done,
               recording->cameras().size(), static_cast<double>(recorder.bytes()) * 1e-6,
@@ -129,14 +119,9 @@ int record(const Options& options, const command_line::LiveArguments& live) {
     warn(
         {"where the cameras stand is not known, and is not in the file: fuse_flow_calibrate finds it, and --poses says "
          "it"});
-  checkOutput(options, rig->inputs());
-  std::vector<bool> has_color;
-  for (std::size_t k = 0; k < rig->cameras().size(); ++k) has_color.push_back(rig->hasColor(k));
-  io::RigRecorder recorder(options.output, rig->cameras(), has_color, options.recorder);
+  command_line::prepareRecording("-o", options.output, io::InputFiles(rig->inputs()));
+  io::RigRecorder recorder(options.output, *rig, options.recorder);
   warn(recorder.warnings());
-  rig->setListener([&](std::size_t camera, std::uint64_t time, const io::CameraView& view) {
-    recorder.take(camera, static_cast<io::Nanoseconds>(time) * 1000, view.images);
-  });
   io::catchInterrupts();
   rig->start();
   const auto start = std::chrono::steady_clock::now();
@@ -154,6 +139,7 @@ int record(const Options& options, const command_line::LiveArguments& live) {
   recorder.finish();
   const double seconds = secondsSince(start);
   log.look(*rig, "");
+  warn(recorder.leftOut());
   const SynchronizerStatistics statistics = rig->statistics();
   std::printf("%s: %llu views of %zu cameras in %.1f s, %.1f MB\n", options.output.c_str(),
               static_cast<unsigned long long>(recorder.written()), rig->cameras().size(), seconds,

@@ -9,6 +9,7 @@
 #include <fstream>
 #include <list>
 #include <map>
+#include <optional>
 
 namespace fuse_flow::io {
 namespace {
@@ -37,6 +38,8 @@ struct Chunk {
   std::uint64_t size{0};    ///< bytes when they are decompressed
   std::uint32_t crc{0};     ///< of them decompressed; 0: not known
   std::string compression;
+  std::optional<bool>
+      whole;  ///< whether crc is that of what is stored, of a chunk that is not compressed; absent: not looked at yet
 };
 
 class McapLog : public MessageLog {
@@ -68,7 +71,7 @@ class McapLog : public MessageLog {
  private:
   static constexpr std::uint32_t kNoChunk = ~0u;
 
-  /** \brief Where a message's record is: in a chunk that is not compressed, and outside of chunks, in the file. */
+  /** \brief Where a message's record is: in its chunk, or, outside of chunks, in the file. */
   struct Place {
     Nanoseconds time;
     std::uint32_t chunk;
@@ -236,17 +239,14 @@ class McapLog : public MessageLog {
   void add(std::uint16_t channel, Nanoseconds time, std::uint32_t chunk, std::uint64_t offset) {
     const auto found = channels_.find(channel);
     if (found == channels_.end()) return;  // what no channel describes has no meaning
-    if (chunk != kNoChunk && chunks_[chunk].compression.empty()) {
-      offset += chunks_[chunk].offset;
-      chunk = kNoChunk;
-    }
     streams_[found->second].places.push_back({time, chunk, offset});
   }
 
   void fetch(std::size_t topic, std::size_t message, std::size_t count, std::string& bytes) {
     const Place& place = streams_.at(topic).places.at(message);
     constexpr std::size_t before_data = kRecordHead + kMessageHead;
-    if (place.chunk != kNoChunk) {
+    const bool in_chunk = place.chunk != kNoChunk;
+    if (in_chunk && !chunks_[place.chunk].compression.empty()) {
       const std::string& records = decompressed(place.chunk);
       if (place.offset > records.size() || records.size() - place.offset < before_data) throw damaged(place.chunk);
       ByteCursor head(path_, std::string_view(records).substr(place.offset, before_data));
@@ -255,14 +255,34 @@ class McapLog : public MessageLog {
       bytes.assign(records, place.offset + before_data, std::min(length, count));
       return;
     }
-    const std::string what = path_ + ": the message at byte " + std::to_string(place.offset);
+    // Of a chunk that is not compressed no more is read than is asked for, but for its checksum, once.
+    if (in_chunk && count == std::string::npos) requireWhole(place.chunk);
+    const std::uint64_t offset = (in_chunk ? chunks_[place.chunk].offset : 0) + place.offset;
+    const std::string what = path_ + ": the message at byte " + std::to_string(offset);
     std::string record;
-    if (!readAt(place.offset, before_data, record)) throw InputError(what + " cannot be read");
+    if (!readAt(offset, before_data, record)) throw InputError(what + " cannot be read");
     ByteCursor head(path_, record);
     const std::size_t length = lengthOf(head);
-    if (length > size_ - std::min(size_, place.offset + before_data) ||
-        !readAt(place.offset + before_data, std::min(length, count), bytes))
+    if (length > size_ - std::min(size_, offset + before_data) ||
+        !readAt(offset + before_data, std::min(length, count), bytes))
       throw InputError(what + " is damaged or cut short");
+  }
+
+  /** \brief Throws unless a chunk that is not compressed has the checksum that the file says. */
+  void requireWhole(std::uint32_t number) {
+    Chunk& chunk = chunks_[number];
+    if (!chunk.whole) {
+      constexpr std::uint64_t most = 1 << 20;  // bytes at a time
+      std::uint32_t crc = 0;
+      std::string part;
+      bool read = true;
+      for (std::uint64_t at = 0; chunk.crc != 0 && read && at < chunk.stored; at += part.size()) {
+        read = readAt(chunk.offset + at, std::min(most, chunk.stored - at), part);
+        crc = crc32(part, crc);
+      }
+      chunk.whole = chunk.crc == 0 || (read && crc == chunk.crc);
+    }
+    if (!*chunk.whole) throw damaged(number);
   }
 
   /** \brief Bytes of a message's data. */

@@ -140,6 +140,39 @@ TEST(LiveRig, ACameraThatNeverDeliversAndOneThatHasEnded) {
   EXPECT_TRUE(refuses([&] { fed.rig->running(); }, {"its file is damaged"}));
 }
 
+TEST(LiveRig, ACameraThatIsSlowHasNotStopped) {
+  FedRig fed({"thermometer"});
+  fed.rig->start();
+  fed.source->deliver(0, 1000000);
+  fed.pass(2s);
+  fed.source->deliver(0, 3000000);
+  fed.rig->takeNotices();  // before its second image nobody knows
+  for (std::uint64_t k = 2; k < 6; ++k) {
+    fed.pass(1900ms);
+    EXPECT_TRUE(fed.rig->takeNotices().empty());
+    fed.pass(100ms);
+    fed.source->deliver(0, 1000000 + 2000000 * k);
+  }
+  fed.pass(5900ms);
+  EXPECT_TRUE(fed.rig->takeNotices().empty());
+  fed.pass(200ms);
+  EXPECT_EQ(fed.rig->takeNotices(), (std::vector<std::string>{"camera 'thermometer' has delivered nothing for 6.1 s"}));
+}
+
+TEST(LiveRig, ByDefaultItsClockIsTheTimeOfDay) {
+  std::vector<std::unique_ptr<io::CameraSource>> sources;
+  sources.push_back(std::make_unique<HandFedCameras>(std::vector<std::string>{"a"}, ClockModel::Separate));
+  auto* source = static_cast<HandFedCameras*>(sources[0].get());
+  const auto before = std::chrono::system_clock::now().time_since_epoch();
+  io::LiveRig rig(std::move(sources), {});
+  std::uint64_t heard = 0;
+  rig.setListener([&](std::size_t, std::uint64_t time, const io::CameraView&) { heard = time; });
+  rig.start();
+  source->deliver(0, 17);
+  EXPECT_GE(std::chrono::microseconds(heard) + 1s, before);
+  EXPECT_LE(std::chrono::microseconds(heard), before + 24h);
+}
+
 TEST(LiveRig, CountsRatesAndLosses) {
   FedRig fed({"fast", "slow"});
   fed.rig->start();

@@ -3,6 +3,8 @@
 #include "../recordings/io_fixture.h"
 #include "numbered_rig.h"
 
+#include <atomic>
+#include <chrono>
 #include <cmath>
 #include <mutex>
 #include <thread>
@@ -73,6 +75,27 @@ TEST(PlayedCameras, EveryViewComesOnceInOrderWithTheTimesOfTheRecording) {
     EXPECT_EQ(played.views[k].stamp, 5000000 + 20000 * (k / 3));
   }
   EXPECT_TRUE(played.failure.empty());
+}
+
+TEST(PlayedCameras, NothingComesBeforeItsTime) {
+  for (const double speed : {1.0, 2.0}) {
+    io::PlayOptions options;
+    options.speed = speed;
+    options.jitter = 0.005;
+    io::PlayedCameras cameras(std::make_unique<NumberedRig>(2, 10), NumberedRig(2, 10).frames(), options);
+    const auto start = std::chrono::steady_clock::now();
+    std::atomic<int> views{0}, early{0};
+    cameras.start({[&](const io::CameraView& view) {
+                     const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - start;
+                     const double due = 0.02 / speed * (view.images->depth16.data[0] % 1000);
+                     early += passed.count() < due ? 1 : 0;
+                     ++views;
+                   },
+                   [](const std::string&) {}});
+    while (cameras.running()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    EXPECT_EQ(views, 20);
+    EXPECT_EQ(early, 0);
+  }
 }
 
 TEST(PlayedCameras, ASpeedMakesCamerasOfAHigherRate) {

@@ -465,6 +465,51 @@ TEST_F(Ros2Bag, DamagedBytesOfPlainChunksEndInALineToo) {
   }
 }
 
+/** \brief Five frames, a chunk for each; in that of frame 2 the lowest bit of a byte of an image is another. */
+std::string withDamagedImage(const std::string& bytes) {
+  std::string damaged = bytes;
+  std::uint64_t length = 0;
+  std::size_t record = 8;  // behind the magic bytes
+  for (int chunks = 0;; record += 9 + length) {
+    std::memcpy(&length, bytes.data() + record + 1, sizeof length);
+    if (bytes[record] == 0x06 && ++chunks == 3) break;
+  }
+  char& byte = damaged[record + 9 + length - 30];
+  byte = static_cast<char>(byte ^ 1);
+  return damaged;
+}
+
+TEST_F(Ros2Bag, ADamagedByteOfAnImageIsNoImage) {
+  WrittenRig rig;
+  {
+    io::RigMessages messages(path("rig.mcap"), rig.cameras, {true, false}, {});
+    for (int k = 0; k < 5; ++k) {
+      rig.make(k);
+      messages.write(timeOf(k), rig.frame);
+      messages.flush();
+    }
+    messages.finish();
+  }
+  std::ifstream file(path("rig.mcap"), std::ios::binary);
+  write("damaged.mcap", withDamagedImage(std::string(std::istreambuf_iterator<char>(file), {})));
+  const auto recording = io::openRecording({path("damaged.mcap")});
+  ASSERT_EQ(recording->frameCount(), 5u);
+  io::LoadedFrame frame;
+  for (const int k : {0, 1, 3, 4}) {
+    recording->read(static_cast<std::size_t>(k), frame);
+    rig.make(k);
+    EXPECT_EQ(frame.images[0].depth16.data, rig.frame.images[0].depth16.data) << k;
+  }
+  for (int again = 0; again < 2; ++again)
+    EXPECT_TRUE(refuses([&] { recording->read(2, frame); }, {"damaged.mcap: the chunk at byte", "is damaged"}));
+  io::RecordingOptions skip;
+  skip.skip_damaged = true;
+  io::openRecording({path("damaged.mcap")}, skip)->read(2, frame);
+  EXPECT_EQ(frame.damaged.size(), 2u);  // both cameras' images are in that chunk
+  EXPECT_TRUE(frame.rig.views[0].missing());
+  EXPECT_TRUE(frame.rig.views[1].missing());
+}
+
 TEST_F(Ros2Bag, AFullDiskAndTwoCamerasOfOneNameAreErrors) {
   WrittenRig rig;
   if (fs::exists("/dev/full")) {

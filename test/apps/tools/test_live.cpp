@@ -1,4 +1,5 @@
 #include "cloud_file.h"
+#include "png_file.h"
 #include "tool_fixture.h"
 
 #include <signal.h>
@@ -39,14 +40,22 @@ TEST_F(Live, FusesWhatIsPlayedInItsOrder) {
   const ToolResult played = live({recording(), "-o", out("clouds"), "--report", out("live.json"), "--jitter", "5"});
   ASSERT_TRUE(succeeded(played));
   EXPECT_NE(played.out.find("camera_1: 6 views came, 0 were lost before"), std::string::npos) << played.out;
-  const std::vector<std::string> clouds = listing(out("clouds"));
+  std::vector<std::string> clouds = listing(out("clouds"));
   ASSERT_FALSE(clouds.empty());
+  ASSERT_EQ(clouds.back(), "timestamps.txt");
+  clouds.pop_back();
+  std::istringstream times(readText(out("clouds/timestamps.txt")));
   double before = 1.9;
   for (const std::string& cloud : clouds) {  // each is one of the frames; a busy machine skips some
     const double distance = distanceOfWall(out("clouds/" + cloud));
     EXPECT_GT(distance, before + 0.04);
     const double frame = (distance - WallRecording::wallDistance(0)) / 0.05;
     EXPECT_NEAR(frame, std::round(frame), 0.05);
+    std::string name;
+    double time = -1;
+    times >> name >> time;
+    EXPECT_EQ(name, cloud);
+    EXPECT_NEAR(time, 0.05 * std::round(frame), 1e-6);  // 20 a second
     before = distance;
   }
   const nlohmann::json report = nlohmann::json::parse(readText(out("live.json")));
@@ -64,6 +73,19 @@ TEST_F(Live, RecordsWhatItFuses) {
   ASSERT_TRUE(succeeded(runProgram(FUSE_FLOW_FUSE_TOOL, {out("live.mcap"), "-o", out("clouds")})));
   ASSERT_EQ(listing(out("clouds")).size(), 6u);
   EXPECT_NEAR(distanceOfWall(out("clouds/000005.ply")), WallRecording::wallDistance(5), 0.005);
+}
+
+TEST_F(Live, ConfidenceThatARecordingHasNoPlaceForIsNamed) {
+  const WallRecording wall{};
+  const std::string sure(static_cast<std::size_t>(wall.width * wall.height), '\xff');
+  writeText(recording_ / "camera_0" / "confidence" / "000002.png", samplesPng(wall.width, wall.height, 8, 0, sure));
+  for (const bool fuses : {false, true}) {
+    const ToolResult recorded = fuses ? live({recording(), "--record", out("c.mcap")})
+                                      : runProgram(FUSE_FLOW_RECORD_TOOL, {recording(), "--play", "-o", out("c.mcap")});
+    if (unbuilt(recorded)) GTEST_SKIP() << recorded.err;
+    EXPECT_EQ(recorded.exit_code, 0);
+    EXPECT_NE(recorded.err.find("images of confidence have no place"), std::string::npos) << recorded.err;
+  }
 }
 
 TEST_F(Live, RecordingCamerasThatRunLosesNothingAndPlaysAfterAKill) {
