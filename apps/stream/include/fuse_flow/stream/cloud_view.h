@@ -23,9 +23,7 @@ struct CloudView {
   int camera_mask{-1};  ///< 2 × std::uint32_t, see PointFusedCameras
 
   /** \brief x, y, z in metres. */
-  const float* position(std::size_t point) const {
-    return reinterpret_cast<const float*>(points + point * stride);
-  }
+  const float* position(std::size_t point) const { return reinterpret_cast<const float*>(points + point * stride); }
   template <typename T>
   const T* field(int offset, std::size_t point) const {
     return reinterpret_cast<const T*>(points + point * stride + offset);

@@ -18,9 +18,9 @@ struct EncodingOptions {
   /** \brief 0: colours are exact. Else the step of two of their three parts, of 255; 1 … 64: fewer bytes, and tints that differ. */
   int chroma_step{0};
   /** \brief Steps of density, each of twice as many points, that a client can get; 1 … 8. */
-  int layers{5};
+  int layers{4};
   /** \brief Points that are encoded together, and are sent to a client or not; 64 … 65536. */
-  int chunk_points{16384};
+  int chunk_points{32768};
   bool confidence{true};     ///< if the points have it
   bool view_count{true};     ///< likewise
   bool normals{true};        ///< likewise
@@ -67,7 +67,7 @@ struct EncodedFrame {
 
 /** \brief What a client wants of frames. */
 struct Wishes {
-  std::optional<std::uint64_t> points;           ///< at most, a frame
+  std::optional<std::uint64_t> points;  ///< at most, a frame
   std::optional<std::uint64_t> bytes_per_second;
   struct Box {
     std::array<double, 3> least, greatest;  ///< metres
@@ -89,6 +89,12 @@ Selection select(const EncodedFrame& frame, const Wishes& wishes, std::size_t by
 
 /** \brief A message as pieces of memory, in order: its header, and then parts of the frame, which are not copied. */
 struct Message {
+  Message() = default;
+  Message(Message&&) = default;
+  Message& operator=(Message&&) = default;
+  Message(const Message&) = delete;  // the pieces of a copy would point into the original
+  Message& operator=(const Message&) = delete;
+
   std::shared_ptr<const EncodedFrame> frame;
   std::vector<std::uint8_t> header;
   struct Piece {
