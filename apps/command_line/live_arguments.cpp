@@ -49,7 +49,8 @@ io::PlayOptions::Stall parseStall(const std::string& text, const std::vector<Cam
 
 }  // namespace
 
-LiveArguments::LiveArguments(CLI::App& app) {
+LiveArguments::LiveArguments(CLI::App& app, bool loops) {
+  play_.loop = loops;
   const auto milliseconds = numberFromTo(0.001, 3600000);
   options_.push_back(
       app.add_option("--seconds", seconds_, "end after so many; default: when the recording or you end it")
@@ -72,7 +73,8 @@ LiveArguments::LiveArguments(CLI::App& app) {
       app.add_option("--speed", play_.speed, of_play + "1: as it was taken")
           ->check(numberFromTo(0.001, 1000))
           ->capture_default_str(),
-      app.add_flag("--loop", play_.loop, of_play + "again and again"),
+      loops ? app.add_flag("!--once", play_.loop, of_play + "once, and then end; default: again and again")
+            : app.add_flag("--loop", play_.loop, of_play + "again and again"),
       app.add_option("--jitter", jitter_ms_, of_play + "views arrive later by up to so many ms")
           ->check(numberFromTo(0, 10000))
           ->capture_default_str(),

@@ -17,7 +17,8 @@ namespace fuse_flow::command_line {
 /** \brief Cameras that run, on the command line: devices, or a recording that is played as if it were cameras. */
 class LiveArguments {
  public:
-  explicit LiveArguments(CLI::App& app);
+  /** \param loops a recording is played again and again if nobody asks for once */
+  explicit LiveArguments(CLI::App& app, bool loops = false);
   LiveArguments(const LiveArguments&) = delete;
   LiveArguments& operator=(const LiveArguments&) = delete;
 
@@ -28,6 +29,8 @@ class LiveArguments {
   static bool anyDevice(const std::vector<std::string>& inputs);
   /** \brief Options of these that were given: they ask for cameras that run. */
   std::vector<std::string> given() const;
+  /** \brief Whether a recording is played again and again. */
+  bool loops() const { return play_.loop; }
   /** \brief Seconds after which it ends; absent: when somebody ends it. */
   std::optional<double> seconds() const { return seconds_; }
 

@@ -5,6 +5,7 @@
 
 #include <fuse_flow/recordings/recording.h>
 
+#include <chrono>
 #include <cstddef>
 #include <memory>
 #include <string>
@@ -15,6 +16,8 @@ namespace fuse_flow::io {
 /** \brief A frame that was fused, with what it was fused from. */
 struct FusedFrame {
   std::size_t number{0};  ///< of the recording
+  /** \brief When the last of its images came, by the host's clock since 1970; 0: they were read from files. */
+  std::chrono::microseconds arrived{0};
   LoadedFrame input;
   std::vector<std::shared_ptr<const LoadedView>>
       live;  ///< what the views of input.rig point into, where that is not input.images

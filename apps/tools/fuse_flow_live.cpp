@@ -1,16 +1,14 @@
 // Fuses cameras as they run: into a window, into files, and beside that records them.
 
-#include "calibration/live_extrinsics.h"
 #include "command_line/config_file.h"
 #include "command_line/live_arguments.h"
-#include "command_line/message_of.h"
+#include "command_line/live_pump.h"
 #include "command_line/method_arguments.h"
 #include "command_line/option_checks.h"
 #include "command_line/recording_arguments.h"
 #include "command_line/threads.h"
 #include "command_line/tool.h"
 #include "drawing/display.h"
-#include "input_checks/input_checks.h"
 #include "live/devices.h"
 #include "live/rig_recorder.h"
 #include "recordings/files/file_io.h"
@@ -35,7 +33,6 @@
 namespace {
 
 using namespace fuse_flow;
-using SteadyClock = std::chrono::steady_clock;
 
 struct Options {
   std::vector<std::string> inputs;
@@ -55,150 +52,10 @@ struct Options {
   io::MethodOptions method_options;
 };
 
-double secondsSince(SteadyClock::time_point start) {
-  return std::chrono::duration<double>(SteadyClock::now() - start).count();
-}
-
 void warn(const std::vector<std::string>& lines) { command_line::printWarnings("fuse_flow_live", lines); }
 
-/** \brief How long frames took, in milliseconds, in a histogram: an hour of them needs no more memory than a second. */
-class Times {
- public:
-  void add(double ms) {
-    const auto bin = static_cast<std::size_t>(std::clamp(ms / kBin, 0.0, static_cast<double>(bins_.size() - 1)));
-    ++bins_[bin];
-    ++count_;
-  }
-  /** \brief \param share 0.5: the median; 0 if there is none */
-  double quantile(double share) const {
-    std::uint64_t below = 0;
-    for (std::size_t bin = 0; bin < bins_.size(); ++bin)
-      if (static_cast<double>(below += bins_[bin]) >= share * static_cast<double>(count_) && count_ > 0)
-        return kBin * (static_cast<double>(bin) + 0.5);
-    return 0;
-  }
-  std::uint64_t count() const { return count_; }
-
- private:
-  static constexpr double kBin = 0.1;  // ms
-  std::vector<std::uint64_t> bins_ = std::vector<std::uint64_t>(100000);
-  std::uint64_t count_{0};
-};
-
-/** \brief Takes instants from the rig, fuses them where somebody wants clouds, and hands everything on. */
-class Pump {
- public:
-  Pump(const Options& options, const command_line::LiveArguments& live, io::LiveRig& rig,
-       std::vector<std::shared_ptr<io::BackgroundSink>> sinks, std::shared_ptr<viewing::LiveFrames::Inlet> window,
-       io::RigRecorder* recorder)
-      : options_(options),
-        live_(live),
-        rig_(rig),
-        sinks_(std::move(sinks)),
-        window_(std::move(window)),
-        recorder_(recorder),
-        extrinsics_(options.method_options.device),
-        checks_(options.method, options.method_options.parameters, std::vector<bool>(rig.cameras().size(), false)),
-        log_("fuse_flow_live", options.status) {
-    if (!sinks_.empty() || !window_) method_ = io::makeMethod(options.method, options.method_options);
-  }
-
-  /** \brief Until the cameras end, or stop is true. \throws what ends the run */
-  void run(const std::atomic<bool>& stop) {
-    const SteadyClock::time_point start = SteadyClock::now();
-    while (!stop && !io::interrupt_requested && rig_.running() && secondsSince(start) < live_.seconds().value_or(1e12))
-      step();
-    if (window_) window_->end();
-    seconds_ = secondsSince(start);
-  }
-
-  std::string summary() const {
-    char line[256];
-    std::string text;
-    const SynchronizerStatistics sets = rig_.statistics();
-    std::snprintf(line, sizeof line, "%llu frames in %.1f s, %llu of them without all cameras, up to %.1f ms apart\n",
-                  static_cast<unsigned long long>(sets.complete_sets + sets.incomplete_sets), seconds_,
-                  static_cast<unsigned long long>(sets.incomplete_sets),
-                  1e-3 * static_cast<double>(sets.largest_spread.count()));
-    text += line;
-    if (fusing_.count() > 0) {
-      std::snprintf(line, sizeof line,
-                    "  %llu fused, in %.1f ms (median; 95 %%: %.1f); from the last image to the cloud %.1f ms (95 %%: "
-                    "%.1f)\n",
-                    static_cast<unsigned long long>(fusing_.count()), fusing_.quantile(0.5), fusing_.quantile(0.95),
-                    latency_.quantile(0.5), latency_.quantile(0.95));
-      text += line;
-    }
-    return text + command_line::LiveLog::summary(rig_);
-  }
-  std::vector<std::string> complaints() const { return checks_.complaints(); }
-  std::uint64_t fused() const { return fusing_.count(); }
-
- private:
-  void step() {
-    const auto instant = std::make_shared<io::LiveInstant>();
-    const bool any = rig_.next(std::chrono::milliseconds(100), *instant);
-    if (recorder_) recorder_->check();
-    if (any) {
-      if (window_) window_->put(instant);
-      if (method_) fuse(*instant);
-    }
-    std::string more = std::to_string(fusing_.count()) + " frames fused";
-    if (recorder_)
-      more += ", " + std::to_string(recorder_->written()) + " views written, " + std::to_string(recorder_->lost()) +
-              " lost for want of time";
-    log_.look(rig_, method_ || recorder_ ? more : "");
-  }
-
-  void fuse(const io::LiveInstant& instant) {
-    const std::shared_ptr<io::FusedFrame> frame = pool_.next();
-    frame->number = fusing_.count();
-    frame->input.rig = instant.rig;
-    frame->live = instant.held;
-    frame->input.images.assign(instant.held.size(), {});
-    if (options_.refine_extrinsics) extrinsics_.place(frame->input.rig);
-    for (const CameraMotion& motion : extrinsics_.moved())
-      std::cerr << io::describe(motion, frame->input.rig.cameras) << std::endl;
-    const bool look = secondsSince(last_look_) > 1;  // it takes time of its own
-    if (look) {
-      for (std::size_t k = 0; k < instant.held.size(); ++k)
-        if (instant.held[k]) frame->input.images[k].assumed_confidence_step = instant.held[k]->assumed_confidence_step;
-      checks_.look(frame->input);
-      last_look_ = SteadyClock::now();
-    }
-    const SteadyClock::time_point start = SteadyClock::now();
-    try {
-      method_->fuse(frame->input.rig, frame->cloud);
-    } catch (const pcl::PCLException& error) {
-      throw io::InputError("frame " + std::to_string(frame->number) + ": " + io::messageOf(error));
-    }
-    fusing_.add(1e3 * secondsSince(start));
-    latency_.add(1e-3 * static_cast<double>((rig_.now() - instant.arrived).count()));
-    frame->has_normals = options_.normals;
-    if (options_.normals) frame->with_normals = method_->withNormals();
-    frame->statistics = method_->statistics();
-    if (look) checks_.lookAt(frame->input.rig, frame->statistics);
-    for (const std::shared_ptr<io::BackgroundSink>& sink : sinks_) sink->take(frame);
-  }
-
-  const Options& options_;
-  const command_line::LiveArguments& live_;
-  io::LiveRig& rig_;
-  std::vector<std::shared_ptr<io::BackgroundSink>> sinks_;
-  std::shared_ptr<viewing::LiveFrames::Inlet> window_;
-  io::RigRecorder* recorder_;
-  std::unique_ptr<io::Method> method_;
-  io::LiveExtrinsics extrinsics_;
-  io::InputChecks checks_;
-  io::FramePool pool_;
-  command_line::LiveLog log_;
-  SteadyClock::time_point last_look_;
-  Times fusing_, latency_;
-  double seconds_{0};
-};
-
 /** \brief The window in this thread, which it needs, and the pump in another one. \throws what ended the pump */
-void runWithWindow(const Options& options, const io::LiveRig& rig, Pump& pump,
+void runWithWindow(const Options& options, const io::LiveRig& rig, command_line::LivePump& pump,
                    const std::shared_ptr<viewing::LiveFrames::Inlet>& inlet) {
   viewing::ViewerOptions viewer_options = options.viewer;
   viewer_options.method = options.method;
@@ -210,6 +67,7 @@ void runWithWindow(const Options& options, const io::LiveRig& rig, Pump& pump,
   std::thread pumping([&] {
     try {
       pump.run(stop);
+      inlet->end();
     } catch (...) {
       error = std::current_exception();
       inlet->end();
@@ -286,7 +144,16 @@ int run(const Options& options, const command_line::LiveArguments& live) {
   }
   if (!options.window && sinks.empty()) warn({"the clouds go nowhere, and only take time: -o writes them"});
   const auto inlet = options.window ? std::make_shared<viewing::LiveFrames::Inlet>() : nullptr;
-  Pump pump(options, live, *rig, sinks, inlet, recorder.get());
+  command_line::LivePump::Options pump_options;
+  pump_options.tool = "fuse_flow_live";
+  pump_options.method = options.method;
+  pump_options.method_options = options.method_options;
+  pump_options.refine_extrinsics = options.refine_extrinsics;
+  pump_options.status = options.status;
+  pump_options.seconds = live.seconds();
+  if (inlet) pump_options.instant = [inlet](const auto& instant) { inlet->put(instant); };
+  pump_options.recorder = recorder.get();
+  command_line::LivePump pump(pump_options, *rig, sinks);
   io::catchInterrupts();
   rig->start();
   if (options.window) {

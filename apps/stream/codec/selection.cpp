@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 namespace fuse_flow::stream {
@@ -130,10 +131,42 @@ Message messageOf(std::shared_ptr<const EncodedFrame> frame, const Selection& se
 }
 
 Message messageOf(std::shared_ptr<const EncodedFrame> frame) {
-  Selection all;
-  all.layers.assign(frame->chunks.size(), static_cast<std::uint8_t>(frame->layers));
-  all.points = frame->points;
+  const Selection all = select(*frame, {});
   return messageOf(std::move(frame), all);
+}
+
+std::shared_ptr<const EncodedFrame> frameOf(const std::uint8_t* data, std::size_t size) {
+  FrameHeader header;
+  readHeader(data, size, std::numeric_limits<std::uint32_t>::max(), header);
+  auto frame = std::make_shared<EncodedFrame>();
+  frame->times = header.times;
+  frame->origin = header.origin;
+  frame->step = header.step;
+  frame->fields = header.fields;
+  frame->chroma_step = header.chroma_step;
+  frame->layers = header.layers;
+  frame->mask_bytes = header.mask_bytes;
+  frame->points = header.points_of_frame;
+  for (const ChunkHeader& from : header.chunks) {
+    EncodedChunk chunk;
+    chunk.points = from.points;
+    chunk.least = from.least;
+    chunk.greatest = from.greatest;
+    for (std::uint32_t layer = 0; layer < from.layers; ++layer) {
+      chunk.layer_bytes.push_back(from.bytes[layer]);
+      chunk.layer_points.push_back(
+          static_cast<std::uint32_t>(Layer(static_cast<int>(layer), header.layers).points(from.points)));
+    }
+    frame->chunks.push_back(std::move(chunk));
+  }
+  const std::uint8_t* at = data + header.size;
+  for (std::uint32_t layer = 0; layer < static_cast<std::uint32_t>(header.layers); ++layer)
+    for (EncodedChunk& chunk : frame->chunks)
+      if (layer < chunk.layer_bytes.size()) {
+        chunk.bytes.insert(chunk.bytes.end(), at, at + chunk.layer_bytes[layer]);
+        at += chunk.layer_bytes[layer];
+      }
+  return frame;
 }
 
 std::size_t Message::size() const {

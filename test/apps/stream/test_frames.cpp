@@ -396,6 +396,20 @@ TEST(StreamSelection, NearAViewpointItIsDenser) {
   EXPECT_NEAR(between(38, 39), 0.125, 0.03);  // the least density is that of one layer
 }
 
+TEST(StreamSelection, AMessageIsAFrameAgain) {
+  stream::FrameEncoder encoder;
+  const auto frame = encoder.encode(wall(), {3, 4, 5});
+  const Bytes whole = stream::messageOf(frame).joined();
+  const auto again = stream::frameOf(whole.data(), whole.size());
+  EXPECT_EQ(stream::messageOf(again).joined(), whole);
+  stream::Wishes wishes;
+  wishes.points = 30000;
+  const Bytes part = stream::messageOf(frame, stream::select(*frame, wishes)).joined();
+  EXPECT_EQ(stream::messageOf(again, stream::select(*again, wishes)).joined(), part);
+  const auto of_part = stream::frameOf(part.data(), part.size());
+  EXPECT_EQ(decoded(stream::messageOf(of_part).joined()).positions, decoded(part).positions);
+}
+
 // What is no frame.
 
 TEST(DamagedFrame, CutOffAnywhereIsRefused) {

@@ -111,6 +111,10 @@ Message messageOf(std::shared_ptr<const EncodedFrame> frame, const Selection& se
 /** \brief With all points. */
 Message messageOf(std::shared_ptr<const EncodedFrame> frame);
 
+/** \brief Back from the bytes of a message, which may have a part of a frame: what is not there cannot be selected. Layers are not unpacked.
+ *  \throws FormatError, see streamed_cloud.h */
+std::shared_ptr<const EncodedFrame> frameOf(const std::uint8_t* data, std::size_t size);
+
 /** \brief Makes frames out of clouds. It keeps memory from one frame to the next; one thread may use it at a time. */
 class FrameEncoder {
  public:

@@ -1,0 +1,119 @@
+#include "command_line/live_pump.h"
+
+#include "command_line/message_of.h"
+#include "recordings/files/file_io.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <iostream>
+
+namespace fuse_flow::command_line {
+namespace {
+
+double secondsSince(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+}  // namespace
+
+void Times::add(double ms) {
+  const auto bin = static_cast<std::size_t>(std::clamp(ms / kBin, 0.0, static_cast<double>(bins_.size() - 1)));
+  ++bins_[bin];
+  ++count_;
+}
+
+double Times::quantile(double share) const {
+  std::uint64_t below = 0;
+  for (std::size_t bin = 0; bin < bins_.size(); ++bin)
+    if (static_cast<double>(below += bins_[bin]) >= share * static_cast<double>(count_) && count_ > 0)
+      return kBin * (static_cast<double>(bin) + 0.5);
+  return 0;
+}
+
+LivePump::LivePump(Options options, io::LiveRig& rig, std::vector<std::shared_ptr<io::BackgroundSink>> sinks)
+    : options_(std::move(options)),
+      rig_(rig),
+      sinks_(std::move(sinks)),
+      extrinsics_(options_.method_options.device),
+      checks_(options_.method, options_.method_options.parameters, std::vector<bool>(rig.cameras().size(), false)),
+      log_(options_.tool, options_.status) {
+  if (!sinks_.empty() || !options_.instant) method_ = io::makeMethod(options_.method, options_.method_options);
+}
+
+void LivePump::run(const std::atomic<bool>& stop) {
+  const std::chrono::steady_clock::time_point start = std::chrono::steady_clock::now();
+  while (!stop && !io::interrupt_requested && rig_.running() && secondsSince(start) < options_.seconds.value_or(1e12))
+    step();
+  seconds_ = secondsSince(start);
+}
+
+std::string LivePump::summary() const {
+  char line[256];
+  std::string text;
+  const SynchronizerStatistics sets = rig_.statistics();
+  std::snprintf(line, sizeof line, "%llu frames in %.1f s, %llu of them without all cameras, up to %.1f ms apart\n",
+                static_cast<unsigned long long>(sets.complete_sets + sets.incomplete_sets), seconds_,
+                static_cast<unsigned long long>(sets.incomplete_sets),
+                1e-3 * static_cast<double>(sets.largest_spread.count()));
+  text += line;
+  if (fusing_.count() > 0) {
+    std::snprintf(line, sizeof line,
+                  "  %llu fused, in %.1f ms (median; 95 %%: %.1f); from the last image to the cloud %.1f ms (95 %%: "
+                  "%.1f)\n",
+                  static_cast<unsigned long long>(fusing_.count()), fusing_.quantile(0.5), fusing_.quantile(0.95),
+                  latency_.quantile(0.5), latency_.quantile(0.95));
+    text += line;
+  }
+  return text + LiveLog::summary(rig_);
+}
+
+void LivePump::step() {
+  const auto instant = std::make_shared<io::LiveInstant>();
+  const bool any = rig_.next(std::chrono::milliseconds(100), *instant);
+  if (options_.recorder) options_.recorder->check();
+  if (any) {
+    if (options_.instant) options_.instant(instant);
+    if (method_) fuse(*instant);
+  }
+  if (options_.tick) options_.tick();
+  std::string more = std::to_string(fusing_.count()) + " frames fused";
+  if (options_.recorder)
+    more += ", " + std::to_string(options_.recorder->written()) + " views written, " +
+            std::to_string(options_.recorder->lost()) + " lost for want of time";
+  if (options_.more) more += options_.more();
+  log_.look(rig_, method_ || options_.recorder ? more : "");
+}
+
+void LivePump::fuse(const io::LiveInstant& instant) {
+  const std::shared_ptr<io::FusedFrame> frame = pool_.next();
+  frame->number = fusing_.count();
+  frame->arrived = instant.arrived;
+  frame->input.rig = instant.rig;
+  frame->live = instant.held;
+  frame->input.images.assign(instant.held.size(), {});
+  if (options_.refine_extrinsics) extrinsics_.place(frame->input.rig);
+  for (const CameraMotion& motion : extrinsics_.moved())
+    std::cerr << io::describe(motion, frame->input.rig.cameras) << std::endl;
+  const bool look = secondsSince(last_look_) > 1;  // it takes time of its own
+  if (look) {
+    for (std::size_t k = 0; k < instant.held.size(); ++k)
+      if (instant.held[k]) frame->input.images[k].assumed_confidence_step = instant.held[k]->assumed_confidence_step;
+    checks_.look(frame->input);
+    last_look_ = std::chrono::steady_clock::now();
+  }
+  const std::chrono::steady_clock::time_point start = std::chrono::steady_clock::now();
+  try {
+    method_->fuse(frame->input.rig, frame->cloud);
+  } catch (const pcl::PCLException& error) {
+    throw io::InputError("frame " + std::to_string(frame->number) + ": " + io::messageOf(error));
+  }
+  fusing_.add(1e3 * secondsSince(start));
+  latency_.add(1e-3 * static_cast<double>((rig_.now() - instant.arrived).count()));
+  frame->has_normals = options_.method_options.normals;
+  if (frame->has_normals) frame->with_normals = method_->withNormals();
+  frame->statistics = method_->statistics();
+  if (look) checks_.lookAt(frame->input.rig, frame->statistics);
+  for (const std::shared_ptr<io::BackgroundSink>& sink : sinks_) sink->take(frame);
+}
+
+}  // namespace fuse_flow::command_line

@@ -1,0 +1,84 @@
+#pragma once
+
+#include "calibration/live_extrinsics.h"
+#include "command_line/live_arguments.h"
+#include "input_checks/input_checks.h"
+#include "live/live_rig.h"
+#include "live/rig_recorder.h"
+#include "methods/method.h"
+#include "sinks/background_sink.h"
+
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace fuse_flow::command_line {
+
+/** \brief How long frames took, in milliseconds, in a histogram: an hour of them needs no more memory than a second. */
+class Times {
+ public:
+  void add(double ms);
+  /** \param share 0.5: the median; 0 if there is none */
+  double quantile(double share) const;
+  std::uint64_t count() const { return count_; }
+
+ private:
+  static constexpr double kBin = 0.1;  // ms
+  std::vector<std::uint64_t> bins_ = std::vector<std::uint64_t>(100000);
+  std::uint64_t count_{0};
+};
+
+/** \brief Takes instants from a rig, fuses them where somebody wants clouds, and hands everything on. */
+class LivePump {
+ public:
+  struct Options {
+    std::string tool;  ///< its name, for the log
+    std::string method;
+    io::MethodOptions method_options;
+    bool refine_extrinsics{false};
+    double status{5};               ///< seconds between two lines of the log; 0: none
+    std::optional<double> seconds;  ///< after which it ends
+    /** \brief Hears of each instant, before it is fused. */
+    std::function<void(const std::shared_ptr<io::LiveInstant>&)> instant;
+    /** \brief What a line of the log says, beside the frames that were fused. */
+    std::function<std::string()> more;
+    /** \brief Called some times a second. */
+    std::function<void()> tick;
+    io::RigRecorder* recorder{nullptr};
+  };
+
+  /** \param rig not started yet  \param sinks for the clouds; without any, and with Options::instant, nothing is fused */
+  LivePump(Options options, io::LiveRig& rig, std::vector<std::shared_ptr<io::BackgroundSink>> sinks);
+
+  /** \brief Until the cameras end, the time is over, somebody interrupts the program, or stop is true. \throws what ends the run */
+  void run(const std::atomic<bool>& stop);
+
+  /** \brief What was fused, and how long it took; of each camera, what came. */
+  std::string summary() const;
+  /** \brief What was noticed of the input, one line each. */
+  std::vector<std::string> complaints() const { return checks_.complaints(); }
+  std::uint64_t fused() const { return fusing_.count(); }
+
+ private:
+  void step();
+  void fuse(const io::LiveInstant& instant);
+
+  Options options_;
+  io::LiveRig& rig_;
+  std::vector<std::shared_ptr<io::BackgroundSink>> sinks_;
+  std::unique_ptr<io::Method> method_;
+  io::LiveExtrinsics extrinsics_;
+  io::InputChecks checks_;
+  io::FramePool pool_;
+  LiveLog log_;
+  std::chrono::steady_clock::time_point last_look_;
+  Times fusing_, latency_;
+  double seconds_{0};
+};
+
+}  // namespace fuse_flow::command_line

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <fuse_flow/stream/server.h>
+
+#include <CLI/CLI.hpp>
+
+#include <functional>
+#include <memory>
+#include <string>
+
+namespace fuse_flow::command_line {
+
+/** \brief How clouds are streamed, on the command line. */
+class StreamArguments {
+ public:
+  explicit StreamArguments(CLI::App& app);
+  StreamArguments(const StreamArguments&) = delete;
+  StreamArguments& operator=(const StreamArguments&) = delete;
+
+  /** \brief A server that listens, with the page for browsers. \throws OptionError, InputError */
+  std::shared_ptr<stream::Server> open() const;
+  /** \brief Metres, see EncodingOptions::step. */
+  double step() const { return 1e-3 * step_mm_; }
+
+ private:
+  stream::ServerOptions options_;
+  double step_mm_{1};
+  std::string token_file_, certificate_, key_;
+};
+
+/** \brief "http://127.0.0.1:8080/": where the stream is, for people who run the tool. */
+void printLink(const std::string& tool, const stream::Server& server);
+
+/** \brief What a line of the log says of the clients. */
+std::string describe(const stream::ServerStatus& status);
+
+}  // namespace fuse_flow::command_line

@@ -1,0 +1,33 @@
+#pragma once
+
+#include "sinks/frame_sink.h"
+
+#include <fuse_flow/stream/server.h>
+
+#include <chrono>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace fuse_flow::io {
+
+/** \brief Sends the cloud of each frame to the clients of a server. */
+class StreamSink : public FrameSink {
+ public:
+  /** \param description its cameras are those of the first frame */
+  StreamSink(std::shared_ptr<stream::Server> server, stream::Description description);
+
+  /** \brief Cameras that have moved are told to the clients, once a second at most. */
+  void take(const std::shared_ptr<const FusedFrame>& frame) override;
+  std::vector<std::string> finish() override;
+
+ private:
+  void describe(const std::vector<Camera>& cameras);
+
+  std::shared_ptr<stream::Server> server_;
+  stream::Description description_;
+  bool described_{false};
+  std::chrono::steady_clock::time_point described_at_;
+};
+
+}  // namespace fuse_flow::io

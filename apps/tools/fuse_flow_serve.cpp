@@ -1,0 +1,171 @@
+// Fuses cameras as they run, or a recording that is played again and again, and streams the clouds to browsers and other programs.
+
+#include "command_line/config_file.h"
+#include "command_line/live_arguments.h"
+#include "command_line/live_pump.h"
+#include "command_line/method_arguments.h"
+#include "command_line/option_checks.h"
+#include "command_line/recording_arguments.h"
+#include "command_line/stream_arguments.h"
+#include "command_line/threads.h"
+#include "command_line/tool.h"
+#include "recordings/files/file_io.h"
+#include "recordings/files/interrupt.h"
+#include "sinks/stream_sink.h"
+
+#include <fuse_flow/stream/stream_file.h>
+
+#include <algorithm>
+#include <chrono>
+#include <filesystem>
+#include <iostream>
+#include <thread>
+
+namespace {
+
+using namespace fuse_flow;
+
+constexpr const char* kTool = "fuse_flow_serve";
+
+struct Options {
+  std::vector<std::string> inputs;
+  std::string method;
+  std::string name;
+  bool refine_extrinsics{false};
+  bool normals{false};
+  double status{5};
+  io::RecordingOptions recording;
+  io::MethodOptions method_options;
+};
+
+void warn(const std::vector<std::string>& lines) { command_line::printWarnings(kTool, lines); }
+
+/** \brief The last part of a path, "recording" of "build/demo/recording/". */
+std::string nameOf(const std::vector<std::string>& inputs) {
+  if (inputs.size() > 1) return std::to_string(inputs.size()) + " inputs";
+  const std::filesystem::path path(inputs[0]);
+  return (path.has_filename() ? path : path.parent_path()).filename().string();
+}
+
+/** \brief Fuses what cameras deliver. */
+int serve(const Options& options, const command_line::LiveArguments& live,
+          const command_line::StreamArguments& arguments) {
+  const std::unique_ptr<io::LiveRig> rig = live.open(kTool, options.inputs, options.recording, false);
+  const std::shared_ptr<stream::Server> server = arguments.open();
+  stream::Description description;
+  description.name = options.name;
+  description.step = arguments.step();
+  description.cameras = rig->cameras();
+  server->describe(description);
+  const auto sink = std::make_shared<io::BackgroundSink>(std::make_shared<io::StreamSink>(server, description), 1,
+                                                         io::BackgroundSink::WhenFull::Drop);
+  command_line::LivePump::Options pump_options;
+  pump_options.tool = kTool;
+  pump_options.method = options.method;
+  pump_options.method_options = options.method_options;
+  pump_options.refine_extrinsics = options.refine_extrinsics;
+  pump_options.status = options.status;
+  pump_options.seconds = live.seconds();
+  pump_options.more = [&] { return command_line::describe(server->status()); };
+  pump_options.tick = [&] { warn(server->takeNotices()); };
+  command_line::LivePump pump(pump_options, *rig, {sink});
+  io::catchInterrupts();
+  rig->start();
+  command_line::printLink(kTool, *server);
+  pump.run(false);
+  rig->stop();
+  std::cout << pump.summary();
+  std::vector<std::string> noticed = pump.complaints();
+  for (std::string& line : sink->finish()) noticed.push_back(std::move(line));
+  if (sink->dropped() > 0)
+    noticed.push_back(std::to_string(sink->dropped()) + " of " + std::to_string(pump.fused()) +
+                      " clouds were not streamed: they came faster than they could be encoded");
+  for (const std::string& line : noticed) std::cout << "  " << line << "\n";
+  std::cout << std::flush;
+  return command_line::kSuccess;
+}
+
+/** \brief Plays a stream that was kept. */
+int replay(const Options& options, const command_line::LiveArguments& live, bool again,
+           const command_line::StreamArguments& arguments) {
+  using Clock = std::chrono::steady_clock;
+  stream::StreamReader reader(options.inputs[0]);
+  if (reader.frames() == 0) throw io::InputError(options.inputs[0] + ": has no frame");
+  if (reader.cutOff()) warn({options.inputs[0] + ": was cut off; what is before that is played"});
+  const std::shared_ptr<stream::Server> server = arguments.open();
+  io::catchInterrupts();
+  command_line::printLink(kTool, *server);
+  const Clock::time_point start = Clock::now();
+  const auto over = [&] {
+    return io::interrupt_requested ||
+           std::chrono::duration<double>(Clock::now() - start).count() >= live.seconds().value_or(1e12);
+  };
+  std::uint64_t number = 0;
+  Clock::time_point due = start;
+  std::vector<std::uint8_t> message;
+  std::string described;
+  do {
+    for (std::size_t k = 0; k < reader.frames() && !over(); ++k, ++number) {
+      reader.read(k, message);
+      if (std::string json = stream::toJson(reader.description()); json != described) {
+        server->describe(reader.description());
+        described = std::move(json);
+      }
+      const auto frame = std::make_shared<stream::EncodedFrame>(*stream::frameOf(message.data(), message.size()));
+      frame->times.number = number;
+      frame->times.captured = 0;  // long ago
+      frame->times.encoded =
+          std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now().time_since_epoch())
+              .count();
+      server->publish(frame);
+      warn(server->takeNotices());
+      // As far apart as they were; what was paused for longer than a few seconds is not waited for, nor what goes back.
+      std::int64_t gap = 33'000'000;
+      if (k + 1 < reader.frames()) gap = reader.time(k + 1) - reader.time(k);
+      due += std::chrono::nanoseconds(std::clamp<std::int64_t>(gap, 1'000'000, 5'000'000'000));
+      while (Clock::now() < due && !over()) std::this_thread::sleep_for(std::min<Clock::duration>(due - Clock::now(), std::chrono::milliseconds(50)));
+    }
+  } while (again && !over());
+  std::cout << number << " frames" << command_line::describe(server->status()) << std::endl;
+  return command_line::kSuccess;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  Options options;
+  CLI::App app(
+      "Fuses cameras as they run, or a recording that is played as if its cameras ran, and streams the clouds: to the "
+      "page that it shows in browsers, to fuse_flow_receive and fuse_flow_viewer, and to programs of yours. It prints "
+      "a link. A stream that was kept, a .ffs file, is streamed as it is.",
+      kTool);
+  command_line::RecordingArguments recording(app);
+  recording.input()->required();
+  command_line::StreamArguments stream(app);
+  app.add_option("--name", options.name, "of the stream, for people; default: the input's");
+  app.add_flag("--normals", options.normals, "stream the surface's normal with each point");
+  app.add_flag("--refine-extrinsics", options.refine_extrinsics,
+               "estimate the poses from what the cameras see, and follow them from frame to frame");
+  app.add_option("--status", options.status, "seconds between two reports of how cameras and clients do; 0: none")
+      ->check(command_line::nonNegativeNumber())
+      ->capture_default_str();
+  command_line::LiveArguments live(app, true);
+  command_line::MethodArguments method(app);
+  return command_line::runTool(app, argc, argv, [&] {
+    options.inputs = recording.inputs();
+    if (options.name.empty()) options.name = nameOf(options.inputs);
+    options.recording = recording.options();
+    options.method = method.method();
+    options.method_options = method.options();
+    options.method_options.normals = options.normals;
+    command_line::requireThreads(options.method_options.threads);
+    const auto is_stream = [](const std::string& input) {
+      return std::filesystem::path(input).extension() == ".ffs";
+    };
+    if (std::any_of(options.inputs.begin(), options.inputs.end(), is_stream)) {
+      if (options.inputs.size() > 1) throw io::OptionError("input: must be one stream file, or a recording, or devices");
+      return replay(options, live, live.loops(), stream);
+    }
+    return serve(options, live, stream);
+  });
+}
