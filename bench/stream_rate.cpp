@@ -115,8 +115,9 @@ int run(const std::vector<std::string>& paths) {
     io::readCloud(paths[k], clouds[k]);
     points += static_cast<double>(clouds[k].size());
   }
-  std::printf("%zu clouds of %.0f points; bits a point: as they are, and the least for what each byte tells; milliseconds\n",
-              clouds.size(), points / static_cast<double>(clouds.size()));
+  std::printf(
+      "%zu clouds of %.0f points; bits a point: as they are, and the least for what each byte tells; milliseconds\n",
+      clouds.size(), points / static_cast<double>(clouds.size()));
   std::printf("%-44s %6s %6s   %6s %6s   %6s %6s\n", "", "bits", "least", "encode", "(all)", "decode", "(all)");
   stream::EncodingOptions color;
   color.confidence = color.view_count = false;

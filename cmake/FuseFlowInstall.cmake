@@ -13,7 +13,7 @@ write_basic_package_version_file(${PROJECT_BINARY_DIR}/FuseFlowConfigVersion.cma
                                  ARCH_INDEPENDENT)
 install(FILES ${PROJECT_BINARY_DIR}/FuseFlowConfig.cmake ${PROJECT_BINARY_DIR}/FuseFlowConfigVersion.cmake
         DESTINATION ${fuse_flow_package_folder})
-foreach(dependencies FuseFlowDependencies FuseFlowRecordingsDependencies)
+foreach(dependencies FuseFlowDependencies FuseFlowOptional FuseFlowRecordingsDependencies FuseFlowStreamDependencies)
   configure_file(cmake/${dependencies}.cmake ${PROJECT_BINARY_DIR}/${dependencies}.cmake COPYONLY)
   install(FILES cmake/${dependencies}.cmake DESTINATION ${fuse_flow_package_folder})
 endforeach()

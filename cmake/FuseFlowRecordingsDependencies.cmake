@@ -35,20 +35,7 @@ endif()
 
 # Recordings that few have: read where the distribution has the library, FuseFlow::NAME with its headers, else refused with a message.
 # FUSE_FLOW_HAS_NAME says which. Such as a package asks for that was built with them are found the same way.
-find_package(PkgConfig QUIET)
-function(fuse_flow_optional name)  # fuse_flow_optional(NAME MODULE…): modules of pkg-config
-  if(TARGET FuseFlow::${name})
-    return()
-  endif()
-  add_library(FuseFlow::${name} INTERFACE IMPORTED GLOBAL)
-  if(PkgConfig_FOUND)
-    pkg_check_modules(fuse_flow_${name} QUIET IMPORTED_TARGET ${ARGN})
-    if(fuse_flow_${name}_FOUND)
-      target_link_libraries(FuseFlow::${name} INTERFACE PkgConfig::fuse_flow_${name})
-    endif()
-  endif()
-  set(FUSE_FLOW_HAS_${name} ${fuse_flow_${name}_FOUND} CACHE INTERNAL "")
-endfunction()
+include(${CMAKE_CURRENT_LIST_DIR}/FuseFlowOptional.cmake)
 fuse_flow_optional(libav libavformat libavcodec libavutil libswscale)
 fuse_flow_optional(sqlite sqlite3)
 fuse_flow_optional(lz4 liblz4)

@@ -123,7 +123,8 @@ int replay(const Options& options, const command_line::LiveArguments& live, bool
       std::int64_t gap = 33'000'000;
       if (k + 1 < reader.frames()) gap = reader.time(k + 1) - reader.time(k);
       due += std::chrono::nanoseconds(std::clamp<std::int64_t>(gap, 1'000'000, 5'000'000'000));
-      while (Clock::now() < due && !over()) std::this_thread::sleep_for(std::min<Clock::duration>(due - Clock::now(), std::chrono::milliseconds(50)));
+      while (Clock::now() < due && !over())
+        std::this_thread::sleep_for(std::min<Clock::duration>(due - Clock::now(), std::chrono::milliseconds(50)));
     }
   } while (again && !over());
   std::cout << number << " frames" << command_line::describe(server->status()) << std::endl;
@@ -159,11 +160,10 @@ int main(int argc, char** argv) {
     options.method_options = method.options();
     options.method_options.normals = options.normals;
     command_line::requireThreads(options.method_options.threads);
-    const auto is_stream = [](const std::string& input) {
-      return std::filesystem::path(input).extension() == ".ffs";
-    };
+    const auto is_stream = [](const std::string& input) { return std::filesystem::path(input).extension() == ".ffs"; };
     if (std::any_of(options.inputs.begin(), options.inputs.end(), is_stream)) {
-      if (options.inputs.size() > 1) throw io::OptionError("input: must be one stream file, or a recording, or devices");
+      if (options.inputs.size() > 1)
+        throw io::OptionError("input: must be one stream file, or a recording, or devices");
       return replay(options, live, live.loops(), stream);
     }
     return serve(options, live, stream);

@@ -56,8 +56,7 @@ const nlohmann::json& at(const nlohmann::json& object, const char* key) {
   return object.is_object() && object.contains(key) ? object[key] : nothing;
 }
 
-const nlohmann::json& cameraAt(const std::string& owner, const nlohmann::json& calibration,
-                               const std::string& location) {
+const nlohmann::json& cameraAt(const std::string& owner, const nlohmann::json& calibration, const char* location) {
   for (const nlohmann::json& camera : at(at(calibration, "CalibrationInformation"), "Cameras"))
     if (at(camera, "Location") == location) return camera;
   throw InputError(owner + ": has no camera " + location + ", must be the calibration of an Azure Kinect or a Femto");
