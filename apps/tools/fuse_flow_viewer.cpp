@@ -12,6 +12,9 @@
 #include "viewer/capture.h"
 #include "viewer/controls/key_bindings.h"
 #include "viewer/viewer.h"
+#ifdef FUSE_FLOW_WITH_STREAM
+#include "viewer/streamed_frames.h"
+#endif
 
 #include <fuse_flow/impl/host/parallel.hpp>
 #include <fuse_flow/recordings/input_files.h>
@@ -20,6 +23,8 @@
 #include <array>
 #include <cstdio>
 #include <cstdlib>
+#include <filesystem>
+#include <stdexcept>
 
 namespace {
 
@@ -39,9 +44,35 @@ struct Options {
   std::string config;
 };
 
+/** \brief A link, or a stream that was kept. */
+std::unique_ptr<viewing::FrameSource> openStream(Options& options) {
+  if (options.inputs.size() > 1) throw io::OptionError("input: must be one link, or one stream file, or a recording");
+  options.viewer.method = viewing::kStreamed;
+  options.viewer.measure = false;  // there is no depth to measure with
+  if (options.viewer.compare != "none")
+    throw io::OptionError("--compare: " + options.inputs[0] + " has clouds that are fused already, and nothing beside them");
+#ifdef FUSE_FLOW_WITH_STREAM
+  if (std::filesystem::path(options.inputs[0]).extension() == ".ffs") {
+    auto source = std::make_unique<viewing::KeptFrames>(options.inputs[0]);
+    if (source->cutOff())
+      command_line::printWarnings("fuse_flow_viewer", {options.inputs[0] + ": was cut off; what is before that is played"});
+    return source;
+  }
+  try {
+    return std::make_unique<viewing::StreamedFrames>(options.inputs[0], stream::ClientOptions{});
+  } catch (const std::invalid_argument& error) {
+    throw io::InputError(error.what());
+  }
+#else
+  throw io::InputError(options.inputs[0] + ": is a stream, and fuse_flow_viewer was built without Boost, OpenSSL or Zstandard");
+#endif
+}
+
 std::unique_ptr<viewing::FrameSource> makeSource(Options& options, const command_line::MethodArguments& arguments) {
   if (options.simulated_scene.empty() == options.inputs.empty())
     throw io::OptionError("either a recording or --simulate must be given");
+  const auto is_stream = [](const std::string& input) { return viewing::isStream(input); };
+  if (std::any_of(options.inputs.begin(), options.inputs.end(), is_stream)) return openStream(options);
   if (!options.inputs.empty()) {
     io::RecordingOptions recording = options.recording;
     recording.skip_damaged = true;

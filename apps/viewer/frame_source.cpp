@@ -54,6 +54,12 @@ class SimulatedSource : public FrameSource {
 
 }  // namespace
 
+bool isStream(const std::string& input) {
+  for (const char* scheme : {"ws://", "wss://", "http://", "https://"})
+    if (input.rfind(scheme, 0) == 0) return true;
+  return std::filesystem::path(input).extension() == ".ffs";
+}
+
 std::unique_ptr<FrameSource> makeSource(std::unique_ptr<io::Recording> recording, const std::string& input) {
   return std::make_unique<RecordedSource>(std::move(recording), input);
 }

@@ -2,7 +2,10 @@
 
 #include "simulation/simulator.h"
 
+#include <fuse_flow/point_types.h>
 #include <fuse_flow/recordings/recording.h>
+
+#include <pcl/point_cloud.h>
 
 #include <memory>
 #include <optional>
@@ -28,11 +31,18 @@ class FrameSource {
   virtual std::vector<std::string> status() const { return {}; }
   /** \brief Throws io::InputError if the frame cannot be read. */
   virtual void read(std::size_t frame, io::LoadedFrame& out) = 0;
+  /** \brief The cloud of the frame that was read last, of a source whose frames come fused; null: they are to be fused. */
+  virtual std::shared_ptr<const pcl::PointCloud<PointFused>> finished() const { return nullptr; }
+  /** \brief Whether finished() has clouds. */
+  virtual bool isFinished() const { return false; }
   /** \brief Whether truth() can be asked. */
   virtual bool knowsTruth() const = 0;
   /** \brief The exact surfaces of a frame; valid until the next call of either. */
   virtual const simulation::RayScene& truth(std::size_t frame) = 0;
 };
+
+/** \brief Whether what was named is a link to a stream, or a file of one: ws://, wss://, http://, https:// or .ffs. See streamed_frames.h. */
+bool isStream(const std::string& input);
 
 /** \brief A recording of any kind; its truth is known if the folder holds one. Throws io::InputError. \param input the first of its paths */
 std::unique_ptr<FrameSource> makeSource(std::unique_ptr<io::Recording> recording, const std::string& input);

@@ -19,6 +19,7 @@ constexpr double kAwaited = 0.3;               // seconds: a picture that takes 
 Viewer::Viewer(std::unique_ptr<FrameSource> source, const ViewerOptions& options)
     : options_(options),
       knows_truth_(source->knowsTruth()),
+      finished_(source->isFinished()),
       playback_(source->frameCount(),
                 options.frames_per_second.value_or(source->framesPerSecond().value_or(kFramesPerSecond))),
       controls_(options.method, options.method_options),

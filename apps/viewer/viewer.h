@@ -105,6 +105,8 @@ class Viewer {
   void changeSpeed(double factor);
   void seekEnd();
   void toggle(Component component);
+  /** \brief Says so, where clouds come fused and there is nothing to change. */
+  bool refuseForFinished();
   void resetParameters();
   void toggleRefinement();
   void toggleSliders();
@@ -188,6 +190,7 @@ class Viewer {
 
   ViewerOptions options_;
   bool knows_truth_;
+  bool finished_;  ///< the clouds come fused
   Playback playback_;
   FusionControls controls_;
   Window window_;

@@ -25,7 +25,7 @@ std::string fileNameOf(std::string title) {
 void Viewer::changeSpeed(double factor) { playback_.setSpeed(factor * playback_.speed()); }
 
 void Viewer::seekEnd() {
-  if (!playback_.frames()) return say("simulated cameras have no last frame");
+  if (!playback_.frames()) return say("cameras that run have no last frame");
   playback_.seekEnd();
 }
 
@@ -36,20 +36,31 @@ void Viewer::changeParameters(const std::function<void(FuseFlowParameters&)>& ap
   dirty_ = true;
 }
 
-void Viewer::toggle(Component component) { controls_.toggle(component); }
+bool Viewer::refuseForFinished() {
+  if (!finished_) return false;
+  say("these clouds come fused: how is up to who fuses them");
+  return true;
+}
+
+void Viewer::toggle(Component component) {
+  if (!refuseForFinished()) controls_.toggle(component);
+}
 
 void Viewer::resetParameters() {
+  if (refuseForFinished()) return;
   controls_.reset();
   sliders_.setValues(controls_.parameters());
 }
 
 void Viewer::toggleRefinement() {
+  if (refuseForFinished()) return;
   if (!options_.fixed_rig) return say("the views of this recording slide: there is no rig to follow");
   refine_extrinsics_ = !refine_extrinsics_;
   say(refine_extrinsics_ ? "poses follow what the cameras see" : "poses as given");
 }
 
 void Viewer::toggleSliders() {
+  if (refuseForFinished()) return;
   show_sliders_ = !show_sliders_;
   sliders_.setValues(controls_.parameters());
   showOverlay();
@@ -74,11 +85,13 @@ void Viewer::compareWith(const std::string& name) {
 }
 
 void Viewer::compareWithNext() {
+  if (refuseForFinished()) return;
   controls_.compareWithNext();
   compareWith(controls_.comparedWith());
 }
 
 void Viewer::keepSetting() {
+  if (refuseForFinished()) return;
   controls_.keep();
   compareWith("kept");
 }

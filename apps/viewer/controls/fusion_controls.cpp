@@ -14,6 +14,7 @@ bool& switchOf(FuseFlowParameters& parameters, Component component) {
 
 std::string titleOf(const std::string& method, const io::MethodOptions& options) {
   if (method == "fuse_flow") return "FUSE-Flow";
+  if (method == kStreamed) return "streamed";
   if (method == "concatenate") return "concatenated";
   const std::string leaf = ", " + std::to_string(std::lround(1000 * options.leaf_size)) + " mm";
   if (method == "voxel_grid") return "pcl::VoxelGrid" + leaf;

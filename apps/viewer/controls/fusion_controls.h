@@ -12,6 +12,9 @@ namespace fuse_flow::viewing {
 enum class Component { MeasurementConfidence, DistanceConsistency, SpatialHash };
 bool uses(const FuseFlowParameters& parameters, Component component);
 
+/** \brief In place of a method: clouds that come fused. */
+constexpr const char* kStreamed = "streamed";
+
 /** \brief What is fused how, as the keys and sliders change it. */
 class FusionControls {
  public:

@@ -70,6 +70,7 @@ std::string cloudText(const FusedCloud& cloud) {
   if (cloud.quality && !cloud.cloud->empty())
     text << "; off noisy depth: E_MC " << millimetres(cloud.quality->error) << " (2+ views "
          << millimetres(cloud.quality->multi_view_error) << ")";
+  if (cloud.setting->method == kStreamed) return text.str();
   const FrameStatistics& s = cloud.statistics;
   text << "\n  total " << s.total_ms << " ms";
   if (cloud.setting->method != "fuse_flow")
@@ -94,9 +95,10 @@ std::string statusText(const Playback& playback, const Rates& rates, const Fused
   const auto state = [&](Component component) {
     return uses(shown.clouds[0]->setting->options.parameters, component) ? "on" : "OFF";
   };
-  text << "1 MF " << state(Component::MeasurementConfidence) << "  2 DC " << state(Component::DistanceConsistency)
+  const bool streamed = shown.clouds[0]->setting->method == kStreamed;
+  if (!streamed) text << "1 MF " << state(Component::MeasurementConfidence) << "  2 DC " << state(Component::DistanceConsistency)
        << "  3 SA " << state(Component::SpatialHash);
-  text << "  0 poses " << (shown.refined ? "refined" : "given");
+  if (!streamed) text << "  0 poses " << (shown.refined ? "refined" : "given");
   if (shown.refined) text << refinementText(*shown.refined, shown.cameras);
   for (const auto& cloud : shown.clouds)
     if (cloud) text << "\n" << cloudText(*cloud);

@@ -34,6 +34,16 @@ void keepLatest(std::vector<CameraMotion>& motions, const CameraMotion& latest) 
   motions.push_back(latest);
 }
 
+/** \brief The points in a box. */
+std::shared_ptr<const Cloud> cropped(const std::shared_ptr<const Cloud>& cloud,
+                                     const std::optional<Eigen::AlignedBox3f>& box) {
+  if (!box) return cloud;
+  const auto inside = std::make_shared<Cloud>();
+  for (const auto& point : *cloud)
+    if (box->contains(point.getVector3fMap())) inside->push_back(point);
+  return inside;
+}
+
 int threadsOf(const FusionSetting& setting) { return host::resolveThreads(static_cast<int>(setting.options.threads)); }
 
 }  // namespace
@@ -96,6 +106,16 @@ void FrameFuser::placeCameras(const FusionRequest& request) {
 
 void FrameFuser::fuseCloud(const FusionRequest& request, Pane& pane, const FusionSettingPtr& setting) {
   if (pane.setting == setting && pane.frame == request.frame) return;
+  if (const std::shared_ptr<const Cloud> finished = source_->finished()) {
+    pane.fused = {};
+    pane.fused.setting = setting;
+    pane.fused.cloud = cropped(finished, setting->options.parameters.crop_box);
+    if (pane.fused.cloud->empty()) pane.fused.why_empty = finished->empty() ? "has no points" : "none in the box";
+    pane.setting = setting;
+    pane.colored_by.reset();
+    pane.frame = request.frame;
+    return;
+  }
   if (pane.setting != setting) {
     pane.setting.reset();
     pane.method = io::makeMethod(setting->method, setting->options);

@@ -487,7 +487,7 @@ TEST_F(ViewerWindow, TitlesAndFiguresAreOfWhatIsShownNotOfWhatIsAskedFor) {
 TEST_F(ViewerWindow, KeysThatCanDoNothingHereSaySo) {
   openTable();
   press("End");
-  EXPECT_EQ(viewer_->message(), "simulated cameras have no last frame");
+  EXPECT_EQ(viewer_->message(), "cameras that run have no last frame");
   EXPECT_EQ(viewer_->overlay().status().find("looping"), std::string::npos);
   for (const std::string said : {"legend off", "legend on; of these colours there is none"}) {
     press("u");
