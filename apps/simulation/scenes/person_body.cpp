@@ -214,8 +214,8 @@ PersonBody::PersonBody(Hands hands) {
   std::vector<Patch> patches(count);
   std::vector<std::vector<std::uint32_t>> own(count, std::vector<std::uint32_t>(body_.vertices.size(), none));
   for (const auto& t : body_.triangles) {
-    const Vector3f middle = (body_.vertices[t[0]] + body_.vertices[t[1]] + body_.vertices[t[2]]) / 3;
-    const Part& part = partAt(middle.cast<double>(), hands);
+    const Vector3d middle = ((body_.vertices[t[0]] + body_.vertices[t[1]] + body_.vertices[t[2]]) / 3).cast<double>();
+    const Part& part = partAt(middle, hands);
     const std::size_t at = static_cast<std::size_t>(part.cloth) * kLimbCount + static_cast<std::size_t>(part.limb);
     Patch& patch = patches[at];
     std::array<std::uint32_t, 3> corners;
