@@ -1,9 +1,9 @@
 // Reads frames as doc/reference/stream_format.md describes them. Any bytes may come: what is no whole frame is refused by an Error of one
 // line, before memory is taken for it, and nothing is read or written outside of arrays. No dependency: the Zstandard decoder is handed in.
 //
-// How it is fast. Nothing is allocated for a point. A Morton code has up to 63 bits; a chunk's codes less a common base nearly always have
-// fewer than 53 and are exact as doubles, and what is between two neighbours is mostly below 2^28, so that int arithmetic does. The
-// other chunks take the path of readCodesExactly(), with BigInt. Values that are predicted alike lie in the bytes of one integer.
+// How it is fast. Nothing is allocated for a point. A Morton code has up to 63 bits: the lower 30 and the others are integers of their own, and
+// what is between two neighbours is mostly below 2^28, so that 32 bits do. Chunks whose codes differ by 2^52 and more take the path of
+// readCodesExactly(), with BigInt. Values that are predicted alike lie in the bytes of one integer.
 
 export const FIELD = Object.freeze({color: 1, confidence: 2, viewCount: 4, normal: 8, cameras: 16});
 
