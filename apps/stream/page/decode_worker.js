@@ -8,6 +8,7 @@ import {StreamFile, parseDescription} from './stream_file.js';
 const PROTOCOL = 'fuse_flow.v1';
 const FIRST_WAIT = 500;      // milliseconds before connecting again
 const LONGEST_WAIT = 8000;
+const REST_AFTER = 3000;     // of nobody looking; servers let clients go that do not answer for ten seconds
 const MOST_POOLED = 12;      // pieces of memory that wait to be used again
 const memory_at_hand = navigator.deviceMemory ?? 4;  // GiB; browsers say 8 at most, and not all say
 const RING_BYTES = (memory_at_hand >= 4 ? 256 : 64) * 2 ** 20;
@@ -79,9 +80,12 @@ class Live {
     this.hidden = false;
     this.stepping = false; // the next frame is to be shown though it does not play
     this.unanswered = [];
-    this.last = 0;
+    this.restTimer = 0;
     this.connect();
   }
+
+  /** Whether nobody looks for more. */
+  get idle() { return (!this.playing || this.hidden) && !this.stepping; }
 
   connect() {
     post({type: 'state', state: 'connecting'});
@@ -110,16 +114,42 @@ class Live {
     socket.onclose = (event) => {
       if (this.socket !== socket) return;
       this.socket = null;
+      if (this.idle) {
+        post({type: 'state', state: 'resting'});
+        return;
+      }
       // Not all at once, when a server that many look at comes back.
       const wait = this.wait * (0.8 + 0.4 * Math.random());
       this.wait = Math.min(LONGEST_WAIT, 2 * this.wait);
       post({type: 'state', state: 'disconnected', opened, code: event.code, detail: event.reason, again: wait});
-      this.timer = setTimeout(() => this.connect(), wait);
+      this.timer = setTimeout(() => {
+        this.timer = 0;
+        this.connect();
+      }, wait);
     };
+  }
+
+  /** After what changes whether anybody looks: frames are answered, or not, and after a while the connection ends. */
+  settle() {
+    clearTimeout(this.restTimer);
+    if (this.idle) {
+      this.restTimer = setTimeout(() => {
+        const socket = this.socket;
+        clearTimeout(this.timer);
+        this.timer = 0;
+        this.socket = null;
+        socket?.close();
+        post({type: 'state', state: 'resting'});
+      }, REST_AFTER);
+      return;
+    }
+    if (!this.socket && !this.timer) this.connect();
+    this.answer();
   }
 
   close() {
     clearTimeout(this.timer);
+    clearTimeout(this.restTimer);
     const socket = this.socket;
     this.socket = null;
     socket?.close();
@@ -136,26 +166,26 @@ class Live {
   receive(message) {
     counts.bytes += message.length;
     ++counts.frames;
-    // Damaged frames are answered as well: the server would else wait.
-    this.last = message.length >= 16 ? Number(new DataView(message.buffer).getBigUint64(8, true)) : this.last + 1;
-    if (!Number.isSafeInteger(this.last)) this.last = 0;
-    this.unanswered.push(this.last);
+    let header;
     try {
-      readHeader(message);
+      header = readHeader(message);
     } catch (error) {
-      damaged(error.message);
-      this.answer();
+      damaged(error.message);  // its number is not known: it is answered with the next one
       return;
     }
+    this.unanswered.push(header.number);
     const entry = {message, received: now(), index: this.next++};
     this.ring.push(entry);
     this.ringBytes += message.length;
     while (this.ring.length > 1 && this.ringBytes > RING_BYTES && (this.playing || this.ring[0].index < this.shown))
       this.ringBytes -= this.ring.shift().message.length;
     if (this.playing || this.stepping) {
-      this.stepping = false;
       this.shown = entry.index;
       show(entry);
+      if (this.stepping) {
+        this.stepping = false;
+        this.settle();
+      }
     } else {
       post({type: 'place', place: this.place(this.at(this.shown) ?? entry)});
     }
@@ -164,12 +194,9 @@ class Live {
 
   /** A frame is answered at once, except while nobody looks: then nothing more is to come. */
   answer() {
-    if (!this.playing || this.hidden) return;
-    while (this.unanswered.length) this.answerOne();
-  }
-  answerOne() {
-    const frame = this.unanswered.shift();
-    if (this.socket?.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify({type: 'got', frame}));
+    if (this.idle) return;
+    for (const frame of this.unanswered.splice(0))
+      if (this.socket?.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify({type: 'got', frame}));
   }
 
   want(want) {
@@ -195,7 +222,7 @@ class Live {
       const newest = this.ring[this.ring.length - 1];
       if (newest && newest.index !== this.shown) this.showEntry(newest);
     }
-    this.answer();
+    this.settle();
     this.tellPlace();
   }
   step(by) {
@@ -204,7 +231,7 @@ class Live {
     const last = this.ring[this.ring.length - 1].index;
     if (by > 0 && this.shown >= last) {  // one more from the server
       this.stepping = true;
-      if (this.unanswered.length) this.answerOne();
+      this.settle();
       return;
     }
     this.seek(this.shown + by - this.ring[0].index);
@@ -224,7 +251,7 @@ class Live {
   }
   hide(hidden) {
     this.hidden = hidden;
-    this.answer();
+    this.settle();
   }
   speed() {}
   afterShown() {}

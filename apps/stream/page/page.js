@@ -68,6 +68,7 @@ const from_worker = {
   state({state, detail, opened, code, again, cutOff, source}) {
     if (state === 'connecting') setState('wait', 'Connecting …');
     else if (state === 'connected') setState('good', 'Live');
+    else if (state === 'resting') setState('', 'Paused. Nothing is received meanwhile.');
     else if (state === 'opening') setState('wait', `Opening ${detail} …`);
     else if (state === 'file') {
       setState('good', cutOff ? `File ${detail}. It was cut off at its end.` : `File ${detail}`);

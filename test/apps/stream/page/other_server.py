@@ -20,7 +20,6 @@ POLICY = ("default-src 'self'; script-src 'self' 'wasm-unsafe-eval'; worker-src 
           "img-src 'self' data: blob:; style-src 'self'")
 TYPES = {".html": "text/html; charset=utf-8", ".js": "text/javascript; charset=utf-8", ".mjs": "text/javascript; charset=utf-8",
          ".css": "text/css; charset=utf-8", ".txt": "text/plain; charset=utf-8", ".ffs": "application/octet-stream"}
-CRC_TABLE = None
 
 
 def crc32(data):
@@ -137,7 +136,8 @@ class OtherServer:
                 message = json.loads(text)
                 self.received.append(message)
                 if message.get("type") == "got":
-                    unanswered.discard(message["frame"])
+                    assert message["frame"] in unanswered, "got names a frame that was not sent, or was answered before"
+                    unanswered.difference_update([number for number in unanswered if number <= message["frame"]])
                     answered.set()
                 elif message.get("type") != "want":
                     await socket.close(1008, "unknown message")
@@ -156,7 +156,6 @@ class OtherServer:
                 if self.damage:
                     damage, self.damage = self.damage, None
                     message = damage(message)
-                    unanswered.discard(number)
                 await socket.send(message)
                 self.sent += 1
                 self.unanswered_most = max(self.unanswered_most, len(unanswered))

@@ -1,14 +1,14 @@
-// node --test test_decoder.mjs, with FUSE_FLOW_PAGE = the folder of the page as browsers get it. FUSE_FLOW_STREAM_FILES: .ffs files of the
-// library's encoder, separated by colons, each with a .json of the points that it should have, see compareWithLibrary().
+// node --test test_decoder.mjs, with FUSE_FLOW_PAGE = the folder of the page as browsers get it. FUSE_FLOW_STREAM_FILES:
+// the folder that write_stream_files filled.
 
 import assert from 'node:assert/strict';
-import {existsSync, readFileSync} from 'node:fs';
+import {readFileSync, readdirSync} from 'node:fs';
 import {test} from 'node:test';
 import {pathToFileURL} from 'node:url';
 import {encode, fromYuv, octahedral, sealHeader, streamFile, toYuv, xxh64, zstandardStored} from './reference_encoder.mjs';
 
 const page = pathToFileURL(`${process.env.FUSE_FLOW_PAGE}/`);
-const {FrameDecoder, crc32, normalOf, positionOf, readHeader} = await import(new URL('decoder.js', page));
+const {FIELD, FrameDecoder, crc32, normalOf, positionOf} = await import(new URL('decoder.js', page));
 const {Zstandard} = await import(new URL('zstandard.js', page));
 const {StreamFile, parseDescription} = await import(new URL('stream_file.js', page));
 const zstandard = await Zstandard.load();
@@ -307,28 +307,38 @@ test('Stream files are read, also those that were cut off', async () => {
   await assert.rejects(StreamFile.open(new Blob([streamFile([messages[0]])])), /begin with a description/);
 });
 
-// Files of the library: FILE.ffs, and FILE.points with each frame's points as rows of little-endian numbers: u32 count, and then for each
-// point 3 × f64 metres, u8 r, g, b, confidence, views.
-for (const path of (process.env.FUSE_FLOW_STREAM_FILES ?? '').split(':').filter((name) => name))
-  test(`What the library wrote to ${path} is read`, async () => {
-    const file = await StreamFile.open(new Blob([readFileSync(path)]));
-    const points_path = path.replace(/\.ffs$/, '.points');
-    const points = existsSync(points_path) ? readFileSync(points_path) : null;
+// Files of the library, and what its own decoder makes of them: see write_stream_files.cpp.
+const folder = process.env.FUSE_FLOW_STREAM_FILES;
+for (const path of folder ? readdirSync(folder).filter((name) => name.endsWith('.ffs')) : [])
+  test(`What the library wrote to ${path} is read as the library reads it`, async () => {
+    const file = await StreamFile.open(new Blob([readFileSync(`${folder}/${path}`)]));
+    const expected = readFileSync(`${folder}/${path.replace(/ffs$/, 'points')}`);
     let at = 0;
+    const take = (size) => expected.subarray(at, (at += size));
     for (let k = 0; k < file.frames.length; ++k) {
-      const message = await file.read(k);
-      const frame = decoder.decode(message);
-      assert.equal(frame.points, readHeader(message).points);
-      if (!points) continue;
-      assert.equal(frame.points, points.readUInt32LE(at));
-      at += 4;
-      const keyOf = (row) => row.join(' ');
-      const here = [], there = [];
-      for (let i = 0; i < frame.points; ++i, at += 29) {
-        const steps = [0, 8, 16].map((offset, axis) => Math.round((points.readDoubleLE(at + offset) - frame.origin[axis]) / frame.step));
-        there.push(keyOf([...steps, ...points.subarray(at + 24, at + 29)]));
-        here.push(keyOf([...frame.positions.subarray(4 * i, 4 * i + 3), ...frame.colors.subarray(4 * i, 4 * i + 4), frame.positions[4 * i + 3]]));
+      const frame = decoder.decode(await file.read(k));
+      const count = take(4).readUInt32LE(0);
+      assert.equal(frame.points, count);
+      const has = (field) => (frame.fields & field ? count : 0);
+      const positions = take(12 * count);
+      const colors = take(3 * has(FIELD.color));
+      const confidence = take(has(FIELD.confidence));
+      const views = take(has(FIELD.viewCount));
+      const normals = take(12 * has(FIELD.normal));
+      const masks = take(8 * has(FIELD.cameras));
+      for (let i = 0; i < count; ++i) {
+        positionOf(frame, i).forEach((value, axis) => {
+          const there = positions.readFloatLE(12 * i + 4 * axis);
+          assert.ok(Math.abs(value - there) <= 1e-6 * (1 + Math.abs(there)), `point ${i}: ${value}, ${there}`);
+        });
+        if (colors.length) assert.deepEqual([...frame.colors.subarray(4 * i, 4 * i + 3)], [...colors.subarray(3 * i, 3 * i + 3)], `colour of point ${i}`);
+        if (confidence.length) assert.equal(frame.colors[4 * i + 3], confidence[i]);
+        if (views.length) assert.equal(frame.positions[4 * i + 3], views[i]);
+        if (normals.length)
+          (normalOf(frame, i) ?? [0, 0, 0]).forEach((value, axis) => assert.ok(Math.abs(value - normals.readFloatLE(12 * i + 4 * axis)) < 1e-5));
+        if (masks.length)
+          for (let byte = 0; byte < frame.maskBytes; ++byte) assert.equal(frame.masks[frame.maskBytes * i + byte], masks[8 * i + byte]);
       }
-      assert.deepEqual(here.sort(), there.sort());
     }
+    assert.equal(at, expected.length);
   });
