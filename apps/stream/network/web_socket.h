@@ -103,7 +103,7 @@ class WebSocket : public Channel, public std::enable_shared_from_this<WebSocket<
   void close(CloseCode code, const std::string& reason) override {
     if (closing_ || finished_) return;
     closing_ = true;
-    close_reason_ = websocket::close_reason(code, reason.substr(0, 123));
+    close_reason_.emplace(static_cast<websocket::close_code>(code), beast::string_view(reason.data(), std::min<std::size_t>(reason.size(), 123)));
     wake_timer_.cancel();
     close_timer_.expires_after(std::chrono::seconds(1));
     close_timer_.async_wait([self = this->shared_from_this()](beast::error_code error) {
