@@ -161,14 +161,15 @@ void prepareRecording(const std::string& option, const std::string& path, io::In
   io::makeFolderOf(path);
 }
 
-void LiveLog::look(io::LiveRig& rig, const std::string& more) {
+void LiveLog::look(io::LiveRig& rig, const std::function<std::string()>& more) {
   for (const std::string& line : rig.takeNotices()) std::cerr << tool_ << ": " << line << std::endl;
   const auto now = std::chrono::steady_clock::now();
   if (every_ <= 0 || std::chrono::duration<double>(now - last_).count() < every_) return;
   last_ = now;
   char seconds[32];
   std::snprintf(seconds, sizeof seconds, "%.0f s", std::chrono::duration<double>(now - start_).count());
-  std::string text = std::string(seconds) + (more.empty() ? "" : ": " + more) + "\n";
+  const std::string added = more();
+  std::string text = std::string(seconds) + (added.empty() ? "" : ": " + added) + "\n";
   for (const io::CameraStatus& status : rig.status()) text += "  " + io::describe(status) + "\n";
   std::cerr << text << std::flush;
 }

@@ -7,6 +7,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -54,8 +55,8 @@ class LiveLog {
  public:
   /** \param every seconds between two reports; 0: none */
   LiveLog(std::string tool, double every) : tool_(std::move(tool)), every_(every) {}
-  /** \brief Call it some times a second. \param more added to the first line of a report */
-  void look(io::LiveRig& rig, const std::string& more);
+  /** \brief Call it some times a second. \param more asked for what is added to the first line of a report, when there is one */
+  void look(io::LiveRig& rig, const std::function<std::string()>& more);
   /** \brief At the end: what of each camera came, was lost, and was fused. */
   static std::string summary(const io::LiveRig& rig);
 

@@ -2,6 +2,7 @@
 
 #include "command_line/message_of.h"
 #include "recordings/files/file_io.h"
+#include "recordings/files/interrupt.h"
 
 #include <algorithm>
 #include <cstdio>
@@ -76,12 +77,15 @@ void LivePump::step() {
     if (method_) fuse(*instant);
   }
   if (options_.tick) options_.tick();
-  std::string more = std::to_string(fusing_.count()) + " frames fused";
-  if (options_.recorder)
-    more += ", " + std::to_string(options_.recorder->written()) + " views written, " +
-            std::to_string(options_.recorder->lost()) + " lost for want of time";
-  if (options_.more) more += options_.more();
-  log_.look(rig_, method_ || options_.recorder ? more : "");
+  log_.look(rig_, [&] {
+    if (!method_ && !options_.recorder) return std::string();
+    std::string more = std::to_string(fusing_.count()) + " frames fused";
+    if (options_.recorder)
+      more += ", " + std::to_string(options_.recorder->written()) + " views written, " +
+              std::to_string(options_.recorder->lost()) + " lost for want of time";
+    if (options_.more) more += options_.more();
+    return more;
+  });
 }
 
 void LivePump::fuse(const io::LiveInstant& instant) {

@@ -6,10 +6,12 @@
 
 #include <fuse_flow/recordings/error.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <fstream>
 #include <iostream>
 #include <stdexcept>
+#include <utility>
 
 namespace fuse_flow::command_line {
 namespace {
@@ -80,8 +82,11 @@ std::shared_ptr<stream::Server> StreamArguments::open() const {
   } catch (const std::runtime_error& error) {
     throw io::InputError(error.what());
   }
-  for (const stream::PageFile& file : stream::pageFiles())
-    server->serve(file.path, {file.type, std::string(reinterpret_cast<const char*>(file.data), file.size), ""});
+  for (const stream::PageFile& file : stream::pageFiles()) {
+    const std::string path = "/" + std::string(file.path);
+    server->serve(path == "/index.html" ? "/" : path,
+                  {file.type, std::string(reinterpret_cast<const char*>(file.data), file.size), ""});
+  }
   return server;
 }
 
@@ -93,21 +98,27 @@ void printLink(const std::string& tool, const stream::Server& server) {
   std::cout << server.link() << std::endl;
 }
 
-std::string describe(const stream::ServerStatus& status) {
-  double bytes = 0;
-  std::uint64_t points = 0;
+std::string StreamLog::describe(const stream::ServerStatus& status) {
+  const auto now = std::chrono::steady_clock::now();
+  const double seconds = std::max(std::chrono::duration<double>(now - at_).count(), 1e-3);
+  at_ = now;
+  std::map<std::string, std::uint64_t> bytes;
+  std::uint64_t sent = 0;
   for (const stream::ClientReport& client : status.clients) {
-    bytes += client.bytes_per_second;
-    points += client.points;
+    bytes[client.address] = client.bytes;
+    const auto before = bytes_.find(client.address);
+    sent += client.bytes - (before == bytes_.end() ? 0 : before->second);
   }
+  bytes_ = std::move(bytes);
+  if (status.clients.empty()) return ", no client";
+  // Of the client that gets least.
+  const auto least = std::min_element(status.clients.begin(), status.clients.end(), [](const auto& a, const auto& b) {
+    return static_cast<double>(a.points) * b.points_of_frame < static_cast<double>(b.points) * a.points_of_frame;
+  });
   char text[160];
-  if (status.clients.empty()) {
-    std::snprintf(text, sizeof text, ", no client");
-  } else {
-    std::snprintf(text, sizeof text, ", %zu client%s, %.1f Mbit/s, %.0f points to each", status.clients.size(),
-                  status.clients.size() == 1 ? "" : "s", 8e-6 * bytes,
-                  static_cast<double>(points) / static_cast<double>(status.clients.size()));
-  }
+  std::snprintf(text, sizeof text, ", %zu client%s, %.1f Mbit/s, %s%u of %u points", status.clients.size(),
+                status.clients.size() == 1 ? "" : "s", 8e-6 * static_cast<double>(sent) / seconds,
+                status.clients.size() == 1 ? "" : "at least ", least->points, least->points_of_frame);
   return text;
 }
 

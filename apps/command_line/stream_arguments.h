@@ -4,7 +4,9 @@
 
 #include <CLI/CLI.hpp>
 
-#include <functional>
+#include <chrono>
+#include <cstdint>
+#include <map>
 #include <memory>
 #include <string>
 
@@ -31,7 +33,15 @@ class StreamArguments {
 /** \brief "http://127.0.0.1:8080/": where the stream is, for people who run the tool. */
 void printLink(const std::string& tool, const stream::Server& server);
 
-/** \brief What a line of the log says of the clients. */
-std::string describe(const stream::ServerStatus& status);
+/** \brief What a line of the log says of the clients: how many, and what they have been sent since the line before. */
+class StreamLog {
+ public:
+  /** \brief ", 2 clients, 726.0 Mbit/s, 448924 of 448924 points to the last" */
+  std::string describe(const stream::ServerStatus& status);
+
+ private:
+  std::map<std::string, std::uint64_t> bytes_;  ///< of each client, by its address, at the line before
+  std::chrono::steady_clock::time_point at_{std::chrono::steady_clock::now()};
+};
 
 }  // namespace fuse_flow::command_line

@@ -6,6 +6,10 @@
 #include "command_line/method_arguments.h"
 #include "command_line/option_checks.h"
 #include "command_line/recording_arguments.h"
+#ifdef FUSE_FLOW_WITH_STREAM
+#include "command_line/stream_arguments.h"
+#include "sinks/stream_sink.h"
+#endif
 #include "command_line/threads.h"
 #include "command_line/tool.h"
 #include "drawing/display.h"
@@ -45,6 +49,7 @@ struct Options {
   bool window{true};
   bool refine_extrinsics{false};
   bool normals{false};
+  bool serve{false};
   viewing::ViewerOptions viewer;
   double status{5};
   io::RecordingOptions recording;
@@ -118,7 +123,22 @@ void requireDisplay() {
   }
 }
 
-int run(const Options& options, const command_line::LiveArguments& live) {
+#ifdef FUSE_FLOW_WITH_STREAM
+using command_line::StreamArguments;
+#else
+/** \brief Of a build without Boost, OpenSSL or Zstandard. */
+struct StreamArguments {
+  explicit StreamArguments(CLI::App&) {}
+};
+#endif
+
+int run(const Options& options, const command_line::LiveArguments& live, const StreamArguments& stream) {
+#ifndef FUSE_FLOW_WITH_STREAM
+  (void)stream;
+  if (options.serve)
+    throw io::OptionError("--serve: this fuse_flow_live was built without Boost, OpenSSL or Zstandard");
+#endif
+
   if (options.window) requireDisplay();
   const std::unique_ptr<io::LiveRig> rig = live.open("fuse_flow_live", options.inputs, options.recording, false);
   checkOutputs(options, *rig);
@@ -142,6 +162,22 @@ int run(const Options& options, const command_line::LiveArguments& live) {
     recorder = std::make_unique<io::RigRecorder>(options.record, *rig, options.recorder);
     warn(recorder->warnings());
   }
+#ifdef FUSE_FLOW_WITH_STREAM
+  std::shared_ptr<stream::Server> server;
+  command_line::StreamLog stream_log;
+  if (options.serve) {
+    server = stream.open();
+    stream::Description description;
+    description.name = "fuse_flow_live";
+    description.step = stream.step();
+    description.cameras = rig->cameras();
+    server->describe(description);
+    // One cloud waits: who looks at a stream wants the newest.
+    sinks.push_back(std::make_shared<io::BackgroundSink>(std::make_shared<io::StreamSink>(server, description), 1,
+                                                         io::BackgroundSink::WhenFull::Drop));
+    command_line::printLink("fuse_flow_live", *server);
+  }
+#endif
   if (!options.window && sinks.empty()) warn({"the clouds go nowhere, and only take time: -o writes them"});
   const auto inlet = options.window ? std::make_shared<viewing::LiveFrames::Inlet>() : nullptr;
   command_line::LivePump::Options pump_options;
@@ -153,6 +189,12 @@ int run(const Options& options, const command_line::LiveArguments& live) {
   pump_options.seconds = live.seconds();
   if (inlet) pump_options.instant = [inlet](const auto& instant) { inlet->put(instant); };
   pump_options.recorder = recorder.get();
+#ifdef FUSE_FLOW_WITH_STREAM
+  if (server) {
+    pump_options.more = [&] { return stream_log.describe(server->status()); };
+    pump_options.tick = [&] { warn(server->takeNotices()); };
+  }
+#endif
   command_line::LivePump pump(pump_options, *rig, sinks);
   io::catchInterrupts();
   rig->start();
@@ -186,8 +228,9 @@ int run(const Options& options, const command_line::LiveArguments& live) {
   for (const std::shared_ptr<io::BackgroundSink>& sink : sinks) {
     for (std::string& line : sink->finish()) noticed.push_back(std::move(line));
     if (sink->dropped() > 0)
-      noticed.push_back(std::to_string(sink->dropped()) + " of " + std::to_string(pump.fused()) +
-                        " clouds were not written: they came faster than the disk took them");
+      noticed.push_back(
+          std::to_string(sink->dropped()) + " of " + std::to_string(pump.fused()) +
+          " clouds were not written or streamed: they came faster than the disk or the encoder took them");
   }
   if (recorder && recorder->lost() > 0)
     noticed.push_back(std::to_string(recorder->lost()) + " views are not in " + options.record +
@@ -225,6 +268,8 @@ int main(int argc, char** argv) {
                  "of colour in that file, by JPEG, 1-100; depth loses nothing")
       ->check(command_line::wholeNumber(1, 100))
       ->capture_default_str();
+  app.add_flag("--serve", options.serve, "stream the clouds, as fuse_flow_serve does, and print the link");
+  StreamArguments stream(app);
   app.add_flag("!--no-window", options.window, "show nothing");
   app.add_option("--width", options.viewer.width, "of the window, pixels")
       ->check(command_line::wholeNumber(16, 16384))
@@ -256,6 +301,6 @@ int main(int argc, char** argv) {
     options.method_options.normals = options.normals;
     options.config = command_line::configFileOf(app);
     command_line::requireThreads(options.method_options.threads);
-    return run(options, live);
+    return run(options, live, stream);
   });
 }

@@ -132,13 +132,15 @@ int record(const Options& options, const command_line::LiveArguments& live) {
     for (int k = 0; k < 100 && rig->next(std::chrono::milliseconds(20), instant); ++k) {
     }
     recorder.check();
-    log.look(*rig, std::to_string(recorder.written()) + " views written, " + std::to_string(recorder.lost()) +
-                       " lost for want of time");
+    log.look(*rig, [&] {
+      return std::to_string(recorder.written()) + " views written, " + std::to_string(recorder.lost()) +
+             " lost for want of time";
+    });
   }
   rig->stop();
   recorder.finish();
   const double seconds = secondsSince(start);
-  log.look(*rig, "");
+  log.look(*rig, [] { return std::string(); });
   warn(recorder.leftOut());
   const SynchronizerStatistics statistics = rig->statistics();
   std::printf("%s: %llu views of %zu cameras in %.1f s, %.1f MB\n", options.output.c_str(),

@@ -66,7 +66,8 @@ int serve(const Options& options, const command_line::LiveArguments& live,
   pump_options.refine_extrinsics = options.refine_extrinsics;
   pump_options.status = options.status;
   pump_options.seconds = live.seconds();
-  pump_options.more = [&] { return command_line::describe(server->status()); };
+  command_line::StreamLog log;
+  pump_options.more = [&] { return log.describe(server->status()); };
   pump_options.tick = [&] { warn(server->takeNotices()); };
   command_line::LivePump pump(pump_options, *rig, {sink});
   io::catchInterrupts();
@@ -127,7 +128,7 @@ int replay(const Options& options, const command_line::LiveArguments& live, bool
         std::this_thread::sleep_for(std::min<Clock::duration>(due - Clock::now(), std::chrono::milliseconds(50)));
     }
   } while (again && !over());
-  std::cout << number << " frames" << command_line::describe(server->status()) << std::endl;
+  std::cout << number << " frames" << std::endl;
   return command_line::kSuccess;
 }
 

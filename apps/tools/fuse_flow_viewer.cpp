@@ -50,12 +50,14 @@ std::unique_ptr<viewing::FrameSource> openStream(Options& options) {
   options.viewer.method = viewing::kStreamed;
   options.viewer.measure = false;  // there is no depth to measure with
   if (options.viewer.compare != "none")
-    throw io::OptionError("--compare: " + options.inputs[0] + " has clouds that are fused already, and nothing beside them");
+    throw io::OptionError("--compare: " + options.inputs[0] +
+                          " has clouds that are fused already, and nothing beside them");
 #ifdef FUSE_FLOW_WITH_STREAM
   if (std::filesystem::path(options.inputs[0]).extension() == ".ffs") {
     auto source = std::make_unique<viewing::KeptFrames>(options.inputs[0]);
     if (source->cutOff())
-      command_line::printWarnings("fuse_flow_viewer", {options.inputs[0] + ": was cut off; what is before that is played"});
+      command_line::printWarnings("fuse_flow_viewer",
+                                  {options.inputs[0] + ": was cut off; what is before that is played"});
     return source;
   }
   try {
@@ -64,7 +66,8 @@ std::unique_ptr<viewing::FrameSource> openStream(Options& options) {
     throw io::InputError(error.what());
   }
 #else
-  throw io::InputError(options.inputs[0] + ": is a stream, and fuse_flow_viewer was built without Boost, OpenSSL or Zstandard");
+  throw io::InputError(options.inputs[0] +
+                       ": is a stream, and fuse_flow_viewer was built without Boost, OpenSSL or Zstandard");
 #endif
 }
 

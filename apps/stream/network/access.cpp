@@ -23,8 +23,7 @@ std::string_view authorityOf(std::string_view origin, std::string_view& scheme) 
 /** \brief Without the port that a scheme has anyway: browsers leave it out in one place, and others write it in the other. */
 std::string_view withoutUsualPort(std::string_view host, std::string_view scheme) {
   const std::string_view usual = sameWithoutCase(scheme, "https") ? ":443" : ":80";
-  if (host.size() > usual.size() && host.substr(host.size() - usual.size()) == usual)
-    host.remove_suffix(usual.size());
+  if (host.size() > usual.size() && host.substr(host.size() - usual.size()) == usual) host.remove_suffix(usual.size());
   return host;
 }
 
@@ -64,8 +63,7 @@ bool Access::mayConnectFrom(const Credentials& who) const {
   std::string_view scheme;
   const std::string_view authority = authorityOf(who.origin, scheme);
   if (!sameWithoutCase(scheme, "http") && !sameWithoutCase(scheme, "https")) return false;
-  return !authority.empty() &&
-         sameWithoutCase(withoutUsualPort(authority, scheme), withoutUsualPort(who.host, scheme));
+  return !authority.empty() && sameWithoutCase(withoutUsualPort(authority, scheme), withoutUsualPort(who.host, scheme));
 }
 
 bool Access::isToken(std::string_view given) const {
@@ -79,8 +77,7 @@ bool Access::isToken(std::string_view given) const {
 bool Access::hasToken(const Credentials& who) const {
   if (token_.empty()) return true;
   constexpr std::string_view bearer = "Bearer ";
-  if (who.authorization.size() > bearer.size() &&
-      sameWithoutCase(who.authorization.substr(0, bearer.size()), bearer) &&
+  if (who.authorization.size() > bearer.size() && sameWithoutCase(who.authorization.substr(0, bearer.size()), bearer) &&
       isToken(who.authorization.substr(bearer.size())))
     return true;
   const std::optional<std::string> in_query = queryValue(who.query, "token");

@@ -17,7 +17,7 @@ namespace fuse_flow::stream {
 
 namespace {
 
-constexpr std::size_t kLeastFrame = 88;               // bytes: a header without chunks
+constexpr std::size_t kLeastFrame = 88;                  // bytes: a header without chunks
 constexpr std::size_t kMostText = std::size_t{4} << 20;  // bytes: a description of as many cameras as there may be
 
 void require(bool holds, const char* what) {
@@ -124,8 +124,8 @@ struct Client::State {
   std::string want;
 
   network::Notices notices;
-  std::string last_error;  ///< of the connection's thread
-  FrameDecoder decoder;    ///< of whoever pulls
+  std::string last_error;                ///< of the connection's thread
+  FrameDecoder decoder;                  ///< of whoever pulls
   network::ClientConnection connection;  ///< last, as its thread uses the others
 };
 
@@ -155,8 +155,7 @@ bool Client::pull(StreamedCloud& cloud, std::chrono::milliseconds timeout) {
   const auto end = std::chrono::steady_clock::now() + timeout;
   ReceivedFrame frame;
   for (;;) {
-    const auto left =
-        std::chrono::duration_cast<std::chrono::milliseconds>(end - std::chrono::steady_clock::now());
+    const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(end - std::chrono::steady_clock::now());
     if (!pull(frame, std::max(left, std::chrono::milliseconds(0)))) return false;
     try {
       state_->decoder.decode(frame.message.data(), frame.message.size(), cloud);

@@ -71,8 +71,8 @@ struct ClientConnection::State {
         resolver(context),
         timer(context) {
     if (!options.link.tls) return;
-    tls.set_options(net::ssl::context::default_workarounds | net::ssl::context::no_sslv2 |
-                    net::ssl::context::no_sslv3 | net::ssl::context::no_tlsv1 | net::ssl::context::no_tlsv1_1);
+    tls.set_options(net::ssl::context::default_workarounds | net::ssl::context::no_sslv2 | net::ssl::context::no_sslv3 |
+                    net::ssl::context::no_tlsv1 | net::ssl::context::no_tlsv1_1);
     beast::error_code error;
     if (!options.verify) {
       tls.set_verify_mode(net::ssl::verify_none);
@@ -140,8 +140,7 @@ class AttemptBy : public Attempt, public std::enable_shared_from_this<AttemptBy<
     deadline_->async_wait([self = this->shared_from_this()](beast::error_code error) {
       if (error || self->open_) return;
       self->state_.resolver.cancel();
-      self->fail("there was no connection in " +
-                 std::to_string(self->state_.options.connect_time.count()) + " ms");
+      self->fail("there was no connection in " + std::to_string(self->state_.options.connect_time.count()) + " ms");
     });
   }
 

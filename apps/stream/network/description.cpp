@@ -104,12 +104,9 @@ std::string toJson(const Description& description) {
                        {"cy", in.cy},
                        {"T_world_camera", matrix}});
   }
-  const Json json = {{"type", "stream"},
-                     {"version", 1},
-                     {"name", description.name},
-                     {"frame", description.frame},
-                     {"step", description.step},
-                     {"cameras", cameras}};
+  const Json json = {{"type", "stream"},         {"version", 1},
+                     {"name", description.name}, {"frame", description.frame},
+                     {"step", description.step}, {"cameras", cameras}};
   // Names come from files of others, and need not be UTF-8.
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
@@ -118,8 +115,8 @@ Description descriptionFromJson(const std::string& json_text) {
   if (json_text.size() > kMostBytes) fail("is longer than 16 MB");
   bool deep = false;  // a value of a hundred thousand brackets is no description
   const Json json = Json::parse(
-      json_text.begin(), json_text.end(),
-      [&](int depth, Json::parse_event_t, Json&) { return !(deep |= depth > 16); }, false);
+      json_text.begin(), json_text.end(), [&](int depth, Json::parse_event_t, Json&) { return !(deep |= depth > 16); },
+      false);
   if (deep || json.is_discarded() || !json.is_object()) fail("must be a JSON object");
   if (text(json, "type", "") != "stream") fail("'type' must be \"stream\"");
   const Json& version = at(json, "version", "");

@@ -50,10 +50,9 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection<Stream
     parser_->header_limit(static_cast<std::uint32_t>(gate_->limits.header_bytes));
     // For all of it, so that a client which sends a byte now and then gains nothing.
     beast::get_lowest_layer(stream_).expires_after(gate_->limits.handshake_time);
-    http::async_read_header(stream_, in_, *parser_,
-                            [self = this->shared_from_this()](beast::error_code error, std::size_t) {
-                              self->haveRequest(error);
-                            });
+    http::async_read_header(
+        stream_, in_, *parser_,
+        [self = this->shared_from_this()](beast::error_code error, std::size_t) { self->haveRequest(error); });
   }
 
   void haveRequest(beast::error_code error) {
@@ -100,11 +99,10 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection<Stream
     }
     if (!here) return refuse(http::status::not_found, "there is nothing here");
     if (!gate_->access.mayConnectFrom(who))
-      return refuse(http::status::forbidden,
-                    "the page must come from this server, or from an allowed origin; it is of '" +
-                        printable(who.origin) + "'");
-    if (!gate_->access.hasToken(who))
-      return refuse(http::status::unauthorized, "the token is missing or wrong");
+      return refuse(
+          http::status::forbidden,
+          "the page must come from this server, or from an allowed origin; it is of '" + printable(who.origin) + "'");
+    if (!gate_->access.hasToken(who)) return refuse(http::status::unauthorized, "the token is missing or wrong");
     if (!subprotocol) {
       std::string names;
       for (const Subprotocol& each : gate_->subprotocols) names += (names.empty() ? "" : " or ") + each.name;
@@ -143,7 +141,8 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection<Stream
              c == ':' || c == '[' || c == ']';
     });
     if (plain && host.size() <= 255) sockets = (kTls ? " wss://" : " ws://") + std::string(host);
-    return "default-src 'none'; script-src 'self'; worker-src 'self'; style-src 'self'; img-src 'self' data:; "
+    return "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; worker-src 'self'; style-src 'self'; "
+           "img-src 'self' data: blob:; "
            "connect-src 'self'" +
            sockets + "; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
   }
@@ -188,9 +187,8 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection<Stream
     };
     if (head) {  // as for GET, without what it would be
       const auto header = std::make_shared<http::response<http::empty_body>>(std::move(response.base()));
-      http::async_write(stream_, *header, [header, written](beast::error_code error, std::size_t size) {
-        written(error, size);
-      });
+      http::async_write(stream_, *header,
+                        [header, written](beast::error_code error, std::size_t size) { written(error, size); });
       return;
     }
     const auto whole = std::make_shared<http::response<Body>>(std::move(response));

@@ -35,9 +35,8 @@ constexpr auto kRest = std::chrono::milliseconds(100);  // after an error that s
 std::shared_ptr<net::ssl::context> tlsOf(const Listener::Options& options) {
   if (options.certificate.empty()) return nullptr;
   auto tls = std::make_shared<net::ssl::context>(net::ssl::context::tls_server);
-  tls->set_options(net::ssl::context::default_workarounds | net::ssl::context::no_sslv2 |
-                   net::ssl::context::no_sslv3 | net::ssl::context::no_tlsv1 | net::ssl::context::no_tlsv1_1 |
-                   SSL_OP_NO_RENEGOTIATION);
+  tls->set_options(net::ssl::context::default_workarounds | net::ssl::context::no_sslv2 | net::ssl::context::no_sslv3 |
+                   net::ssl::context::no_tlsv1 | net::ssl::context::no_tlsv1_1 | SSL_OP_NO_RENEGOTIATION);
   error_code error;
   tls->use_certificate_chain_file(options.certificate, error);
   if (error)
@@ -76,7 +75,8 @@ std::string hostInLinks(const std::string& text) {
   ifaddrs* all = nullptr;
   if (getifaddrs(&all) == 0) {
     for (const ifaddrs* each = all; each != nullptr && host.empty(); each = each->ifa_next) {
-      if (each->ifa_addr == nullptr || each->ifa_addr->sa_family != AF_INET || (each->ifa_flags & IFF_UP) == 0) continue;
+      if (each->ifa_addr == nullptr || each->ifa_addr->sa_family != AF_INET || (each->ifa_flags & IFF_UP) == 0)
+        continue;
       sockaddr_in in{};
       std::memcpy(&in, each->ifa_addr, sizeof(in));
       const net::ip::address_v4 found(ntohl(in.sin_addr.s_addr));
@@ -91,8 +91,13 @@ std::string hostInLinks(const std::string& text) {
 
 struct Listener::State {
   State(const Options& of, std::shared_ptr<Gate> to)
-      : options(of), gate(std::move(to)), context(of.threads), tls(tlsOf(of)), strand(net::make_strand(context)),
-        acceptor(strand), timer(strand) {
+      : options(of),
+        gate(std::move(to)),
+        context(of.threads),
+        tls(tlsOf(of)),
+        strand(net::make_strand(context)),
+        acceptor(strand),
+        timer(strand) {
     const net::ip::tcp::endpoint endpoint(addressOf(options.address), options.port);
     const std::string name = hostOf(endpoint) + ":" + std::to_string(options.port);
     error_code error;
@@ -125,20 +130,22 @@ struct Listener::State {
       in_this_second = 0;
     }
     if (in_this_second >= options.connections_per_second) return acceptAt(second + std::chrono::seconds(1));
-    acceptor.async_accept(net::any_io_executor(net::make_strand(context)), [this](error_code error, net::ip::tcp::socket socket) {
-      if (error) return failed(error);
-      ++in_this_second;
-      if (std::optional<Gate::Place> place = gate->admitConnection()) {
-        if (tls)
-          beginConnection(std::move(socket), tls, gate, std::move(*place));
-        else
-          beginConnection(std::move(socket), gate, std::move(*place));
-      } else {
-        ++gate->refused;
-        if (now_and_then.due()) gate->notices.add("connections are refused: there are as many as may be");
-      }
-      accept();
-    });
+    acceptor.async_accept(net::any_io_executor(net::make_strand(context)),
+                          [this](error_code error, net::ip::tcp::socket socket) {
+                            if (error) return failed(error);
+                            ++in_this_second;
+                            if (std::optional<Gate::Place> place = gate->admitConnection()) {
+                              if (tls)
+                                beginConnection(std::move(socket), tls, gate, std::move(*place));
+                              else
+                                beginConnection(std::move(socket), gate, std::move(*place));
+                            } else {
+                              ++gate->refused;
+                              if (now_and_then.due())
+                                gate->notices.add("connections are refused: there are as many as may be");
+                            }
+                            accept();
+                          });
   }
 
   void acceptAt(std::chrono::steady_clock::time_point time) {
@@ -193,8 +200,7 @@ struct Listener::State {
   std::vector<std::thread> threads;
 };
 
-Listener::Listener(const Options& options, std::shared_ptr<Gate> gate)
-    : state_(new State(options, std::move(gate))) {}
+Listener::Listener(const Options& options, std::shared_ptr<Gate> gate) : state_(new State(options, std::move(gate))) {}
 
 Listener::~Listener() {
   state_->context.stop();
@@ -203,7 +209,8 @@ Listener::~Listener() {
 
 void Listener::start() {
   net::post(state_->strand, [state = state_.get()] { state->accept(); });
-  for (int k = 0; k < state_->options.threads; ++k) state_->threads.emplace_back([state = state_.get()] { state->run(); });
+  for (int k = 0; k < state_->options.threads; ++k)
+    state_->threads.emplace_back([state = state_.get()] { state->run(); });
 }
 
 void Listener::shut() {

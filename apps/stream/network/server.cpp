@@ -90,7 +90,8 @@ struct Server::State {
   void shed() {
     if (const std::size_t ended = hub->shed(); ended > 0) {
       gate->dropped += ended;
-      gate->notices.add(std::to_string(ended) + " clients were let go: they take too long, and hold more memory than may be");
+      gate->notices.add(std::to_string(ended) +
+                        " clients were let go: they take too long, and hold more memory than may be");
     }
   }
 
@@ -135,8 +136,9 @@ std::string Server::link() const {
 std::vector<std::string> Server::warnings() const {
   const ServerOptions& options = state_->options;
   if (network::isLoopbackAddress(options.address) || !options.certificate.empty()) return {};
-  return {"whoever can listen on the network on the way can read the token and the clouds: they are not encrypted; a "
-          "certificate and its key encrypt them"};
+  return {
+      "whoever can listen on the network on the way can read the token and the clouds: they are not encrypted; a "
+      "certificate and its key encrypt them"};
 }
 
 void Server::serve(const std::string& path, ServedFile file) {
@@ -149,9 +151,7 @@ void Server::serve(const std::string& path, ServedFile file) {
   state_->gate->files[path] = std::move(held);
 }
 
-void Server::describe(const Description& description) {
-  state_->hub->describe(toJson(description));
-}
+void Server::describe(const Description& description) { state_->hub->describe(toJson(description)); }
 
 void Server::publish(const CloudView& cloud, const FrameTimes& times) {
   const std::lock_guard<std::mutex> lock(state_->encode_mutex);

@@ -49,8 +49,8 @@ class WebSocket : public Channel, public std::enable_shared_from_this<WebSocket<
     timeout.idle_timeout = websocket::stream_base::none();  // the session knows what to wait for
     timeout.keep_alive_pings = false;
     web_socket_.set_option(timeout);
-    web_socket_.set_option(websocket::stream_base::decorator(
-        [name = subprotocol.name](websocket::response_type& response) {
+    web_socket_.set_option(
+        websocket::stream_base::decorator([name = subprotocol.name](websocket::response_type& response) {
           response.set(http::field::server, "fuse_flow");
           response.set(http::field::sec_websocket_protocol, name);
         }));
@@ -103,7 +103,8 @@ class WebSocket : public Channel, public std::enable_shared_from_this<WebSocket<
   void close(CloseCode code, const std::string& reason) override {
     if (closing_ || finished_) return;
     closing_ = true;
-    close_reason_.emplace(static_cast<websocket::close_code>(code), beast::string_view(reason.data(), std::min<std::size_t>(reason.size(), 123)));
+    close_reason_.emplace(static_cast<websocket::close_code>(code),
+                          beast::string_view(reason.data(), std::min<std::size_t>(reason.size(), 123)));
     wake_timer_.cancel();
     close_timer_.expires_after(std::chrono::seconds(1));
     close_timer_.async_wait([self = this->shared_from_this()](beast::error_code error) {
@@ -143,7 +144,8 @@ class WebSocket : public Channel, public std::enable_shared_from_this<WebSocket<
       if (!self->session_) return;
       if (self->mayGoOn()) {
         const auto bytes = self->in_.data();
-        self->session_->received({static_cast<const char*>(bytes.data()), bytes.size()}, self->web_socket_.got_binary());
+        self->session_->received({static_cast<const char*>(bytes.data()), bytes.size()},
+                                 self->web_socket_.got_binary());
       }
       self->in_.consume(self->in_.size());
       self->read();

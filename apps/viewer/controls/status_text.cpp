@@ -96,8 +96,9 @@ std::string statusText(const Playback& playback, const Rates& rates, const Fused
     return uses(shown.clouds[0]->setting->options.parameters, component) ? "on" : "OFF";
   };
   const bool streamed = shown.clouds[0]->setting->method == kStreamed;
-  if (!streamed) text << "1 MF " << state(Component::MeasurementConfidence) << "  2 DC " << state(Component::DistanceConsistency)
-       << "  3 SA " << state(Component::SpatialHash);
+  if (!streamed)
+    text << "1 MF " << state(Component::MeasurementConfidence) << "  2 DC " << state(Component::DistanceConsistency)
+         << "  3 SA " << state(Component::SpatialHash);
   if (!streamed) text << "  0 poses " << (shown.refined ? "refined" : "given");
   if (shown.refined) text << refinementText(*shown.refined, shown.cameras);
   for (const auto& cloud : shown.clouds)

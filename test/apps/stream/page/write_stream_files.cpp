@@ -112,7 +112,8 @@ void write(const std::string& path, const EncodingOptions& options, int frames, 
     times.captured = 1'700'000'000'000'000'000 + k * 200'000'000ll;
     times.encoded = times.captured + 40'000'000;
     const auto frame = encoder.encode(viewOf(scene(k, points, size)), times);
-    const std::vector<std::uint8_t> message = (wishes ? messageOf(frame, select(*frame, *wishes)) : messageOf(frame)).joined();
+    const std::vector<std::uint8_t> message =
+        (wishes ? messageOf(frame, select(*frame, *wishes)) : messageOf(frame)).joined();
     writer.write(message.data(), message.size());
     StreamedCloud cloud;
     decoder.decode(message.data(), message.size(), cloud);

@@ -21,8 +21,9 @@ struct ClientOptions {
   /** \brief File, PEM, of the certificates that are trusted; empty: those that the system trusts. For a certificate that a server made
    *  itself, that one. */
   std::string certificate_authority;
-  bool verify{true};     ///< false: any certificate will do, and whoever is in between can read and change all
-  bool reconnect{true};  ///< comes back by itself after the connection was lost, at once and then ever less often, up to every 10 seconds
+  bool verify{true};  ///< false: any certificate will do, and whoever is in between can read and change all
+  bool reconnect{
+      true};  ///< comes back by itself after the connection was lost, at once and then ever less often, up to every 10 seconds
   std::chrono::milliseconds connect_time{10'000};  ///< for all of a connection to be made, > 0
   /** \brief A server that sends nothing for so long, not even what a ping asks for, is gone; > 0. */
   std::chrono::milliseconds silence{20'000};
@@ -31,9 +32,9 @@ struct ClientOptions {
 
 /** \brief A frame as it came. */
 struct ReceivedFrame {
-  std::vector<std::uint8_t> message;  ///< for FrameDecoder
-  FrameTimes times;                   ///< by the server's clock
-  std::int64_t arrived{0};            ///< whole; nanoseconds since 1970 by this machine's clock
+  std::vector<std::uint8_t> message;               ///< for FrameDecoder
+  FrameTimes times;                                ///< by the server's clock
+  std::int64_t arrived{0};                         ///< whole; nanoseconds since 1970 by this machine's clock
   std::shared_ptr<const Description> description;  ///< that held when it came; never null
 };
 

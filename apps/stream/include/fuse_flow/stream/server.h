@@ -37,37 +37,39 @@ struct ServerOptions {
   EncodingOptions encoding;  ///< of clouds
   int threads{1};            ///< of the network, ≥ 1; one fills a link of 10 Gbit/s
 
-  std::size_t clients{100};                         ///< at a time, ≥ 1
-  std::size_t connections{200};                     ///< at a time, with those that only ask for files, ≥ 1
-  std::size_t connections_per_second{50};           ///< new ones, ≥ 1; more wait
-  std::chrono::milliseconds handshake_time{5000};   ///< for TLS, and for each request, > 0
-  std::size_t header_bytes{8192};                   ///< of a request, 256 … 1 MB
-  std::size_t messages_per_second{200};             ///< of a client, with pings, ≥ 1; more end its connection
-  std::chrono::milliseconds answer_time{10'000};    ///< for a client to answer a frame, > 0; longer for many bytes: as for 100 KB/s
-  std::size_t held_bytes{std::size_t{512} << 20};   ///< of old frames that slow clients are still being sent; the slowest is let go
+  std::size_t clients{100};                        ///< at a time, ≥ 1
+  std::size_t connections{200};                    ///< at a time, with those that only ask for files, ≥ 1
+  std::size_t connections_per_second{50};          ///< new ones, ≥ 1; more wait
+  std::chrono::milliseconds handshake_time{5000};  ///< for TLS, and for each request, > 0
+  std::size_t header_bytes{8192};                  ///< of a request, 256 … 1 MB
+  std::size_t messages_per_second{200};            ///< of a client, with pings, ≥ 1; more end its connection
+  std::chrono::milliseconds answer_time{
+      10'000};  ///< for a client to answer a frame, > 0; longer for many bytes: as for 100 KB/s
+  std::size_t held_bytes{std::size_t{512}
+                         << 20};  ///< of old frames that slow clients are still being sent; the slowest is let go
 };
 
 /** \brief How one client does. */
 struct ClientReport {
-  std::string address;            ///< with its port
+  std::string address;  ///< with its port
   std::string subprotocol;
-  double seconds{0};              ///< since it came
-  std::uint64_t frames{0};        ///< that it has answered
-  std::uint64_t replaced{0};      ///< frames that it was not sent, as a newer one was there
-  std::uint64_t bytes{0};         ///< of the frames that it has answered
-  double bytes_per_second{0};     ///< that it takes, as measured; 0: not known yet
-  double round_trip{0};           ///< seconds; 0: not known yet
-  std::uint32_t points{0};        ///< of the frame that was sent last
+  double seconds{0};                 ///< since it came
+  std::uint64_t frames{0};           ///< that it has answered
+  std::uint64_t replaced{0};         ///< frames that it was not sent, as a newer one was there
+  std::uint64_t bytes{0};            ///< of the frames that it has answered
+  double bytes_per_second{0};        ///< that it takes, as measured; 0: not known yet
+  double round_trip{0};              ///< seconds; 0: not known yet
+  std::uint32_t points{0};           ///< of the frame that was sent last
   std::uint32_t points_of_frame{0};  ///< as many had the whole one
 };
 
 struct ServerStatus {
   std::vector<ClientReport> clients;
-  std::size_t connections{0};     ///< with those of clients
-  std::uint64_t published{0};     ///< frames
-  std::uint64_t encoded{0};       ///< of them from clouds, each step that was asked for counts
-  std::uint64_t refused{0};       ///< requests: without the token, of other pages, malformed, too many
-  std::uint64_t dropped{0};       ///< clients that broke the rules or did not answer
+  std::size_t connections{0};  ///< with those of clients
+  std::uint64_t published{0};  ///< frames
+  std::uint64_t encoded{0};    ///< of them from clouds, each step that was asked for counts
+  std::uint64_t refused{0};    ///< requests: without the token, of other pages, malformed, too many
+  std::uint64_t dropped{0};    ///< clients that broke the rules or did not answer
 };
 
 /** \brief Sends clouds to any number of clients, as doc/reference/stream_format.md has it, and files to browsers. Each client gets the
