@@ -8,9 +8,9 @@ packages=(build-essential cmake ninja-build clang-format pkg-config
           libpcl-dev libeigen3-dev libflann-dev libvtk9-dev libpng-dev libjpeg-dev libtiff-dev libopenmpi-dev libtbb-dev libembree-dev
           libcli11-dev nlohmann-json3-dev libyaml-cpp-dev libgtest-dev libbenchmark-dev
           xvfb xauth xdotool libgl1-mesa-dri libx11-dev libgl-dev libopengl-dev)
-# For the GPU classes, for fuse_flow_calibrate --board, for what recorders write, and for depth in OpenEXR; installed where the distribution has them.
+# For the GPU classes, for fuse_flow_calibrate --board, for streams, for what recorders write, and for depth in OpenEXR; installed where the distribution has them.
 optional=(libthrust-dev libapriltag-dev libopencv-calib3d-dev libopencv-objdetect-dev libopencv-contrib-dev
-          libavformat-dev libswscale-dev librosbag-storage-dev libfastcdr-dev libsqlite3-dev liblz4-dev libzstd-dev libopenexr-dev)
+          libssl-dev libavformat-dev libswscale-dev librosbag-storage-dev libfastcdr-dev libsqlite3-dev liblz4-dev libzstd-dev libopenexr-dev)
 # What writes files for the tests of readers.
 writers=(python3-rosbag python3-sensor-msgs python3-tf2-msgs ffmpeg python3-pil python3-tifffile)
 analysers=(clang-tidy cppcheck shellcheck)
@@ -217,6 +217,7 @@ FUSE_FLOW_NVCC what runs on a GPU: no nvcc
 FUSE_FLOW_APRILTAG_LIBRARY fuse_flow_calibrate --board with AprilTags: no apriltag
 FUSE_FLOW_HAS_opencv fuse_flow_calibrate --board with chessboards, ArUco and ChArUco: no OpenCV, or no aruco of it
 Open3D_DIR Open3D among the tables' peers: no Open3D
+FUSE_FLOW_HAS_stream fuse_flow_serve and fuse_flow_receive: no Boost, OpenSSL or Zstandard
 FUSE_FLOW_HAS_libav .mkv of Azure Kinect and Femto: no libavformat or libswscale
 FUSE_FLOW_HAS_rosbag .bag of ROS 1 and RealSense: no librosbag-storage
 FUSE_FLOW_HAS_fastcdr messages of ROS 2: no libfastcdr

@@ -53,13 +53,18 @@ double leastBits(const stream::EncodedFrame& frame) {
   for (const stream::EncodedChunk& chunk : frame.chunks) {
     stream::ChunkPoints points;
     points.resize(chunk.points, frame.fields);
+    points.chroma = frame.chroma_step > 0;
     for (std::size_t k = 0; k < chunk.points; ++k) {
       for (std::size_t axis = 0; axis < 3; ++axis)
         points.positions[k][axis] = static_cast<std::uint32_t>(
             std::lround((cloud.positions[3 * (first + k) + axis] - frame.origin[axis]) / frame.step));
       points.codes[k] = stream::mortonCode(points.positions[k]);
       if (frame.fields & stream::kColor)
-        for (std::size_t part = 0; part < 3; ++part) points.colors[k][part] = cloud.colors[3 * (first + k) + part];
+      {
+        const std::uint8_t* rgb = &cloud.colors[3 * (first + k)];
+        points.colors[k] = {rgb[0], rgb[1], rgb[2]};
+        if (points.chroma) points.colors[k] = stream::toChroma(points.colors[k], frame.chroma_step);
+      }
       if (frame.fields & stream::kConfidence) points.confidence[k] = cloud.confidence[first + k];
       if (frame.fields & stream::kViewCount) points.view_counts[k] = cloud.view_counts[first + k];
     }
@@ -108,6 +113,25 @@ void measure(const char* name, const std::vector<Cloud>& clouds, stream::Encodin
               bench::median(decoding[1]));
 }
 
+/** \brief What a client gets that takes a part of the points. */
+void measureParts(const std::vector<Cloud>& clouds, const stream::EncodingOptions& options) {
+  stream::FrameEncoder encoder(options);
+  for (const double share : {0.5, 0.25, 0.125}) {
+    double points = 0, bytes = 0;
+    for (const Cloud& cloud : clouds) {
+      const auto frame = encoder.encode(cloud, {});
+      stream::Wishes wishes;
+      wishes.points = static_cast<std::uint64_t>(share * static_cast<double>(cloud.size())) + 100;
+      const stream::Selection part = stream::select(*frame, wishes);
+      points += part.points;
+      bytes += static_cast<double>(part.bytes);
+    }
+    const auto count = static_cast<double>(clouds.size());
+    std::printf("%4.1f %% of the points: %.0f, %.2f bits a point, %.0f bytes\n", 100 * share, points / count,
+                8 * bytes / points, bytes / count);
+  }
+}
+
 int run(const std::vector<std::string>& paths) {
   std::vector<Cloud> clouds(paths.size());
   double points = 0;
@@ -122,7 +146,7 @@ int run(const std::vector<std::string>& paths) {
   stream::EncodingOptions color;
   color.confidence = color.view_count = false;
   measure("colour, step 1 mm", clouds, color);
-  for (const int layers : {1, 2, 5, 6}) {
+  for (const int layers : {1, 2, 3, 5, 6}) {
     stream::EncodingOptions options = color;
     options.layers = layers;
     measure(("the same, " + std::to_string(layers) + (layers == 1 ? " layer" : " layers")).c_str(), clouds, options);
@@ -145,6 +169,7 @@ int run(const std::vector<std::string>& paths) {
     measure(("colour, step 1 mm, chroma step " + std::to_string(chroma)).c_str(), clouds, options);
   }
   measure("colour, confidence, number of views", clouds, {});
+  measureParts(clouds, color);
   return 0;
 }
 
