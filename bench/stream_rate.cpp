@@ -59,8 +59,7 @@ double leastBits(const stream::EncodedFrame& frame) {
         points.positions[k][axis] = static_cast<std::uint32_t>(
             std::lround((cloud.positions[3 * (first + k) + axis] - frame.origin[axis]) / frame.step));
       points.codes[k] = stream::mortonCode(points.positions[k]);
-      if (frame.fields & stream::kColor)
-      {
+      if (frame.fields & stream::kColor) {
         const std::uint8_t* rgb = &cloud.colors[3 * (first + k)];
         points.colors[k] = {rgb[0], rgb[1], rgb[2]};
         if (points.chroma) points.colors[k] = stream::toChroma(points.colors[k], frame.chroma_step);
