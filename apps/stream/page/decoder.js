@@ -309,17 +309,14 @@ export class FrameDecoder {
         if (token > 15) throw new Error('a point between two others has a token above 15');
         if (high[right] === code_high && range < 0x10000000) {
           const last = range >> 4;  // w − 1
-          let d = Math.imul(token, last + 1);
-          if (last > 0) {
-            // At most 24 bits, and as many as 7 before them: of one word. Past the end of the bits are bytes, too; that is found later.
-            const word = layerView.getUint32(at >> 3, true) >>> (at & 7);
-            const bits = 31 - Math.clz32(last);  // k − 1
-            const u = (2 << bits) - last - 1 | 0;
-            const r = word & ((1 << bits) - 1);
-            const more = ~(r - u) >>> 31;  // 1: one more bit. As likely as not, and so without a branch
-            d = d + r + ((r - u + ((word >>> bits) & 1)) & -more) | 0;
-            at = at + bits + more | 0;
-          }
+          // At most 24 bits, and as many as 7 before them: of one word. Past the end of the bits are bytes, too; that is found later.
+          const word = layerView.getUint32(at >> 3, true) >>> (at & 7);
+          const bits = 31 - Math.clz32(last | 1);  // k − 1; and 0 if there are none, so that nothing here needs a branch
+          const u = (2 << bits) - last - 1 | 0;
+          const r = word & ((1 << bits) - 1);
+          const more = ~(r - u) >>> 31;  // 1: one more bit
+          const d = Math.imul(token, last + 1) + r + ((r - u + ((word >>> bits) & 1)) & -more) | 0;
+          at = at + bits + more | 0;
           if (d > range) throw new Error('a point is not between its neighbours');
           code_low = code_low + d | 0;
         } else {
@@ -349,7 +346,9 @@ export class FrameDecoder {
           const bits = n - 2;
           const top = 2 | (token & 1);
           if (at + bits > end) throw new Error('the raw bits end too early');
-          if (bits < 30) {
+          if (bits < 24) {
+            d_low = (top << bits) | ((layerView.getUint32(at >> 3, true) >>> (at & 7)) & ((1 << bits) - 1));
+          } else if (bits < 30) {
             const d = top * 2 ** bits + this.bits(at, bits);
             d_low = d % 2 ** 30;
             d_high = Math.floor(d / 2 ** 30);
@@ -363,8 +362,11 @@ export class FrameDecoder {
           d_high -= base;
         } else {
           d_low += low[i - stride];
-          d_high += high[i - stride] + Math.floor(d_low / 2 ** 30);
-          d_low %= 2 ** 30;
+          d_high += high[i - stride];
+          if (d_low >= 2 ** 30) {
+            d_low -= 2 ** 30;
+            ++d_high;
+          }
         }
         if (d_high < 0 || d_high > most_high || (d_high === most_high && d_low > most_low))
           throw new Error('a point is outside of the box of its chunk');
