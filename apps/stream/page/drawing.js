@@ -178,7 +178,7 @@ export class Drawing {
     this.names = [];      // {element, position}
     this.changed = true;  // something is to be drawn anew
     this.drawn = 0;       // pictures
-    this.look = {size: 2, byDistance: false, colorBy: 'rgb', cameras: true, grid: false, axes: false, day: false};
+    this.look = {size: 2, byDistance: true, colorBy: 'rgb', cameras: true, grid: false, axes: false, day: false};
     this.box = null;      // {least, greatest}: of the crop box, metres
     this.radius = 1;      // of the cloud, as far as it is known
     this.setUp([0, 0, 1]);
@@ -278,6 +278,11 @@ export class Drawing {
       if (!this.box || this.inBox(point)) out.push(point);
     }
     return out;
+  }
+  /** Whether a place in the world is within this share of the picture. */
+  inView(position, share) {
+    const at = position.clone().project(this.camera);
+    return Math.abs(at.x) < share && Math.abs(at.y) < share && at.z > -1 && at.z < 1;
   }
   pointOf({origin, step, positions}, i) {
     return new THREE.Vector3(origin[0] + step * positions[4 * i], origin[1] + step * positions[4 * i + 1], origin[2] + step * positions[4 * i + 2]);
@@ -552,8 +557,8 @@ export class Drawing {
     const frame = this.cloud.frame;
     const ratio = this.renderer.getPixelRatio();
     uniforms.pixels.value = (this.look.byDistance ? 1 : this.look.size) * ratio;
-    // By distance, a point has its size in pixels where the view is centred at the start; nearer ones are larger.
-    uniforms.metres.value = this.look.byDistance ? this.look.size * 0.0025 : 0;
+    // 4 mm for a pixel: about what a pixel is at the distance at which one looks at a room.
+    uniforms.metres.value = this.look.byDistance ? this.look.size * 0.004 : 0;
     uniforms.focal.value = (this.canvas.height / 2) / Math.tan((this.camera.fov * Math.PI) / 360);
     if (frame) {
       const has = {rgb: FIELD.color, confidence: FIELD.confidence, views: FIELD.viewCount, normal: FIELD.normal, height: 0}[this.look.colorBy];

@@ -204,7 +204,7 @@ function showNumbers() {
   const first = network[0], last = network[network.length - 1];
   const seconds = first && last.time > first.time ? (last.time - first.time) / 1000 : NaN;
   const arriving = seconds ? (last.frames - first.frames) / seconds : 0;
-  $('n-frames').textContent = `${arriving.toFixed(1)} new, ${(pictures.length / 2).toFixed(0)} drawn a second`;
+  $('n-frames').textContent = `${arriving.toFixed(1)} /s, drawn ${(pictures.length / 2).toFixed(0)} /s`;
   $('n-network').textContent = place?.live === false ? `${(shown.bytes / 1e6).toFixed(2)} MB a frame` :
     `${seconds ? ((8 * (last.bytes - first.bytes)) / 1e6 / seconds).toFixed(1) : '–'} Mbit/s`;
   $('n-decoding').textContent = `${median(delays.map((delay) => delay.decoding)).toFixed(0)} ms`;
@@ -215,9 +215,9 @@ function showNumbers() {
   const plausible = (value) => value > 0 && value < 60000;
   const about = same_host ? '' : '≈ ';
   if (place?.live === false || !place?.playing) $('n-delay').textContent = '–';
-  else if (plausible(captured)) $('n-delay').textContent = `${about}${text(captured)}, ${text(encoded)} from encoding`;
-  else if (plausible(encoded)) $('n-delay').textContent = `${about}${text(encoded)} from encoding`;
-  else $('n-delay').textContent = recent.length ? `${text(median(recent.map((delay) => delay.received)))} from arrival` : '–';
+  else if (plausible(captured)) $('n-delay').textContent = `${about}${text(captured)} (encoded: ${text(encoded)})`;
+  else if (plausible(encoded)) $('n-delay').textContent = `${about}${text(encoded)} after encoding`;
+  else $('n-delay').textContent = recent.length ? `${text(median(recent.map((delay) => delay.received)))} after arrival` : '–';
 }
 setInterval(showNumbers, 500);
 
@@ -359,8 +359,10 @@ function toggleCrop() {
   if (drawing.box) {
     drawing.setBox(null);
   } else if (shown) {
-    // At first inside of the cloud: what is there at all, without its farthest points.
-    const points = drawing.sample(shown.frame, 5000);
+    // At first around what is in the middle of the view, so that its handles can be seen; without the farthest points.
+    const all = drawing.sample(shown.frame, 20000);
+    const seen = all.filter((point) => drawing.inView(point, 0.7));
+    const points = seen.length > 100 ? seen : all;
     if (points.length === 0) return;
     const ends = ['x', 'y', 'z'].map((axis) => {
       const sorted = points.map((point) => point[axis]).sort((a, b) => a - b);
@@ -407,7 +409,7 @@ const KEYS = [
   ['Play', '', '', ['End'], () => seek(Infinity)],
   ['Play', ']  [', 'twice, half as fast (files)', [']'], () => changeSpeed(2)],
   ['Play', '', '', ['['], () => changeSpeed(0.5)],
-  ['Colour by', '4', 'camera (rgb)', ['4'], () => colorBy('rgb')],
+  ['Colour by', '4', 'rgb: what the cameras saw', ['4'], () => colorBy('rgb')],
   ['Colour by', '5', 'confidence', ['5'], () => colorBy('confidence')],
   ['Colour by', '6', 'number of views', ['6'], () => colorBy('views')],
   ['Colour by', '7', 'height', ['7'], () => colorBy('height')],
