@@ -263,6 +263,7 @@ class Playing {
     this.file = file;
     this.name = name;
     this.shown = -1;
+    this.asked = 0;   // the one that is to be shown next, or is shown
     this.playing = true;
     this.hidden = false;
     this.factor = 1;
@@ -277,6 +278,7 @@ class Playing {
   async load(index) {
     clearTimeout(this.timer);
     const request = ++this.request;
+    this.asked = index;
     let message;
     try {
       message = await this.file.read(index);
@@ -331,7 +333,7 @@ class Playing {
   step(by) {
     this.play(false);
     const count = this.file.frames.length;
-    this.load((((this.shown + by) % count) + count) % count);
+    this.load((((this.asked + by) % count) + count) % count);
   }
   seek(index) {
     this.play(false);

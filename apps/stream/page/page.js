@@ -35,6 +35,7 @@ try {
 const canvas = $('canvas');
 let worker;
 let next = null;          // a frame that came and is not drawn yet
+let frames = 0;           // drawn
 let shown = null;         // {number, points, captured, …}: what is known of the one that is drawn
 let description = null;
 let fitted = false;       // the viewpoint has been set for a cloud
@@ -170,6 +171,7 @@ function loop() {
     next = null;
     const before = drawing.setFrame(message.frame);
     shown = message;
+    ++frames;
     if (before) free(before);
     else worker.postMessage({type: 'drawn', buffers: []});
     if (!fitted) fitted = drawing.startView(message.frame);
@@ -603,4 +605,11 @@ if (wanted_file) {
 drawing.renderer.setAnimationLoop(loop);
 
 // For tests, and for people at the console.
-globalThis.fuse_flow = {drawing, get shown() { return shown; }, get place() { return place; }, openFile};
+globalThis.fuse_flow = {
+  drawing,
+  openFile,
+  get shown() { return shown; },
+  get place() { return place; },
+  get frames() { return frames; },
+  get idle() { return next === null; },
+};

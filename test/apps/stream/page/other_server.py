@@ -63,7 +63,7 @@ class OtherServer:
         self.damage = None      # a function: the bytes of the next frame → what is sent instead
         self.received = []      # messages of clients
         self.requests = []      # paths
-        self.refused = []
+        self.closed_by_rule = 0
         self.sent = 0
         self.unanswered_most = 0
         self.number = 0
@@ -132,20 +132,29 @@ class OtherServer:
         answered = asyncio.Event()
 
         async def listen():
+            try:
+                await answer()
+            finally:
+                answered.set()
+
+        async def answer():
             async for text in socket:
                 message = json.loads(text)
                 self.received.append(message)
                 if message.get("type") == "got":
-                    assert message["frame"] in unanswered, "got names a frame that was not sent, or was answered before"
+                    if message["frame"] not in unanswered:
+                        self.closed_by_rule += 1
+                        await socket.close(1008, "got names a frame that was not sent, or was answered before")
                     unanswered.difference_update([number for number in unanswered if number <= message["frame"]])
                     answered.set()
                 elif message.get("type") != "want":
+                    self.closed_by_rule += 1
                     await socket.close(1008, "unknown message")
         listener = asyncio.ensure_future(listen())
         try:
             await socket.send(self.description.decode())
             while True:
-                while len(unanswered) > 1:
+                while len(unanswered) > 1 and socket.open:
                     answered.clear()
                     await answered.wait()
                 number = self.number

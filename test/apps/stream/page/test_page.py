@@ -1,0 +1,535 @@
+"""The page in Chromium, without a screen, as a person meets it.
+
+    test_page.py --page FOLDER --files FOLDER --chromium PROGRAM --driver PROGRAM [--screenshots FOLDER] [--serve fuse_flow_serve] [TEST ...]
+
+The stream comes from other_server.py, which does what a test tells it, and, with --serve, from fuse_flow_serve as well. Nothing here
+depends on how fast anything is: what is to happen is waited for. Exit code 77: something that it needs is not installed.
+"""
+
+import argparse
+import contextlib
+import pathlib
+import re
+import struct
+import subprocess
+import sys
+import time
+import traceback
+
+try:
+    from selenium import webdriver
+    from selenium.webdriver.chrome.options import Options
+    from selenium.webdriver.chrome.service import Service
+    from selenium.webdriver.common.action_chains import ActionChains
+    from selenium.webdriver.common.by import By
+    from selenium.webdriver.common.keys import Keys
+    import websockets  # noqa: F401  other_server.py needs it
+except ImportError as error:
+    print(f"skipped: {error}")
+    sys.exit(77)
+
+from other_server import OtherServer, records
+
+PATIENCE = 90  # seconds, for what takes a fraction of one: software draws, and other tests run
+
+# What is on the canvas, by the page's own picture: how many pixels are not the background, and the shares of them that are red and green.
+PIXELS = """
+const {drawing} = fuse_flow;
+drawing.changed = true;
+drawing.draw();
+const gl = drawing.renderer.getContext();
+const width = gl.drawingBufferWidth, height = gl.drawingBufferHeight;
+const data = new Uint8Array(4 * width * height);
+gl.readPixels(0, 0, width, height, gl.RGBA, gl.UNSIGNED_BYTE, data);
+let drawn = 0, red = 0, green = 0;
+for (let at = 0; at < data.length; at += 4) {
+  const r = data[at], g = data[at + 1], b = data[at + 2];
+  if (Math.abs(r - 20) + Math.abs(g - 23) + Math.abs(b - 28) < 12) continue;
+  ++drawn;
+  if (r > 120 && r > 2 * g && r > 2 * b) ++red;
+  if (g > 120 && g > 2 * r && g > 2 * b) ++green;
+}
+return {width, height, all: width * height, drawn, red, green};
+"""
+
+
+class Page:
+    """A browser with the page."""
+
+    def __init__(self, arguments):
+        options = Options()
+        options.binary_location = arguments.chromium
+        # No sandbox, as root has none. SwiftShader draws where there is no graphics card.
+        for argument in ["--headless=new", "--no-sandbox", "--disable-dev-shm-usage", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
+                         "--window-size=800,700", "--force-device-scale-factor=1", "--disable-background-networking", "--no-first-run"]:
+            options.add_argument(argument)
+        options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+        self.driver = webdriver.Chrome(service=Service(arguments.driver), options=options)
+        self.driver.set_script_timeout(PATIENCE)
+        self.screenshots = pathlib.Path(arguments.screenshots) if arguments.screenshots else None
+
+    def open(self, address):
+        self.driver.get(address)
+
+    def run(self, script, *arguments):
+        return self.driver.execute_script(script, *arguments)
+
+    def get(self, expression):
+        return self.run(f"return ({expression})")
+
+    def until(self, expression, what=None):
+        """Waits until it holds."""
+        end = time.monotonic() + PATIENCE
+        while time.monotonic() < end:
+            with contextlib.suppress(Exception):
+                value = self.get(expression)
+                if value:
+                    return value
+            time.sleep(0.1)
+        raise AssertionError(f"it never came: {what or expression}; the page says: {self.text('text')!r}")
+
+    def until_frame(self, more=1):
+        """Until so many more frames have been drawn."""
+        begin = self.get("globalThis.fuse_flow?.shown ? fuse_flow.frames : 0")
+        self.until(f"globalThis.fuse_flow?.shown && fuse_flow.frames >= {begin + more}", f"{more} more frames")
+
+    def text(self, element):
+        with contextlib.suppress(Exception):
+            return self.driver.find_element(By.ID, element).text
+        return ""
+
+    def click(self, element):
+        self.driver.find_element(By.ID, element).click()
+
+    def key(self, *keys):
+        chain = ActionChains(self.driver)
+        for key in keys:
+            chain.send_keys(key)
+        chain.perform()
+
+    def pixels(self):
+        return self.run(PIXELS)
+
+    def place(self):
+        return self.get("fuse_flow.place")
+
+    def complaints(self):
+        """What the browser complains of, but for connections that the test ended."""
+        return [entry["message"] for entry in self.driver.get_log("browser")
+                if entry["level"] == "SEVERE" and "WebSocket connection" not in entry["message"]]
+
+    def screenshot(self, name):
+        if self.screenshots:
+            self.screenshots.mkdir(parents=True, exist_ok=True)
+            self.driver.save_screenshot(str(self.screenshots / f"{name}.png"))
+
+
+def sphere(arguments):
+    return pathlib.Path(arguments.files) / "sphere.ffs"
+
+
+def check(condition, what=""):
+    assert condition, what
+
+
+def other_server(arguments, **options):
+    return OtherServer(arguments.page, sphere(arguments), **options)
+
+
+@contextlib.contextmanager
+def serving(server):
+    server.start()
+    try:
+        yield server
+    finally:
+        server.stop()
+
+
+# ---- the tests: names are what holds
+
+
+def test_it_shows_what_is_streamed(page, arguments):
+    with serving(other_server(arguments)) as server:
+        page.open(server.address)
+        page.until_frame(4)
+        seen = page.pixels()
+        page.screenshot("live")
+        check(seen["drawn"] > 0.1 * seen["all"], f"the picture is nearly empty: {seen}")
+        check(seen["red"] > 0.01 * seen["all"] and seen["green"] > 0.02 * seen["all"], f"no red sphere above a green floor: {seen}")
+        check("sphere" in page.driver.title)
+        page.until("document.getElementById('state').textContent === 'Live'")
+        page.until("document.getElementById('n-points').textContent === '40,000'")
+        for number in ("n-frames", "n-network", "n-decoding", "n-delay"):
+            page.until(f"/\\d/.test(document.getElementById('{number}').textContent)", f"a figure in {number}")
+        # Names of cameras are text, whatever they are.
+        names = page.get("[...document.querySelectorAll('.name')].map((name) => name.textContent)")
+        check(names == ["left", "<b>right</b>"], str(names))
+        check(server.unanswered_most <= 2 and server.closed_by_rule == 0, "it does not keep to the rules")
+        got = [message["frame"] for message in server.received if message["type"] == "got"]
+        check(got == sorted(got) and len(got) >= 3, str(got))
+
+
+def test_it_keeps_to_its_policy_and_complains_of_nothing(page, arguments):
+    with serving(other_server(arguments)) as server:
+        page.open(server.address)
+        page.until_frame(2)
+        page.key("h")
+        page.until("document.getElementById('help').open")
+        page.screenshot("help")
+        page.key(Keys.ESCAPE)
+        page.until("!document.getElementById('help').open")
+        for key in "456790ugygandkt+-bbr":
+            page.key(key)
+        page.key("t", "n", "4")
+        page.until_frame(1)
+        check(page.complaints() == [], str(page.complaints()))
+        own = {path.split("?")[0] for path in server.requests}
+        check(all(path == "/" or path == "/stream" or (pathlib.Path(arguments.page) / path[1:]).is_file() for path in own), str(own))
+
+
+def test_it_stops_and_steps_through_the_last_frames(page, arguments):
+    with serving(other_server(arguments)) as server:
+        page.open(server.address)
+        page.until_frame(5)
+        page.key(" ")
+        page.until("fuse_flow.place.playing === false")
+        page.until("fuse_flow.idle", "all is drawn")
+        newest = page.get("fuse_flow.shown.frame.number")
+        page.key(Keys.ARROW_LEFT)
+        page.until(f"fuse_flow.shown.frame.number === {newest - 1}")
+        page.key(Keys.ARROW_LEFT)
+        page.until(f"fuse_flow.shown.frame.number === {newest - 2}")
+        page.key(Keys.ARROW_RIGHT)
+        page.until(f"fuse_flow.shown.frame.number === {newest - 1}")
+        page.screenshot("stepped_back")
+        page.key(Keys.HOME)
+        page.until("fuse_flow.place.index === 0")
+        page.key(Keys.END)
+        page.until("fuse_flow.place.index === fuse_flow.place.count - 1")
+        # On from the last one is one more of the server's, and no more.
+        before = page.get("fuse_flow.shown.frame.number")
+        page.key(Keys.ARROW_RIGHT)
+        page.until(f"fuse_flow.shown.frame.number > {before}")
+        check(page.place()["playing"] is False)
+        # While it is stopped nothing is asked for: after a while the connection is given up.
+        page.until("document.getElementById('state').textContent.startsWith('Paused')")
+        sent = server.sent
+        page.click("play")
+        page.until_frame(3)
+        check(page.place()["playing"] is True and server.sent > sent)
+
+
+def test_a_damaged_frame_is_told_of_and_left_out(page, arguments):
+    def flip(at):
+        def damage(message):
+            at_byte = at if at >= 0 else len(message) + at
+            return message[:at_byte] + bytes([message[at_byte] ^ 0x55]) + message[at_byte + 1:]
+        return damage
+    with serving(other_server(arguments)) as server:
+        page.open(server.address)
+        page.until_frame(2)
+        damages = [flip(60), flip(-1000), lambda message: message[:len(message) // 2], lambda message: b"", lambda message: message + b"x",
+                   lambda message: b"FFC1" + b"\xff" * 1000]
+        for count, damage in enumerate(damages, 1):
+            server.damage = damage
+            page.until(f"document.getElementById('n-lost').textContent.startsWith('{count} frame')", f"damage {count} is told of")
+            page.until_frame(2)
+        page.screenshot("damaged")
+        check(page.pixels()["drawn"] > 1000)
+
+
+def test_it_connects_again_when_the_server_comes_back(page, arguments):
+    server = other_server(arguments)
+    server.start()
+    page.open(server.address)
+    page.until_frame(2)
+    server.stop()
+    page.until("document.getElementById('dot').classList.contains('bad')", "it says that the connection is gone")
+    page.until("/Next try/.test(document.getElementById('state').textContent)")
+    page.screenshot("disconnected")
+    check(page.pixels()["drawn"] > 1000, "the last frame is still there")
+    with serving(server):
+        page.until_frame(2)
+        page.until("document.getElementById('state').textContent === 'Live'")
+
+
+def test_a_token_goes_with_the_request(page, arguments):
+    with serving(other_server(arguments, token="0123456789abcdef")) as server:
+        page.open(server.address)
+        page.until("/token/.test(document.getElementById('state').textContent)", "it says that a token is needed")
+        page.open(server.address + "?token=0123456789abcdef")
+        page.until_frame(1)
+
+
+def test_it_draws_in_a_window_of_another_size(page, arguments):
+    with serving(other_server(arguments)) as server:
+        page.open(server.address)
+        page.until_frame(1)
+        try:
+            for width, height in ((420, 800), (1300, 500), (800, 700)):
+                page.driver.set_window_size(width, height)
+                page.until(f"innerWidth <= {width} && innerWidth > {width - 40}")
+                page.until("document.getElementById('canvas').width === innerWidth && document.getElementById('canvas').height === innerHeight")
+                page.until_frame(1)
+                seen = page.pixels()
+                check(seen["drawn"] > 0.02 * seen["all"], str(seen))
+                overflow = page.get("document.documentElement.scrollWidth > innerWidth || document.getElementById('bar').getBoundingClientRect().right > innerWidth")
+                check(not overflow, f"at {width} pixels something is outside")
+                page.screenshot(f"window_{width}")
+        finally:
+            page.driver.set_window_size(800, 700)
+
+
+def test_wishes_go_to_the_server(page, arguments):
+    with serving(other_server(arguments)) as server:
+        page.open(server.address)
+        page.until_frame(2)
+
+        def wanted():
+            wants = [message for message in server.received if message["type"] == "want"]
+            return wants[-1] if wants else {}
+
+        def until_wanted(condition, what):
+            end = time.monotonic() + PATIENCE
+            while not condition(wanted()):
+                check(time.monotonic() < end, f"never wished: {what}; {wanted()}")
+                time.sleep(0.1)
+        page.key("b")
+        until_wanted(lambda want: "region" in want, "a region")
+        region = wanted()["region"]
+        check(all(low < high for low, high in zip(region["min"], region["max"])), str(region))
+        # A handle is dragged: the box is smaller, and fewer pixels are drawn.
+        before = page.pixels()
+        handle = page.run("""
+          const {drawing} = fuse_flow;
+          const handle = drawing.handles.find(({userData: {axis, side}}) => axis === 0 && side === 1);
+          const at = drawing.onScreen(handle.position.clone().add(drawing.boxObject.position));
+          const to = drawing.onScreen(drawing.boxObject.position);
+          return {x: at.x, y: at.y, dx: to.x - at.x, dy: to.y - at.y}""")
+        canvas = page.driver.find_element(By.ID, "canvas")
+        size = canvas.size
+        ActionChains(page.driver).move_to_element_with_offset(canvas, int(handle["x"] - size["width"] / 2), int(handle["y"] - size["height"] / 2)) \
+            .click_and_hold().move_by_offset(int(handle["dx"] / 2), int(handle["dy"] / 2)).move_by_offset(int(handle["dx"] / 2), int(handle["dy"] / 2)) \
+            .release().perform()
+        until_wanted(lambda want: "region" in want and want["region"]["max"][0] < region["max"][0] - 0.05, "a smaller region")
+        page.screenshot("crop_box")
+        check(page.pixels()["drawn"] < before["drawn"], "points outside of the box are drawn")
+        page.key("b")
+        until_wanted(lambda want: "region" not in want, "no region")
+        page.run("const list = document.getElementById('most-points'); list.value = '20000'; list.dispatchEvent(new Event('change'))")
+        until_wanted(lambda want: want.get("points") == 20000 and len(want["viewpoint"]) == 3, "fewer points")
+
+
+def test_two_points_are_measured(page, arguments):
+    with serving(other_server(arguments)) as server:
+        page.open(server.address)
+        page.until_frame(2)
+        page.key(" ")
+        page.until("fuse_flow.place.playing === false && fuse_flow.idle")
+        # Two points of the cloud that nothing hides, and where they are on the screen.
+        points = page.run("""
+          const {drawing} = fuse_flow;
+          const frame = drawing.cloud.frame;
+          const out = [];
+          for (let i = 0; i < frame.points && out.length < 2; i += 97) {
+            const at = drawing.onScreen(drawing.pointOf(frame, i));
+            if (!at || at.x < 330 || at.y < 220 || at.x > 760 || at.y > 480) continue;
+            if (out.length && Math.hypot(at.x - out[0].x, at.y - out[0].y) < 80) continue;
+            const x = Math.round(at.x), y = Math.round(at.y);
+            const hit = drawing.pick(x, y);
+            if (hit) out.push({x, y, position: hit.position.toArray()});
+          }
+          return out""")
+        check(len(points) == 2)
+        page.click("measure")
+        canvas = page.driver.find_element(By.ID, "canvas")
+        size = canvas.size
+        for point in points:
+            ActionChains(page.driver).move_to_element_with_offset(canvas, point["x"] - size["width"] // 2, point["y"] - size["height"] // 2).click().perform()
+        page.until("document.querySelector('.mark')?.textContent.endsWith(' mm')", "a distance")
+        shown = float(page.get("document.querySelector('.mark').textContent").split()[0])
+        true = 1000 * sum((a - b) ** 2 for a, b in zip(points[0]["position"], points[1]["position"])) ** 0.5
+        page.screenshot("measured")
+        check(abs(shown - true) < 60, f"{shown} mm, and should be about {true} mm")  # as near as a pixel is
+        page.key(Keys.ESCAPE)
+        page.until("document.querySelector('.mark') === null")
+
+
+def test_mouse_wheel_and_keys_move_the_view(page, arguments):
+    with serving(other_server(arguments)) as server:
+        page.open(server.address)
+        page.until_frame(2)
+        where = "[...fuse_flow.drawing.camera.position.toArray(), ...fuse_flow.drawing.controls.target.toArray()].map((x) => x.toFixed(4)).join()"
+        canvas = page.driver.find_element(By.ID, "canvas")
+        actions = {
+            "drag": lambda: ActionChains(page.driver).move_to_element_with_offset(canvas, 0, 0).click_and_hold().move_by_offset(80, 30).release().perform(),
+            "wheel": lambda: ActionChains(page.driver).scroll_by_amount(0, -300).perform() if not hasattr(ActionChains, "scroll_from_origin") else
+            page.run("document.getElementById('canvas').dispatchEvent(new WheelEvent('wheel', {deltaY: -300, clientX: 400, clientY: 300, cancelable: true}))"),
+            "turn": lambda: ActionChains(page.driver).key_down(Keys.SHIFT).send_keys(Keys.ARROW_RIGHT).key_up(Keys.SHIFT).perform(),
+            "move": lambda: ActionChains(page.driver).key_down(Keys.CONTROL).send_keys(Keys.ARROW_UP).key_up(Keys.CONTROL).perform(),
+            "zoom": lambda: page.key(Keys.ARROW_UP),
+            "fit": lambda: page.key("r"),
+        }
+        for name, action in actions.items():
+            before = page.get(where)
+            action()
+            page.until(f"{where} !== '{before}'", f"the view changes: {name}")
+
+
+def test_colours_are_by_what_is_chosen(page, arguments):
+    with serving(other_server(arguments)) as server:
+        page.open(server.address)
+        page.until_frame(2)
+        page.key(" ")
+        page.until("fuse_flow.place.playing === false && fuse_flow.idle")
+        page.until("document.querySelector('[name=color][value=normal]').disabled === false", "the frames have normals")
+        seen = {}
+        for key, name in (("4", "rgb"), ("5", "confidence"), ("6", "views"), ("7", "height"), ("9", "normal")):
+            page.key(key)
+            page.until(f"fuse_flow.drawing.look.colorBy === '{name}'")
+            pixels = page.pixels()
+            seen[name] = (pixels["red"], pixels["green"])
+            check(pixels["drawn"] > 1000)
+            page.screenshot(f"by_{name}")
+        check(len(set(seen.values())) == 5, f"colours do not differ: {seen}")
+
+
+def test_files_are_played(page, arguments):
+    with serving(other_server(arguments)) as server:
+        page.open(server.address + "?file=frames.ffs")
+        page.until_frame(3)
+        check("File frames.ffs" in page.text("state"))
+        page.until("fuse_flow.place.count === 6 && fuse_flow.place.live === false")
+        page.key(" ")
+        page.until("fuse_flow.place.playing === false")
+        page.key(Keys.HOME)
+        page.until("fuse_flow.place.index === 0 && fuse_flow.shown.frame.number === 0")
+        page.key(Keys.ARROW_RIGHT)
+        page.until("fuse_flow.place.index === 1 && fuse_flow.shown.frame.number === 1")
+        page.key(Keys.ARROW_LEFT, Keys.ARROW_LEFT)
+        page.until("fuse_flow.place.index === 5")
+        check(not any(path.split("?")[0] == "/stream" for path in server.requests))
+        # A file that is dropped on the page, and one that is none.
+        drop = """
+          const [path, cut] = arguments;
+          const done = arguments[arguments.length - 1];
+          fetch(path).then((response) => response.arrayBuffer()).then((bytes) => {
+            const transfer = new DataTransfer();
+            transfer.items.add(new File([cut ? bytes.slice(0, cut) : bytes], 'dropped.ffs'));
+            document.body.dispatchEvent(new DragEvent('drop', {dataTransfer: transfer, bubbles: true, cancelable: true}));
+            done();
+          })"""
+        page.driver.execute_async_script(drop, "frames.ffs", 0)
+        page.until("document.getElementById('state').textContent === 'File dropped.ffs'")
+        page.until_frame(2)
+        page.driver.execute_async_script(drop, "frames.ffs", sphere(arguments).stat().st_size - 5)
+        page.until("/cut off/.test(document.getElementById('state').textContent)")
+        page.until("fuse_flow.place.count === 5")
+        page.driver.execute_async_script(drop, "page.js", 0)
+        page.until("/no stream file/.test(document.getElementById('state').textContent)")
+        page.until_frame(2)  # what was there goes on
+
+
+def test_the_address_says_which_way_is_up(page, arguments):
+    with serving(other_server(arguments)) as server:
+        for query, up in (("", [0, 0, 1]), ("?up=-y", [0, -1, 0]), ("?up=x", [1, 0, 0]), ("?up=nonsense", [0, 0, 1])):
+            page.open(server.address + query)
+            page.until_frame(1)
+            check(page.get("fuse_flow.drawing.up.toArray()") == up, query)
+
+
+def test_the_decoder_gives_the_same_here_as_the_library(page, arguments):
+    """For where there is no node."""
+    files = sorted(pathlib.Path(arguments.files).glob("*.ffs"))
+    check(len(files) > 3)
+    with serving(other_server(arguments)) as server:
+        for path in files:
+            server.stream_file = path
+            page.open(server.address + "licences.txt")
+            points = page.driver.execute_async_script("""
+              const done = arguments[arguments.length - 1];
+              (async () => {
+                const {FrameDecoder, positionOf} = await import('/decoder.js');
+                const {Zstandard} = await import('/zstandard.js');
+                const {StreamFile} = await import('/stream_file.js');
+                const decoder = new FrameDecoder(await Zstandard.load());
+                const file = await StreamFile.open(await (await fetch('/frames.ffs')).blob());
+                const frame = decoder.decode(await file.read(0));
+                const sum = [0, 0, 0];
+                for (let i = 0; i < frame.points; ++i) positionOf(frame, i).forEach((value, axis) => (sum[axis] += value));
+                return {count: frame.points, sum};
+              })().then(done, (error) => done({error: error.message}))""")
+            expected = path.with_suffix(".points").read_bytes()
+            count = struct.unpack_from("<I", expected)[0]
+            check(points.get("count") == count, f"{path.name}: {points}")
+            values = struct.unpack_from(f"<{3 * count}f", expected, 4)
+            for axis in range(3):
+                check(abs(points["sum"][axis] - sum(values[axis::3])) < 1e-3 * (1 + count), f"{path.name}: {points}")
+
+
+def test_fuse_flow_serve_and_the_page_understand_each_other(page, arguments):
+    if not arguments.serve:
+        print("    not done: no --serve")
+        return
+    process = subprocess.Popen([arguments.serve, str(sphere(arguments)), "--port", "0"], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    try:
+        link = None
+        for line in process.stdout:
+            link = re.search(r"https?://\S+", line)
+            if link:
+                break
+        check(link, "it prints a link")
+        page.complaints()
+        page.open(link.group())
+        page.until_frame(4)
+        page.screenshot("fuse_flow_serve")
+        seen = page.pixels()
+        check(seen["red"] > 0.01 * seen["all"] and seen["green"] > 0.02 * seen["all"], str(seen))
+        page.key("b")
+        page.until_frame(4)
+        page.until("fuse_flow.shown.frame.points < 40000 || fuse_flow.shown.frame.pointsOfFrame === 40000")
+        page.key(" ")
+        page.until("document.getElementById('state').textContent.startsWith('Paused')")
+        page.key(" ")
+        page.until_frame(3)
+        check(page.complaints() == [], str(page.complaints()))
+    finally:
+        process.terminate()
+        process.wait(30)
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--page", required=True)
+    parser.add_argument("--files", required=True)
+    parser.add_argument("--chromium", default="/usr/bin/chromium")
+    parser.add_argument("--driver", default="/usr/bin/chromedriver")
+    parser.add_argument("--screenshots")
+    parser.add_argument("--serve")
+    parser.add_argument("tests", nargs="*")
+    arguments = parser.parse_args()
+    records(sphere(arguments).read_bytes())
+    tests = [(name, test) for name, test in globals().items() if name.startswith("test_") and (not arguments.tests or any(t in name for t in arguments.tests))]
+    failed = []
+    page = Page(arguments)
+    try:
+        for name, test in tests:
+            begin = time.monotonic()
+            try:
+                test(page, arguments)
+                print(f"ok      {name} ({time.monotonic() - begin:.1f} s)", flush=True)
+            except Exception:  # noqa: BLE001  the others are still to be run
+                traceback.print_exc()
+                for line in page.complaints():
+                    print("    browser:", line)
+                page.screenshot(f"failed_{name}")
+                print(f"FAILED  {name}", flush=True)
+                failed.append(name)
+    finally:
+        page.driver.quit()
+    print(f"{len(tests)} tests, {len(failed)} failed")
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
