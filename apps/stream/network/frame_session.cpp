@@ -15,6 +15,7 @@ using std::chrono::milliseconds;
 
 constexpr auto kLookEvery = milliseconds(500);
 constexpr auto kPingEvery = std::chrono::seconds(2);
+constexpr auto kSoon = milliseconds(100);
 constexpr auto kRefineAfter = std::chrono::seconds(1);
 constexpr double kSlowest = 100e3;  // bytes per second: whoever takes less is let go
 
@@ -155,7 +156,7 @@ void FrameSession::look() {
   if (!newer && !again_ && !canRefine(*frame, now)) return;
   Clock::time_point earliest = earliest_;
   // Wishes that change come with the next frame, unless none comes, as from a picture that stands.
-  if (!newer && again_) earliest = std::max(earliest, frame->when + 2 * hub_->interval());
+  if (!newer && again_) earliest = std::max(earliest, frame->when + std::min<Clock::duration>(2 * hub_->interval(), kSoon));
   if (now < earliest) return channel_.wakeAt(std::min(earliest, next_look_));
   sendFrame(*frame, now, !newer && !again_);
 }

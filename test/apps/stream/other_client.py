@@ -1,0 +1,53 @@
+"""A client of another implementation: takes ten frames, answers them, asks for fewer points, and is told what is wrong."""
+
+import asyncio
+import json
+import struct
+import sys
+
+import websockets
+
+
+async def main(url, token):
+    headers = {"Authorization": "Bearer " + token}
+    connect = websockets.connect(url, subprotocols=["other", "fuse_flow.v1"], extra_headers=headers, max_size=2**26)
+    async with connect as socket:
+        assert socket.subprotocol == "fuse_flow.v1"
+        description = json.loads(await socket.recv())
+        assert description["type"] == "stream" and description["version"] == 1, description
+
+        async def frame():
+            message = await socket.recv()
+            assert message[:4] == b"FFC1"
+            number, = struct.unpack_from("<Q", message, 8)
+            await socket.send(json.dumps({"type": "got", "frame": number}))
+            return number, struct.unpack_from("<II", message, 72)
+
+        numbers = []
+        for _ in range(10):
+            number, (whole, points) = await frame()
+            assert whole == points, (whole, points)
+            numbers.append(number)
+        assert numbers == sorted(set(numbers)), numbers
+        print(f"10 frames of {whole} points")
+        await socket.send(json.dumps({"type": "want", "points": 5000}))
+        for _ in range(1000):
+            _, (_, points) = await frame()
+            if points <= 5000:
+                break
+        assert points <= 5000, points
+        await (await socket.ping())
+        await socket.send("{}")
+        try:
+            while True:
+                await socket.recv()
+        except websockets.ConnectionClosed as closed:
+            assert closed.code == 1008, closed
+    try:
+        await websockets.connect(url, subprotocols=["fuse_flow.v1"])
+        raise AssertionError("let in without a token")
+    except websockets.InvalidStatusCode as refused:
+        assert refused.status_code == 401, refused
+
+
+asyncio.run(asyncio.wait_for(main(*sys.argv[1:]), 60))
