@@ -187,7 +187,7 @@ void Viewer::show(const std::shared_ptr<const FusedFrame>& answer) {
   frusta_.setCameras(frame.cameras);
   std::vector<std::string> names;
   for (const Camera& camera : frame.cameras) names.push_back(camera.name);
-  overlay_.setImages(frame.thumbnails, names);
+  overlay_.setImages(frame.thumbnails, frame.thumbnails.empty() ? std::vector<std::string>() : names);
   if (colored_anew) overlay_.setLegend(legendOf(frame.color_by, names));
   updateReadout(std::nullopt);  // what it said is of the cloud before; the next tick() asks again
   cursor_probed_ = false;

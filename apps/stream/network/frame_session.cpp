@@ -156,7 +156,8 @@ void FrameSession::look() {
   if (!newer && !again_ && !canRefine(*frame, now)) return;
   Clock::time_point earliest = earliest_;
   // Wishes that change come with the next frame, unless none comes, as from a picture that stands.
-  if (!newer && again_) earliest = std::max(earliest, frame->when + std::min<Clock::duration>(2 * hub_->interval(), kSoon));
+  if (!newer && again_)
+    earliest = std::max(earliest, frame->when + std::min<Clock::duration>(2 * hub_->interval(), kSoon));
   if (now < earliest) return channel_.wakeAt(std::min(earliest, next_look_));
   sendFrame(*frame, now, !newer && !again_);
 }

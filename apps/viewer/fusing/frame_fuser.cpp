@@ -63,7 +63,7 @@ void FrameFuser::readFrame(std::size_t frame) {
   source_->read(frame, loaded_);
   read_ms_ = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
   thumbnails_.clear();
-  for (std::size_t i = 0; i < loaded_.rig.views.size(); ++i)
+  for (std::size_t i = 0; i < loaded_.rig.views.size() && !source_->isFinished(); ++i)
     thumbnails_.push_back(thumbnailOf(loaded_.rig.cameras[i], loaded_.rig.views[i], kThumbnailHeight));
   given_ = loaded_.rig.cameras;
   placed_ = false;

@@ -15,8 +15,8 @@ namespace {
 
 using namespace fuse_flow;
 using namespace fuse_flow::stream::network;
-using stream::FormatError;
 using std::chrono::milliseconds;
+using stream::FormatError;
 
 const std::string kToken = "0123456789abcdef";
 
@@ -32,9 +32,9 @@ TEST(StreamAccess, TheTokenComesInTheQueryOrAHeader) {
   EXPECT_TRUE(access.hasToken(from("h", "", "bearer " + kToken)));
   EXPECT_TRUE(access.hasToken(from("h", "", "", "token=" + kToken)));
   EXPECT_TRUE(access.hasToken(from("h", "", "", "a=b&token=%30123456789abcdef&c")));
-  for (const std::string query : {"token=0123456789abcdeg", "token=0123456789abcde", "token=0123456789abcdef0",
-                                  "Token=0123456789abcdef", "token=", "token", "xtoken=0123456789abcdef",
-                                  "token=%3", "token=%zz123456789abcdef"})
+  for (const std::string query :
+       {"token=0123456789abcdeg", "token=0123456789abcde", "token=0123456789abcdef0", "Token=0123456789abcdef",
+        "token=", "token", "xtoken=0123456789abcdef", "token=%3", "token=%zz123456789abcdef"})
     EXPECT_FALSE(access.hasToken(from("h", "", "", query))) << query;
   for (const std::string header : {"Bearer", "Bearer ", "Basic 0123456789abcdef", "0123456789abcdef"})
     EXPECT_FALSE(access.hasToken(from("h", "", header))) << header;
@@ -130,22 +130,47 @@ TEST(StreamMessages, WishesComeBackAsTheyWere) {
 }
 
 TEST(StreamMessages, AreRefusedWhereAnythingIsOdd) {
-  for (const std::string text : {
-           R"()", R"(x)", R"([])", R"(1)", R"(null)", R"({})", R"({"type":1})", R"({"type":"go"})", R"({"type":"got"})",
-           R"({"type":"got","frame":-1})", R"({"type":"got","frame":1.5})", R"({"type":"got","frame":"1"})",
-           R"({"type":"got","frame":1e3})", R"({"type":"got","frame":18446744073709551616})",
-           R"({"type":"got","frame":1,"x":2})", R"({"type":"got","frame":1,"frame":2})",
-           R"({"type":"got","frame":1}x)", R"({"type":"want","point":1})", R"({"type":"want","points":-1})",
-           R"({"type":"want","points":null})", R"({"type":"want","points":NaN})", R"({"type":"want","points":[1]})",
-           R"({"type":"want","bytes_per_second":0})", R"({"type":"want","viewpoint":[1,2]})",
-           R"({"type":"want","viewpoint":[1,2,3,4]})", R"({"type":"want","viewpoint":[1,2,"3"]})",
-           R"({"type":"want","viewpoint":[1,2,1e999]})", R"({"type":"want","viewpoint":[1,2,1e10]})",
-           R"({"type":"want","viewpoint":[1,2,NaN]})", R"({"type":"want","viewpoint":{"x":1}})",
-           R"({"type":"want","region":{"min":[0,0,0]}})", R"({"type":"want","region":{"min":[1,0,0],"max":[0,1,1]}})",
-           R"({"type":"want","region":{"min":[0,0,0],"max":[1,1,1],"x":1}})", R"({"type":"want","region":[]})",
-           R"({"type":"want","step":0})", R"({"type":"want","step":-1})", R"({"type":"want","step":"1"})",
-           R"({"type":"want","step":1e400})", R"({"type":"want","step":null})", "{\"type\":\"want\",\"\xff\":1}",
-           R"({"type":["got"],"frame":1})"})
+  for (const std::string text : {R"()",
+                                 R"(x)",
+                                 R"([])",
+                                 R"(1)",
+                                 R"(null)",
+                                 R"({})",
+                                 R"({"type":1})",
+                                 R"({"type":"go"})",
+                                 R"({"type":"got"})",
+                                 R"({"type":"got","frame":-1})",
+                                 R"({"type":"got","frame":1.5})",
+                                 R"({"type":"got","frame":"1"})",
+                                 R"({"type":"got","frame":1e3})",
+                                 R"({"type":"got","frame":18446744073709551616})",
+                                 R"({"type":"got","frame":1,"x":2})",
+                                 R"({"type":"got","frame":1,"frame":2})",
+                                 R"({"type":"got","frame":1}x)",
+                                 R"({"type":"want","point":1})",
+                                 R"({"type":"want","points":-1})",
+                                 R"({"type":"want","points":null})",
+                                 R"({"type":"want","points":NaN})",
+                                 R"({"type":"want","points":[1]})",
+                                 R"({"type":"want","bytes_per_second":0})",
+                                 R"({"type":"want","viewpoint":[1,2]})",
+                                 R"({"type":"want","viewpoint":[1,2,3,4]})",
+                                 R"({"type":"want","viewpoint":[1,2,"3"]})",
+                                 R"({"type":"want","viewpoint":[1,2,1e999]})",
+                                 R"({"type":"want","viewpoint":[1,2,1e10]})",
+                                 R"({"type":"want","viewpoint":[1,2,NaN]})",
+                                 R"({"type":"want","viewpoint":{"x":1}})",
+                                 R"({"type":"want","region":{"min":[0,0,0]}})",
+                                 R"({"type":"want","region":{"min":[1,0,0],"max":[0,1,1]}})",
+                                 R"({"type":"want","region":{"min":[0,0,0],"max":[1,1,1],"x":1}})",
+                                 R"({"type":"want","region":[]})",
+                                 R"({"type":"want","step":0})",
+                                 R"({"type":"want","step":-1})",
+                                 R"({"type":"want","step":"1"})",
+                                 R"({"type":"want","step":1e400})",
+                                 R"({"type":"want","step":null})",
+                                 "{\"type\":\"want\",\"\xff\":1}",
+                                 R"({"type":["got"],"frame":1})"})
     EXPECT_THROW(clientMessage(text), FormatError) << text;
   EXPECT_THROW(clientMessage(R"({"type":"want","region":)" + std::string(2000, '[') + std::string(2000, ']') + "}"),
                FormatError);
@@ -211,16 +236,32 @@ TEST(StreamDescription, IsRefusedWhereAnythingIsOdd) {
     EXPECT_NE(at, std::string::npos) << what;
     return changed.replace(at, what.size(), instead);
   };
-  for (const auto& [what, instead] : std::vector<std::pair<std::string, std::string>>{
-           {"\"stream\"", "\"scream\""}, {"\"version\":1", "\"version\":2"}, {"\"version\":1", "\"version\":-1"},
-           {"\"version\":1", "\"version\":\"1\""}, {"\"step\":0.002", "\"step\":0"}, {"\"step\":0.002", "\"step\":-1"},
-           {"\"step\":0.002", "\"step\":1e999"}, {"\"step\":0.002", "\"step\":NaN"}, {"\"step\":0.002", "\"stop\":1"},
-           {"\"step\":0.002", "\"step\":null"}, {"\"width\":640", "\"width\":0"}, {"\"width\":640", "\"width\":-640"},
-           {"\"width\":640", "\"width\":640.5"}, {"\"width\":640", "\"width\":1000000"}, {"\"fx\":525.5", "\"fx\":0"},
-           {"\"fx\":525.5", "\"fx\":1e60"}, {"\"fx\":525.5", "\"fx\":1e-60"}, {"\"fx\":525.5", "\"fx\":[1]"},
-           {"\"name\":\"left\"", "\"name\":7"}, {"\"T_world_camera\":[1.0", "\"T_world_camera\":[2.0"},
-           {"\"T_world_camera\":[1.0,", "\"T_world_camera\":["}, {"\"T_world_camera\":[1.0", "\"T_world_camera\":[1e999"},
-           {"\"frame\"", "\"from\""}, {"\"cameras\":[", "\"cameras\":[7,"}, {"\"cameras\":[", "\"cameras\":{},\"x\":["}})
+  for (const auto& [what, instead] :
+       std::vector<std::pair<std::string, std::string>>{{"\"stream\"", "\"scream\""},
+                                                        {"\"version\":1", "\"version\":2"},
+                                                        {"\"version\":1", "\"version\":-1"},
+                                                        {"\"version\":1", "\"version\":\"1\""},
+                                                        {"\"step\":0.002", "\"step\":0"},
+                                                        {"\"step\":0.002", "\"step\":-1"},
+                                                        {"\"step\":0.002", "\"step\":1e999"},
+                                                        {"\"step\":0.002", "\"step\":NaN"},
+                                                        {"\"step\":0.002", "\"stop\":1"},
+                                                        {"\"step\":0.002", "\"step\":null"},
+                                                        {"\"width\":640", "\"width\":0"},
+                                                        {"\"width\":640", "\"width\":-640"},
+                                                        {"\"width\":640", "\"width\":640.5"},
+                                                        {"\"width\":640", "\"width\":1000000"},
+                                                        {"\"fx\":525.5", "\"fx\":0"},
+                                                        {"\"fx\":525.5", "\"fx\":1e60"},
+                                                        {"\"fx\":525.5", "\"fx\":1e-60"},
+                                                        {"\"fx\":525.5", "\"fx\":[1]"},
+                                                        {"\"name\":\"left\"", "\"name\":7"},
+                                                        {"\"T_world_camera\":[1.0", "\"T_world_camera\":[2.0"},
+                                                        {"\"T_world_camera\":[1.0,", "\"T_world_camera\":["},
+                                                        {"\"T_world_camera\":[1.0", "\"T_world_camera\":[1e999"},
+                                                        {"\"frame\"", "\"from\""},
+                                                        {"\"cameras\":[", "\"cameras\":[7,"},
+                                                        {"\"cameras\":[", "\"cameras\":{},\"x\":["}})
     EXPECT_THROW(stream::descriptionFromJson(with(what, instead)), FormatError) << instead;
   EXPECT_THROW(stream::descriptionFromJson(""), FormatError);
   EXPECT_THROW(stream::descriptionFromJson(good.substr(0, good.size() / 2)), FormatError);

@@ -382,7 +382,8 @@ TEST(StreamServer, AnotherImplementationsClientGetsFrames) {
   Server server(options);
   const auto frame = frameOf(50'000, 0);
   const Publisher publisher(server, 50'000, std::chrono::milliseconds(10));
-  const std::string command = python + " " FUSE_FLOW_TEST_SOURCE_DIR "/test/apps/stream/other_client.py ws://127.0.0.1:" +
+  const std::string command = python +
+                              " " FUSE_FLOW_TEST_SOURCE_DIR "/test/apps/stream/other_client.py ws://127.0.0.1:" +
                               std::to_string(server.port()) + "/stream 0123456789abcdef 2>&1";
   FILE* pipe = popen(command.c_str(), "r");
   ASSERT_NE(pipe, nullptr);
