@@ -72,7 +72,7 @@ const from_worker = {
     else if (state === 'resting') setState('', 'Paused. Nothing is received meanwhile.');
     else if (state === 'opening') setState('wait', `Opening ${detail} …`);
     else if (state === 'file') {
-      setState('good', cutOff ? `File ${detail}. It was cut off at its end.` : `File ${detail}`);
+      setState('good', `File ${detail}.${cutOff ? ' It was cut off at its end.' : ''}${wanted_file ? '' : ' Load the page again to see the stream.'}`);
       startAnew();
     } else if (state === 'failed') {
       if (source) say(detail, 6);  // what played goes on
@@ -96,6 +96,8 @@ const from_worker = {
   frame(message) {
     if (next) free(next.frame);  // cannot be, as the worker waits; but memory must not get lost
     next = message;
+    place = message.place;  // not when it is drawn: what the worker says of it meanwhile is newer
+    showPlace();
   },
   place({place: given}) {
     place = given;
@@ -175,8 +177,6 @@ function loop() {
     if (before) free(before);
     else worker.postMessage({type: 'drawn', buffers: []});
     if (!fitted) fitted = drawing.startView(message.frame);
-    place = message.place;
-    showPlace();
     showFields(message.frame.fields);
     const drawn = drawing.draw();
     message.drawn = now();
@@ -217,7 +217,7 @@ function showNumbers() {
   const plausible = (value) => value > 0 && value < 60000;
   const about = same_host ? '' : '≈ ';
   if (place?.live === false || !place?.playing) $('n-delay').textContent = '–';
-  else if (plausible(captured)) $('n-delay').textContent = `${about}${text(captured)} (encoded: ${text(encoded)})`;
+  else if (plausible(captured)) $('n-delay').textContent = `${about}${text(captured)} (${text(encoded)} after encoding)`;
   else if (plausible(encoded)) $('n-delay').textContent = `${about}${text(encoded)} after encoding`;
   else $('n-delay').textContent = recent.length ? `${text(median(recent.map((delay) => delay.received)))} after arrival` : '–';
 }
@@ -484,7 +484,7 @@ addEventListener('keydown', (event) => {
   const target = event.target;
   // A slider or a list has keys of its own.
   if (target instanceof HTMLSelectElement || (target instanceof HTMLInputElement && /^(Arrow|Page|Home|End)/.test(event.key))) return;
-  if (target instanceof HTMLButtonElement && (event.key === ' ' || event.key === 'Enter')) return;
+  if ((target instanceof HTMLButtonElement || target instanceof HTMLInputElement) && (event.key === ' ' || event.key === 'Enter')) return;
   if ($('help').open && event.key !== 'h' && event.key !== '?') return;  // Esc closes it by itself
   // With Alt, some keyboards type another character.
   const plain = event.altKey && {KeyF: 'f', Equal: '=', Minus: '-', NumpadAdd: '+', NumpadSubtract: '-'}[event.code];
@@ -537,6 +537,9 @@ canvas.addEventListener('pointerup', (event) => {
 }, {capture: true});
 canvas.addEventListener('pointercancel', () => (dragged = pressed = null), {capture: true});
 
+// What was clicked on does not keep the keys: after a click on a button, space is to play, not to press it again.
+addEventListener('click', (event) => { if (event.detail > 0) document.activeElement?.blur(); });
+addEventListener('change', (event) => { if (!(event.target.type === 'radio')) event.target.blur(); });
 $('back').onclick = () => step(-1);
 $('on').onclick = () => step(1);
 $('play').onclick = togglePlay;
