@@ -7,12 +7,15 @@ cd "$(dirname "$0")"
 packages=(build-essential cmake ninja-build clang-format pkg-config
           libpcl-dev libeigen3-dev libflann-dev libvtk9-dev libpng-dev libjpeg-dev libtiff-dev libopenmpi-dev libtbb-dev libembree-dev
           libcli11-dev nlohmann-json3-dev libyaml-cpp-dev libgtest-dev libbenchmark-dev
-          xvfb xauth xdotool libgl1-mesa-dri libx11-dev libgl-dev libopengl-dev)
+          xvfb xauth xdotool libgl1-mesa-dri libx11-dev libgl-dev libopengl-dev
+          curl ca-certificates)
 # For the GPU classes, for fuse_flow_calibrate --board, for streams, for what recorders write, and for depth in OpenEXR; installed where the distribution has them.
 optional=(libthrust-dev libapriltag-dev libopencv-calib3d-dev libopencv-objdetect-dev libopencv-contrib-dev
           libssl-dev libavformat-dev libswscale-dev librosbag-storage-dev libfastcdr-dev libsqlite3-dev liblz4-dev libzstd-dev libopenexr-dev)
 # What writes files for the tests of readers.
 writers=(python3-rosbag python3-sensor-msgs python3-tf2-msgs ffmpeg python3-pil python3-tifffile)
+# What looks at the page of fuse_flow_serve. Debian's; Ubuntu has Chromium as a snap only, whose package of that name is no browser.
+browser=(nodejs chromium chromium-driver python3-selenium python3-websockets)
 analysers=(clang-tidy cppcheck shellcheck)
 
 fail() { echo "build.sh: $*" >&2; exit 1; }
@@ -59,9 +62,37 @@ install_missing() {  # install_missing [PACKAGE…]: the packages, and those nam
   fi
 }
 
+# What the page for browsers stands on, from npm: unpacked into build/third_party, and checked by the checksum that npm publishes
+# (dist.integrity, base64 there). The build goes on without; CMake then says so, and so does not_built.
+fetch_npm() {  # fetch_npm NAME VERSION SHA512
+  local folder=build/third_party/$1 archive=build/third_party/$1.tgz
+  if [ "$(cat "$folder/.version" 2> /dev/null)" = "$2" ]; then return; fi
+  mkdir -p build/third_party
+  if ! curl -fsS --connect-timeout 10 --max-time 300 --retry 2 -o "$archive" "https://registry.npmjs.org/$1/-/$1-$2.tgz"; then
+    echo "build.sh: goes on without the page for browsers: $1 $2 could not be fetched from registry.npmjs.org" >&2
+    return
+  fi
+  if ! echo "$3  $archive" | sha512sum --check --quiet -; then
+    rm "$archive"
+    fail "$1 $2 from registry.npmjs.org is not what it should be: another checksum"
+  fi
+  rm -rf "$folder"
+  mkdir "$folder"
+  tar -xzf "$archive" -C "$folder" --strip-components=1 --no-same-owner
+  echo "$2" > "$folder/.version"
+  rm "$archive"
+  rm -f build/build.ninja  # so that it is configured again
+}
+
+fetch_page_packages() {
+  fetch_npm three 0.180.0 a3eab2700319ae1f93b04d351aa594c5420a47500bd12f29abbcc3918390c3c1aa7d7f1bf15a022985281db8625f98feee1afc5ecb870d553afa09102502a0f7
+  fetch_npm zstddec 0.3.4 dd8fcd30fe8c35da7d6f47d68630941a2c9ba20ed10b711b5122092d69df8f294ebe76ee1b291ebb8cd852e1f82112f2e7123b372b574c737709640a20dddc4a
+}
+
 configure() { cmake --preset release "$@" > /dev/null || cmake --preset release "$@"; }
 
 build() {  # build [TARGET…]
+  fetch_page_packages
   # Ninja configures again by itself when what CMake has read changes; the presets it does not know.
   if [ -e build/demo_without_cuda ]; then
     configure -DFUSE_FLOW_CUDA=AUTO
@@ -76,6 +107,7 @@ gpu_at_hand() { [ -e /dev/nvidiactl ] || nvidia-smi -L > /dev/null 2>&1; }
 
 # What the demo runs. Without a GPU nothing is compiled for one, until the next build() that is not the demo's.
 build_demo() {
+  fetch_page_packages
   if [ ! -e build/build.ninja ]; then
     rm -f build/demo_without_cuda
     if ! gpu_at_hand; then
@@ -225,11 +257,14 @@ FUSE_FLOW_HAS_sqlite .db3 of ROS 2: no libsqlite3
 FUSE_FLOW_HAS_lz4 .mcap compressed by LZ4: no liblz4
 FUSE_FLOW_HAS_zstd .mcap compressed by Zstandard: no libzstd
 FUSE_FLOW_HAS_openexr depth in OpenEXR: no libopenexr
+FUSE_FLOW_PAGE the page of fuse_flow_serve: no three.js and zstddec in build/third_party
+FUSE_FLOW_CHROMIUM tests of that page in a browser: no chromium
 END
 }
 
 run_tests() {
   optional+=("${writers[@]}")
+  if grep -q '^ID=debian' /etc/os-release; then optional+=("${browser[@]}"); else optional+=(nodejs); fi
   install_missing
   build
   ctest --preset release -j 2
@@ -279,7 +314,7 @@ format() {
 }
 
 case "${1:-}" in
-packages) install_missing ;;
+packages) install_missing; fetch_page_packages ;;
 demo) demo ;;
 test) run_tests ;;
 bench) shift; bench "$@" ;;

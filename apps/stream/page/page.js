@@ -65,10 +65,14 @@ function startWorker() {
   worker.postMessage({type: 'hide', hidden: document.hidden});
 }
 
+let connected = false;
+function showLive() { setState(place?.playing === false ? '' : 'good', place?.playing === false ? 'Paused' : 'Live'); }
+
 const from_worker = {
   state({state, detail, opened, code, again, cutOff, source}) {
+    connected = state === 'connected';
     if (state === 'connecting') setState('wait', 'Connecting …');
-    else if (state === 'connected') setState('good', 'Live');
+    else if (state === 'connected') showLive();
     else if (state === 'resting') setState('', 'Paused. Nothing is received meanwhile.');
     else if (state === 'opening') setState('wait', `Opening ${detail} …`);
     else if (state === 'file') {
@@ -100,8 +104,10 @@ const from_worker = {
     showPlace();
   },
   place({place: given}) {
+    const changed = given.live && given.playing !== place?.playing;
     place = given;
     showPlace();
+    if (changed && connected) showLive();
   },
   damaged({count, reason}) {
     $('t-lost').hidden = $('n-lost').hidden = false;
@@ -549,7 +555,7 @@ $('measure').onclick = () => (marking ? forgetMarks() : setMarking(true));
 $('crop').onclick = toggleCrop;
 $('full').onclick = fullScreen;
 $('open-settings').onclick = toggleSettings;
-$('open-help').onclick = toggleHelp;
+$('open-help').onclick = $('close-help').onclick = toggleHelp;
 $('settings').onsubmit = (event) => event.preventDefault();
 $('colors').onchange = (event) => colorBy(event.target.value);
 $('size').oninput = (event) => setSize(Number(event.target.value));

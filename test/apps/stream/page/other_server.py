@@ -16,8 +16,8 @@ import urllib.parse
 import websockets
 
 # That of fuse_flow_serve: the page has to do with it.
-POLICY = ("default-src 'self'; script-src 'self' 'wasm-unsafe-eval'; worker-src 'self'; connect-src 'self' ws: wss:; "
-          "img-src 'self' data: blob:; style-src 'self'")
+POLICY = ("default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; worker-src 'self'; style-src 'self'; img-src 'self' data: blob:; "
+          "connect-src 'self' ws://{}; base-uri 'none'; form-action 'none'; frame-ancestors 'none'")
 TYPES = {".html": "text/html; charset=utf-8", ".js": "text/javascript; charset=utf-8", ".mjs": "text/javascript; charset=utf-8",
          ".css": "text/css; charset=utf-8", ".txt": "text/plain; charset=utf-8", ".ffs": "application/octet-stream"}
 
@@ -121,7 +121,7 @@ class OtherServer:
         if not file.is_file() or ".." in parts.path:
             return http.HTTPStatus.NOT_FOUND, [], b"not found\n"
         body = file.read_bytes()
-        return http.HTTPStatus.OK, [("Content-Type", TYPES.get(file.suffix, "application/octet-stream")), ("Content-Security-Policy", POLICY),
+        return http.HTTPStatus.OK, [("Content-Type", TYPES.get(file.suffix, "application/octet-stream")), ("Content-Security-Policy", POLICY.format(headers["Host"])),
                                     ("X-Content-Type-Options", "nosniff"), ("Cache-Control", "no-cache"), ("Connection", "close")], body
 
     async def _stream(self, socket, path=None):

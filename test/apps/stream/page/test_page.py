@@ -212,7 +212,7 @@ def test_it_stops_and_steps_through_the_last_frames(page, arguments):
         page.until(f"fuse_flow.shown.frame.number > {before}")
         check(page.place()["playing"] is False)
         # While it is stopped nothing is asked for: after a while the connection is given up.
-        page.until("document.getElementById('state').textContent.startsWith('Paused')")
+        page.until("document.getElementById('state').textContent.startsWith('Paused.')")
         sent = server.sent
         page.click("play")
         page.until_frame(3)
@@ -500,7 +500,7 @@ def test_fuse_flow_serve_and_the_page_understand_each_other(page, arguments):
         page.until_frame(4)
         page.until("fuse_flow.shown.frame.points < 40000 || fuse_flow.shown.frame.pointsOfFrame === 40000")
         page.key(" ")
-        page.until("document.getElementById('state').textContent.startsWith('Paused')")
+        page.until("document.getElementById('state').textContent.startsWith('Paused.')")
         page.key(" ")
         page.until_frame(3)
         check(page.complaints() == [], str(page.complaints()))
