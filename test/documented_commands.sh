@@ -7,7 +7,14 @@ set -euo pipefail
 source=$1 binary=$2 page=$3
 [[ $page == /* || $page == --wrong ]] || page=$PWD/$page
 work=$(mktemp -d)
-trap 'rm -rf "$work"' EXIT
+servers=()
+end() {
+  local server
+  for server in ${servers[@]+"${servers[@]}"}; do kill "$server" 2> /dev/null || true; done
+  wait
+  rm -rf "$work"
+}
+trap end EXIT
 
 fail() { echo "$(basename "$page"): $1" >&2; exit 1; }
 
@@ -59,6 +66,19 @@ run_with_window() {
   [ -n "$seen" ] || fail "opens no window: $1"
 }
 
+# Goes on running, for the commands that follow; it must have printed a link.
+run_server() {
+  bash -c "exec $1" > "$work/server.log" 2>&1 &
+  servers+=($!)
+  for _ in $(seq 1 300); do
+    if grep -q '^https\?://' "$work/server.log"; then return 0; fi
+    kill -0 "${servers[-1]}" 2> /dev/null || break
+    sleep 0.2
+  done
+  cat "$work/server.log" >&2
+  return 1
+}
+
 run() {
   local command=$1 program word
   # What a reader has to put something in the place of works for nobody as it is printed.
@@ -86,6 +106,7 @@ run() {
   [[ $available == *" $program "* ]] || fail "nothing before it has built $program: $command"
   echo "$command"
   case $command in
+  build/bin/fuse_flow_serve\ *) run_server "$command" || fail "prints no link: $command" ;;
   build/bin/fuse_flow_viewer*\ --offscreen*) bash -c "$command" || fail "does not work: $command" ;;
   build/bin/fuse_flow_live*\ --no-window*) bash -c "$command" || fail "does not work: $command" ;;
   build/bin/fuse_flow_live\ * | build/bin/fuse_flow_viewer\ * | build/bin/sample_visualize\ *) run_with_window "$command" || fail "does not work: $command" ;;
