@@ -29,7 +29,8 @@ const VERTEX = `
 precision highp float;
 uniform mat4 modelViewMatrix, projectionMatrix;
 uniform float pixels;       // size of a point: pixels, or ...
-uniform float metres;       // ... metres, if above 0
+uniform float metres;       // ... metres, if above 0; ...
+uniform float most;         // ... then at most so many pixels
 uniform float focal;        // pixels of a metre at a distance of one metre
 uniform int colorBy;
 uniform sampler2D scale;
@@ -55,7 +56,7 @@ void main() {
   gl_Position = projectionMatrix * eye;
   if (clip && (any(lessThan(position.xyz, clipLeast)) || any(greaterThan(position.xyz, clipGreatest)))) gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
   size = metres > 0.0 ? max(pixels, metres * focal / max(-eye.z, 0.001)) : pixels;
-  size = clamp(size, 1.0, 128.0);
+  size = clamp(size, 1.0, max(pixels, most));
   gl_PointSize = size;
   if (colorBy == 0) rgb = color.rgb;
   else if (colorBy == 1) rgb = texture(scale, vec2(0.5 / 256.0 + color.a * 255.0 / 256.0, 0.5)).rgb;
@@ -102,7 +103,7 @@ class CloudObject {
     this.material = new THREE.RawShaderMaterial({
       glslVersion: THREE.GLSL3, vertexShader: VERTEX, fragmentShader: FRAGMENT,
       uniforms: {
-        pixels: {value: 2}, metres: {value: 0}, focal: {value: 1}, colorBy: {value: 0}, scale: {value: scaleTexture()},
+        pixels: {value: 2}, metres: {value: 0}, most: {value: 64}, focal: {value: 1}, colorBy: {value: 0}, scale: {value: scaleTexture()},
         up: {value: new THREE.Vector3(0, 0, 1)}, heightScale: {value: new THREE.Vector2(1, 0)},
         clip: {value: false}, clipLeast: {value: new THREE.Vector3()}, clipGreatest: {value: new THREE.Vector3()},
       },
@@ -164,7 +165,8 @@ export class Drawing {
   constructor(canvas, labels) {
     this.canvas = canvas;
     this.labels = labels;
-    this.renderer = new THREE.WebGLRenderer({canvas, antialias: true, powerPreference: 'high-performance'});
+    // Without antialiasing: it takes a third of the time again, and points gain nothing by it.
+    this.renderer = new THREE.WebGLRenderer({canvas, antialias: false, powerPreference: 'high-performance'});
     this.scene = new THREE.Scene();
     this.world = new THREE.Group();  // turned in XR, where y is up
     this.scene.add(this.world);
@@ -559,6 +561,7 @@ export class Drawing {
     uniforms.pixels.value = (this.look.byDistance ? 1 : this.look.size) * ratio;
     // 4 mm for a pixel: about what a pixel is at the distance at which one looks at a room.
     uniforms.metres.value = this.look.byDistance ? this.look.size * 0.004 : 0;
+    uniforms.most.value = 4 * this.look.size * ratio;  // what is right before the eye is not to hide the rest
     uniforms.focal.value = (this.canvas.height / 2) / Math.tan((this.camera.fov * Math.PI) / 360);
     if (frame) {
       const has = {rgb: FIELD.color, confidence: FIELD.confidence, views: FIELD.viewCount, normal: FIELD.normal, height: 0}[this.look.colorBy];

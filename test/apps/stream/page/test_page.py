@@ -280,6 +280,18 @@ def test_it_draws_in_a_window_of_another_size(page, arguments):
             page.driver.set_window_size(800, 700)
 
 
+def test_it_draws_again_after_the_graphics_card_was_lost(page, arguments):
+    with serving(other_server(arguments)) as server:
+        page.open(server.address)
+        page.until_frame(2)
+        page.run("globalThis.loss = fuse_flow.drawing.renderer.getContext().getExtension('WEBGL_lose_context'); loss.loseContext()")
+        page.until("fuse_flow.drawing.renderer.getContext().isContextLost()")
+        page.run("loss.restoreContext()")
+        page.until("!fuse_flow.drawing.renderer.getContext().isContextLost()")
+        page.until_frame(2)
+        page.until(f"(() => {{ {PIXELS.strip()} }})().red > 1000", "the sphere is there again")
+
+
 def test_wishes_go_to_the_server(page, arguments):
     with serving(other_server(arguments)) as server:
         page.open(server.address)
