@@ -5,10 +5,13 @@
 
 #include <gtest/gtest.h>
 #include <pcl/point_types.h>
+#include <zlib.h>
+#include <zstd.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <map>
 #include <set>
@@ -436,6 +439,108 @@ TEST(DamagedFrame, AnyChangedBitIsRefused) {
         ASSERT_EQ(decoded(damaged).positions, decoded(whole).positions) << byte << ", " << bit;
       }
     }
+}
+
+/** \brief With the checksum that belongs to the header, whatever is in it. */
+void sign(Bytes& bytes) {
+  std::uint32_t size;
+  std::memcpy(&size, bytes.data() + 4, 4);
+  if (size < 88 || size > bytes.size()) return;
+  const auto checksum = static_cast<std::uint32_t>(crc32(0, bytes.data(), size - 4));
+  std::memcpy(bytes.data() + size - 4, &checksum, 4);
+}
+
+TEST(DamagedFrame, AHeaderThatLiesIsRefusedOrIsAFrame) {
+  // Who means harm writes the right checksum: nothing that a header says may be believed. What is read beyond the message, or written
+  // beyond the arrays, the address sanitizer finds.
+  auto cloud = wall();
+  cloud.resize(3000);
+  stream::EncodingOptions options;
+  options.chunk_points = 1000;
+  options.camera_masks = true;
+  const Bytes whole = encoded(cloud, options);
+  std::uint32_t header;
+  std::memcpy(&header, whole.data() + 4, 4);
+  std::mt19937 random(11);
+  std::size_t refused = 0;
+  stream::FrameDecoder decoder(1, 1'000'000);
+  stream::StreamedCloud out;
+  for (int trial = 0; trial < 20000; ++trial) {
+    Bytes lie = whole;
+    for (unsigned int changes = 1 + random() % 3; changes > 0; --changes) {
+      const std::size_t at = random() % (header - 4);
+      constexpr std::uint8_t telling[] = {0, 1, 2, 127, 128, 255};
+      lie[at] = random() % 2 ? static_cast<std::uint8_t>(random()) : telling[random() % 6];
+    }
+    sign(lie);
+    try {
+      decoder.decode(lie.data(), lie.size(), out);
+    } catch (const stream::FormatError&) {
+      ++refused;
+    }
+    try {
+      stream::messageOf(stream::frameOf(lie.data(), lie.size())).joined();
+    } catch (const stream::FormatError&) {
+    }
+  }
+  EXPECT_GT(refused, 10000u);
+}
+
+TEST(DamagedFrame, LayersThatLieAreRefusedOrArePoints) {
+  // The same for what is unpacked: any bytes, packed as they should be.
+  pcl::PointCloud<pcl::PointXYZRGB> cloud;
+  for (int i = 0; i < 64; ++i) {
+    pcl::PointXYZRGB point(std::uint8_t{1}, 2, 3);
+    point.x = 0.01f * static_cast<float>(i);
+    cloud.push_back(point);
+  }
+  stream::EncodingOptions options;
+  options.layers = 2;
+  const Bytes whole = encoded(cloud, options);
+  std::uint32_t header, first;
+  std::memcpy(&header, whole.data() + 4, 4);
+  std::memcpy(&first, whole.data() + 84 + 36, 4);
+  Bytes layer(4096);
+  layer.resize(ZSTD_decompress(layer.data(), layer.size(), whole.data() + header, first));
+  ASSERT_GT(layer.size(), 32u * 4);
+  std::mt19937 random(12);
+  std::size_t refused = 0, read = 0;
+  for (int trial = 0; trial < 20000; ++trial) {
+    Bytes lie = layer;
+    for (unsigned int changes = 1 + random() % 4; changes > 0; --changes)
+      lie[random() % lie.size()] = static_cast<std::uint8_t>(random());
+    if (random() % 8 == 0) lie.resize(random() % (2 * lie.size()));
+    Bytes packed(ZSTD_compressBound(lie.size()));
+    packed.resize(ZSTD_compress(packed.data(), packed.size(), lie.data(), lie.size(), 1));
+    Bytes message(whole.begin(), whole.begin() + header);
+    const auto size = static_cast<std::uint32_t>(packed.size());
+    std::memcpy(message.data() + 84 + 36, &size, 4);
+    sign(message);
+    message.insert(message.end(), packed.begin(), packed.end());
+    message.insert(message.end(), whole.begin() + header + first, whole.end());
+    (refusal(message).empty() ? read : refused) += 1;
+  }
+  EXPECT_GT(refused, 1000u);
+  EXPECT_GT(read, 1000u);  // other colours are no damage
+}
+
+TEST(DamagedFrame, ALayerThatUnpacksToGigabytesIsRefusedAtItsSize) {
+  auto cloud = wall();
+  cloud.resize(100);
+  stream::EncodingOptions options;
+  options.layers = 1;
+  const Bytes whole = encoded(cloud, options);
+  std::uint32_t header;
+  std::memcpy(&header, whole.data() + 4, 4);
+  const Bytes zeros(64 << 20);
+  Bytes packed(ZSTD_compressBound(zeros.size()));
+  packed.resize(ZSTD_compress(packed.data(), packed.size(), zeros.data(), zeros.size(), 1));
+  Bytes message(whole.begin(), whole.begin() + header);
+  const auto size = static_cast<std::uint32_t>(packed.size());
+  std::memcpy(message.data() + 84 + 36, &size, 4);
+  sign(message);
+  message.insert(message.end(), packed.begin(), packed.end());
+  EXPECT_NE(refusal(message), "");
 }
 
 TEST(DamagedFrame, MorePointsThanAreTakenAreRefusedBeforeMemoryIs) {
