@@ -183,6 +183,7 @@ demo() {
   echo "Hands and feet: $bin/fuse_flow_evaluate $recording ${clouds[*]}"
   echo
   echo "See it move:    cmake --build build --target fuse_flow_viewer && build/bin/fuse_flow_viewer $recording"
+  echo "In a browser:   cmake --build build --target fuse_flow_serve && build/bin/fuse_flow_serve $recording"
   echo "The rest:       cmake --build build --target tools samples"
 }
 
