@@ -1,8 +1,6 @@
 // A second encoder of doc/reference/stream_format.md, written from that page alone, slowly and plainly: what it writes is what decoder.js
 // must read, and what it writes from the same points is what the library's encoder should write, but for Zstandard.
 
-import {execFileSync} from 'node:child_process';
-
 const MASK64 = (1n << 64n) - 1n;
 const PRIMES = [11400714785074694791n, 14029467366897019727n, 1609587929392839161n, 9650029242287828579n, 2870177450012600261n];
 const rotate = (x, r) => ((x << BigInt(r)) | (x >> BigInt(64 - r))) & MASK64;
@@ -53,11 +51,6 @@ export function zstandardStored(bytes) {
   }
   u32(Number(xxh64(bytes) & 0xffffffffn) | 0);
   return Uint8Array.from(out);
-}
-
-/** By the program zstd. */
-export function zstandardByProgram(bytes, level = 3) {
-  return new Uint8Array(execFileSync('zstd', [`-${level}`, '--check', '-q', '-c'], {input: bytes, maxBuffer: 2 ** 26}));
 }
 
 function crc32(bytes) {
