@@ -104,7 +104,7 @@ FrameEncoder::FrameEncoder(const EncodingOptions& options) : workspace_(new Work
   if (!(options.step > 0) || !std::isfinite(options.step))
     throw std::invalid_argument("stream::EncodingOptions::step: " + std::to_string(options.step) +
                                 " is not a length above 0, in metres");
-  requireBetween("chroma_step", options.chroma_step, 0, 64);
+  requireBetween("chroma_step", options.chroma_step, 0, kMostChromaStep);
   requireBetween("layers", options.layers, 1, kMostLayers);
   requireBetween("chunk_points", options.chunk_points, 64, static_cast<int>(kMostChunkPoints));
   workspace_->options = options;

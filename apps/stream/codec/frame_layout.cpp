@@ -111,6 +111,7 @@ void readHeader(const std::uint8_t* data, std::size_t size, std::uint32_t most_p
   header.layers = from.get<std::uint8_t>();
   header.mask_bytes = from.get<std::uint8_t>();
   require(from.get<std::uint8_t>() == 0, "it is of a later version");
+  require(header.chroma_step <= kMostChromaStep, "its chroma step is above 64");
   require(header.layers >= 1 && header.layers <= kMostLayers, "it has not 1 to 8 layers");
   require(header.mask_bytes <= 8 && (header.mask_bytes > 0) == ((header.fields & kCameras) != 0),
           "its camera masks have no size");

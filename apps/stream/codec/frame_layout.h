@@ -12,6 +12,7 @@ constexpr std::size_t kHeaderBytes = 84;         ///< before the list of chunks
 constexpr std::size_t kHeaderOfChunkBytes = 36;  ///< and 4 for each of its layers
 constexpr std::size_t kChecksumBytes = 4;
 constexpr int kMostLayers = 8;
+constexpr int kMostChromaStep = 64;
 constexpr std::uint32_t kMostChunkPoints = 65536;
 constexpr std::uint32_t kAllFields = kColor | kConfidence | kViewCount | kNormal | kCameras;
 

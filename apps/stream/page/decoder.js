@@ -98,6 +98,7 @@ export function readHeader(message) {
   if (!header.origin.every(Number.isFinite)) throw new Error('the origin is not finite');
   if (!(header.step > 0 && header.step < Infinity)) throw new Error('the step is not above 0');
   if (header.fields > 31) throw new Error('the message has fields that are not known');
+  if (header.chromaStep > 64) throw new Error('the chroma step is above 64');
   if (header.layers < 1 || header.layers > 8) throw new Error('the number of layers is not 1 to 8');
   if (header.fields & FIELD.cameras ? header.maskBytes < 1 || header.maskBytes > 8 : header.maskBytes !== 0)
     throw new Error('the size of the camera masks is wrong');
