@@ -1,12 +1,11 @@
-// How many clients a server feeds: fuse_flow_stream_clients_bench CLIENTS SECONDS RATE CLOUD.ply… Encodes and publishes the clouds in
+// How many clients a server feeds: fuse_flow_stream_clients_bench CLIENTS SECONDS RATE CLOUDS.ffs. Encodes and publishes the clouds in
 // turn, RATE a second, for clients of this process that take every frame and do not unpack it. The
 // environment's FUSE_FLOW_SERVER_THREADS is ServerOptions::threads.
-
-#include "clouds/cloud_io.h"
 
 #include <fuse_flow/point_types.h>
 #include <fuse_flow/stream/client.h>
 #include <fuse_flow/stream/server.h>
+#include <fuse_flow/stream/stream_file.h>
 
 #include <sys/resource.h>
 
@@ -46,11 +45,19 @@ struct Taken {
   std::vector<double> latency;  ///< ms, from what was published to what arrived
 };
 
-int run(int argc, char** argv) {
+int run(char** argv) {
   const auto clients = static_cast<std::size_t>(std::max(1, std::atoi(argv[1])));
   const double seconds = std::atof(argv[2]), rate = std::atof(argv[3]);
-  std::vector<pcl::PointCloud<PointFused>> clouds(static_cast<std::size_t>(argc - 4));
-  for (std::size_t k = 0; k < clouds.size(); ++k) io::readCloud(argv[4 + k], clouds[k]);
+  stream::StreamReader reader(argv[4]);
+  std::vector<pcl::PointCloud<PointFused>> clouds(reader.frames());
+  stream::FrameDecoder decoder;
+  std::vector<std::uint8_t> message;
+  stream::StreamedCloud streamed;
+  for (std::size_t k = 0; k < clouds.size(); ++k) {
+    reader.read(k, message);
+    decoder.decode(message.data(), message.size(), streamed);
+    stream::toPointCloud(streamed, clouds[k]);
+  }
 
   stream::ServerOptions options;
   options.port = 0;
@@ -144,11 +151,11 @@ int run(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) try {
-  if (argc < 5 || std::atof(argv[3]) <= 0) {
-    std::fprintf(stderr, "usage: fuse_flow_stream_clients_bench CLIENTS SECONDS RATE CLOUD.ply…\n");
+  if (argc != 5 || std::atof(argv[3]) <= 0) {
+    std::fprintf(stderr, "usage: fuse_flow_stream_clients_bench CLIENTS SECONDS RATE CLOUDS.ffs\n");
     return 2;
   }
-  return run(argc, argv);
+  return run(argv);
 } catch (const std::exception& error) {
   std::fprintf(stderr, "%s\n", error.what());
   return 1;
