@@ -200,11 +200,7 @@ class AttemptBy : public Attempt, public std::enable_shared_from_this<AttemptBy<
   void shake() {
     if (over_) return;
     beast::get_lowest_layer(web_socket_).expires_never();
-    websocket::stream_base::timeout timeout{};
-    timeout.handshake_timeout = state_.options.connect_time;
-    timeout.idle_timeout = state_.options.silence;
-    timeout.keep_alive_pings = true;
-    web_socket_.set_option(timeout);
+    setTimeouts(state_.options.connect_time);
     web_socket_.read_message_max(state_.options.most_bytes);
     web_socket_.set_option(websocket::stream_base::decorator([this](websocket::request_type& request) {
       request.set(beast::http::field::user_agent, "fuse_flow");
@@ -214,6 +210,14 @@ class AttemptBy : public Attempt, public std::enable_shared_from_this<AttemptBy<
     }));
     web_socket_.async_handshake(response_, state_.options.link.authority(), state_.options.link.path,
                                 [self = this->shared_from_this()](beast::error_code error) { self->shaken(error); });
+  }
+
+  void setTimeouts(std::chrono::milliseconds handshake) {
+    websocket::stream_base::timeout timeout{};
+    timeout.handshake_timeout = handshake;
+    timeout.idle_timeout = state_.options.silence;
+    timeout.keep_alive_pings = true;
+    web_socket_.set_option(timeout);
   }
 
   void shaken(beast::error_code error) {
@@ -231,6 +235,10 @@ class AttemptBy : public Attempt, public std::enable_shared_from_this<AttemptBy<
       return fail("it is no server of streams: it does not speak " + state_.options.subprotocol);
     open_ = true;
     deadline_->cancel();
+    setTimeouts(kFarewell);  // of closing, from here on
+    web_socket_.control_callback([this](websocket::frame_type type, beast::string_view) {
+      if (type == websocket::frame_type::close) farewell();
+    });
     state_.opened();
     read();
   }
@@ -255,6 +263,15 @@ class AttemptBy : public Attempt, public std::enable_shared_from_this<AttemptBy<
     });
   }
 
+  /** \brief The server has said good-bye; the connection ends, whether it hangs up or not. */
+  void farewell() {
+    if (over_) return;
+    deadline_->expires_after(kFarewell);
+    deadline_->async_wait([self = this->shared_from_this()](beast::error_code error) {
+      if (!error) self->endOf(websocket::error::closed);
+    });
+  }
+
   void endOf(beast::error_code error) {
     if (error == websocket::error::closed) {
       const websocket::close_reason& why = web_socket_.reason();
@@ -265,6 +282,10 @@ class AttemptBy : public Attempt, public std::enable_shared_from_this<AttemptBy<
     if (error == websocket::error::message_too_big || error == websocket::error::buffer_overflow)
       return fail("it sent a message of more than " + std::to_string(state_.options.most_bytes) + " bytes");
     if (error == beast::error::timeout) return fail("it is silent");
+    // What was wrong is lost where the server does not hang up then.
+    if (error == net::error::bad_descriptor)
+      return fail("it sent what is no WebSocket protocol, or a message of more than " +
+                  std::to_string(state_.options.most_bytes) + " bytes");
     fail("the connection was lost: " + error.message());
   }
 

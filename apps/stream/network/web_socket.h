@@ -44,11 +44,7 @@ class WebSocket : public Channel, public std::enable_shared_from_this<WebSocket<
   void run(const http::request<http::empty_body>& request, const Subprotocol& subprotocol) {
     begin_ = subprotocol.begin;
     beast::get_lowest_layer(web_socket_).expires_never();  // the WebSocket has its own
-    websocket::stream_base::timeout timeout{};
-    timeout.handshake_timeout = gate_->limits.handshake_time;
-    timeout.idle_timeout = websocket::stream_base::none();  // the session knows what to wait for
-    timeout.keep_alive_pings = false;
-    web_socket_.set_option(timeout);
+    setTimeouts(gate_->limits.handshake_time);
     web_socket_.set_option(
         websocket::stream_base::decorator([name = subprotocol.name](websocket::response_type& response) {
           response.set(http::field::server, "fuse_flow");
@@ -60,6 +56,7 @@ class WebSocket : public Channel, public std::enable_shared_from_this<WebSocket<
         [this](websocket::frame_type type, beast::string_view payload) { heardControl(type, payload); });
     web_socket_.async_accept(request, [self = this->shared_from_this()](beast::error_code error) {
       if (error) return self->finish();
+      self->setTimeouts(kFarewell);  // of closing, from here on
       self->session_ = self->begin_(self);
       self->session_->opened();
       self->read();
@@ -106,10 +103,7 @@ class WebSocket : public Channel, public std::enable_shared_from_this<WebSocket<
     close_reason_.emplace(static_cast<websocket::close_code>(code),
                           beast::string_view(reason.data(), std::min<std::size_t>(reason.size(), 123)));
     wake_timer_.cancel();
-    close_timer_.expires_after(std::chrono::seconds(1));
-    close_timer_.async_wait([self = this->shared_from_this()](beast::error_code error) {
-      if (!error) self->end();
-    });
+    endSoon();
     if (!writing_) writeClose();
   }
 
@@ -134,6 +128,15 @@ class WebSocket : public Channel, public std::enable_shared_from_this<WebSocket<
 
  private:
   static constexpr std::size_t kMostMessage = 4096;
+  static constexpr std::chrono::milliseconds kFarewell{1000};
+
+  void setTimeouts(std::chrono::milliseconds handshake) {
+    websocket::stream_base::timeout timeout{};
+    timeout.handshake_timeout = handshake;
+    timeout.idle_timeout = websocket::stream_base::none();  // the session knows what to wait for
+    timeout.keep_alive_pings = false;
+    web_socket_.set_option(timeout);
+  }
 
   void read() {
     web_socket_.async_read(in_, [self = this->shared_from_this()](beast::error_code error, std::size_t) {
@@ -165,7 +168,9 @@ class WebSocket : public Channel, public std::enable_shared_from_this<WebSocket<
 
   /** \brief Within the reading of what comes. */
   void heardControl(websocket::frame_type type, beast::string_view payload) {
-    if (finished_ || !session_ || type == websocket::frame_type::close || !mayGoOn()) return;
+    if (finished_ || !session_) return;
+    if (type == websocket::frame_type::close) return endSoon();
+    if (!mayGoOn()) return;
     if (type == websocket::frame_type::pong && ping_sent_ && payload == ping_number_)
       session_->pong(std::chrono::steady_clock::now() - *std::exchange(ping_sent_, std::nullopt));
   }
@@ -191,6 +196,14 @@ class WebSocket : public Channel, public std::enable_shared_from_this<WebSocket<
   void writeClose() {
     const websocket::close_reason reason = *std::exchange(close_reason_, std::nullopt);
     web_socket_.async_close(reason, [self = this->shared_from_this()](beast::error_code) { self->finish(); });
+  }
+
+  /** \brief For good-byes that are said, whether the client hangs up or not. */
+  void endSoon() {
+    close_timer_.expires_after(kFarewell);
+    close_timer_.async_wait([self = this->shared_from_this()](beast::error_code error) {
+      if (!error) self->end();
+    });
   }
 
   /** \brief Without waiting for anything; what the kernel still has of it is thrown away. */

@@ -27,10 +27,12 @@ class RawSocket {
 
   static RawSocket to(std::uint16_t port) {
     RawSocket result(::socket(AF_INET, SOCK_STREAM, 0));
-    sockaddr_in address = loopback(port);
-    if (::connect(result.fd_, reinterpret_cast<const sockaddr*>(&address), sizeof(address)) != 0)
-      throw std::runtime_error("connect");
+    if (!result.connect(port)) throw std::runtime_error("connect");
     return result;
+  }
+  bool connect(std::uint16_t port) {
+    const sockaddr_in address = loopback(port);
+    return ::connect(fd_, reinterpret_cast<const sockaddr*>(&address), sizeof(address)) == 0;
   }
   static sockaddr_in loopback(std::uint16_t port) {
     sockaddr_in address{};

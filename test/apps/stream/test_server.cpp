@@ -280,8 +280,8 @@ TEST(StreamServer, ManyThreadsMayUseIt) {
   options.threads = 3;
   options.encoding.threads = 1;
   Server server(options);
-  std::atomic<bool> over{false};
-  std::vector<std::thread> threads;
+  std::atomic<bool> over{false}, clients_over{false};
+  std::vector<std::thread> threads, clients;
   const auto cloud = [] {
     auto small = wall();
     small.resize(2000);
@@ -300,21 +300,24 @@ TEST(StreamServer, ManyThreadsMayUseIt) {
       server.serve("/a", {"text/plain", "a", ""});
       server.status();
       server.takeNotices();
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
   });
   for (int k = 0; k < 3; ++k)
-    threads.emplace_back([&] {
-      while (!over) {
+    clients.emplace_back([&] {
+      while (!clients_over) {
         Client client(server.link(), patient());
         StreamedCloud got;
-        for (int frame = 0; frame < 3; ++frame) client.pull(got, std::chrono::seconds(5));
+        for (int frame = 0; frame < 3; ++frame) EXPECT_TRUE(client.pull(got, kLong));
         stream::Wishes wishes;
         wishes.step = 0.002;
         client.wish(wishes);
-        client.pull(got, std::chrono::seconds(5));
+        EXPECT_TRUE(client.pull(got, kLong));
       }
     });
   std::this_thread::sleep_for(std::chrono::seconds(1));
+  clients_over = true;
+  for (std::thread& thread : clients) thread.join();
   over = true;
   for (std::thread& thread : threads) thread.join();
 }
