@@ -14,7 +14,6 @@
 #include <utility>
 
 namespace fuse_flow::command_line {
-namespace {
 
 std::string readToken(const std::string& path) {
   std::ifstream file(path);
@@ -25,8 +24,6 @@ std::string readToken(const std::string& path) {
     throw io::InputError("--token-file " + path + ": has more than one line, must be the token alone");
   return token;
 }
-
-}  // namespace
 
 StreamArguments::StreamArguments(CLI::App& app) {
   const auto number = [](int low, int high) { return wholeNumber(low, high); };

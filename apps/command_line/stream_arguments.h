@@ -12,6 +12,9 @@
 
 namespace fuse_flow::command_line {
 
+/** \brief What the file of --token-file has in its one line. \throws InputError */
+std::string readToken(const std::string& path);
+
 /** \brief How clouds are streamed, on the command line. */
 class StreamArguments {
  public:

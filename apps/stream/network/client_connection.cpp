@@ -61,6 +61,8 @@ class Attempt {
   virtual void send(std::string kind, std::string text) = 0;
   /** \brief Says good-bye. */
   virtual void leave() = 0;
+  /** \brief Ends without a word. */
+  virtual void close() = 0;
 };
 
 struct ClientConnection::State {
@@ -156,6 +158,13 @@ class AttemptBy : public Attempt, public std::enable_shared_from_this<AttemptBy<
     if (waiting_.size() >= kMostWaiting) return fail("it takes no answers");
     waiting_.emplace_back(std::move(kind), std::move(text));
     if (!writing_) write();
+  }
+
+  void close() override {
+    over_ = true;
+    deadline_.reset();
+    beast::get_lowest_layer(web_socket_).close();
+    if (state_.leaving) state_.context.stop();
   }
 
   void leave() override {
@@ -301,13 +310,6 @@ class AttemptBy : public Attempt, public std::enable_shared_from_this<AttemptBy<
                             });
   }
 
-  void close() {
-    over_ = true;
-    deadline_.reset();
-    beast::get_lowest_layer(web_socket_).close();
-    if (state_.leaving) state_.context.stop();
-  }
-
   void fail(const std::string& why, bool final = false) {
     if (over_) return;
     close();
@@ -347,7 +349,7 @@ void ClientConnection::start() {
         state->context.run();
         return;
       } catch (const std::exception& error) {  // as for want of memory
-        state->attempt.reset();
+        if (state->attempt) state->attempt->close();
         state->lost(std::string("failed: ") + error.what(), false);
       }
     }

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <map>
 
 namespace fuse_flow::stream::network {
 
@@ -38,8 +40,6 @@ void FrameHub::publish(PublishedFrame frame) {
                                                               std::chrono::seconds(1));
       interval_ = published_ == 2 ? gap : (7 * interval_ + gap) / 8;
     }
-    for (const std::shared_ptr<const EncodedFrame>& of_step : frame.of_step)
-      if (of_step) alive_.push_back({of_step, of_step->bytes(), frame.sequence});
     latest_ = std::make_shared<const PublishedFrame>(std::move(frame));
     members.assign(members_.begin(), members_.end());
   }
@@ -122,21 +122,26 @@ std::vector<ClientReport> FrameHub::reports() const {
 }
 
 std::size_t FrameHub::shed() {
-  // Frames that nobody holds any more free themselves. Of the others the oldest go, each with all who hold it.
-  std::uint64_t up_to = 0;
-  {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    alive_.remove_if([](const Alive& alive) { return alive.frame.expired(); });
-    std::size_t bytes = 0;
-    for (auto alive = alive_.rbegin(); alive != alive_.rend() && up_to == 0; ++alive) {
-      if (latest_ && alive->sequence == latest_->sequence) continue;
-      bytes += alive->bytes;
-      if (bytes > held_bytes_) up_to = alive->sequence;
-    }
+  const std::vector<std::shared_ptr<Member>> members = copyOfMembers();
+  const std::uint64_t newest = published();
+  // Of each frame that is held, its bytes once, however many hold it. In different steps it is different bytes; the most of them will do.
+  std::map<std::uint64_t, std::size_t, std::greater<>> held;
+  for (const std::shared_ptr<Member>& member : members) {
+    const std::uint64_t sending = member->sending;
+    if (sending == 0 || sending == newest) continue;
+    std::size_t& bytes = held[sending];
+    bytes = std::max(bytes, member->sending_bytes.load());
   }
-  if (up_to == 0) return 0;
+  std::size_t sum = 0;
+  std::uint64_t up_to = 0;  // this one and those before are too much
+  for (const auto& [sequence, bytes] : held) {
+    sum += bytes;
+    if (sum <= held_bytes_) continue;
+    up_to = sequence;
+    break;
+  }
   std::size_t ended = 0;
-  for (const std::shared_ptr<Member>& member : copyOfMembers()) {
+  for (const std::shared_ptr<Member>& member : members) {
     const std::uint64_t sending = member->sending;
     if (sending == 0 || sending > up_to) continue;
     if (const std::shared_ptr<Channel> channel = member->channel.lock()) {

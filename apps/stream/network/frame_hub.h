@@ -38,7 +38,8 @@ struct Member {
   const std::weak_ptr<Channel> channel;
   const Clock::time_point since{Clock::now()};
   std::atomic<std::uint64_t> sending{0};  ///< PublishedFrame::sequence of what is on its way to the kernel; 0: nothing
-  std::atomic<std::size_t> step{0};       ///< that it wants, 0 … kSteps − 1
+  std::atomic<std::size_t> sending_bytes{0};  ///< of the whole frame, which is held until then
+  std::atomic<std::size_t> step{0};           ///< that it wants, 0 … kSteps − 1
   std::mutex mutex;
   ClientReport report;  ///< guarded by the mutex
 };
@@ -71,16 +72,11 @@ class FrameHub {
   /** \brief Of each step, how many want it. */
   std::array<std::size_t, kSteps> wanted() const;
   std::vector<ClientReport> reports() const;
-  /** \brief Ends those that hold the oldest frames, where all frames that are not the newest are more than held_bytes. */
+  /** \brief Ends those that hold the oldest frames, where the frames that are held, but for the newest, are more than held_bytes.
+   *  \return how many */
   std::size_t shed();
 
  private:
-  struct Alive {
-    std::weak_ptr<const EncodedFrame> frame;
-    std::size_t bytes;
-    std::uint64_t sequence;
-  };
-
   void wakeAll(const std::vector<std::shared_ptr<Member>>& members);
   std::vector<std::shared_ptr<Member>> copyOfMembers() const;
 
@@ -90,7 +86,6 @@ class FrameHub {
   // The mutex guards the following members.
   std::list<std::shared_ptr<Member>> members_;
   std::shared_ptr<const PublishedFrame> latest_;
-  std::list<Alive> alive_;  ///< frames, oldest first
   std::uint64_t published_{0};
   Clock::duration interval_{std::chrono::seconds(1)};
   std::shared_ptr<const std::string> description_{std::make_shared<std::string>()};

@@ -193,6 +193,7 @@ void FrameSession::sendFrame(const PublishedFrame& published, Clock::time_point 
     member_->report.points = selection.points;
     member_->report.points_of_frame = message->frame->points;
   }
+  member_->sending_bytes = message->frame->bytes();
   member_->sending = published.sequence;
   sending_ = true;
   channel_.send(std::move(outgoing));

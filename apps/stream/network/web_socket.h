@@ -81,10 +81,12 @@ class WebSocket : public Channel, public std::enable_shared_from_this<WebSocket<
   }
 
   void ping() override {
-    if (pinging_ || closing_ || finished_) return;
+    // On a slow way the answer to the last one may take its time, and is worth waiting for.
+    const auto now = std::chrono::steady_clock::now();
+    if (pinging_ || closing_ || finished_ || (ping_sent_ && now - *ping_sent_ < kPingLost)) return;
     pinging_ = true;
     ping_number_ = std::to_string(std::stoul("0" + ping_number_) + 1);
-    ping_sent_ = std::chrono::steady_clock::now();
+    ping_sent_ = now;
     web_socket_.async_ping(websocket::ping_data(ping_number_.c_str()),
                            [self = this->shared_from_this()](beast::error_code) { self->pinging_ = false; });
   }
@@ -128,7 +130,7 @@ class WebSocket : public Channel, public std::enable_shared_from_this<WebSocket<
 
  private:
   static constexpr std::size_t kMostMessage = 4096;
-  static constexpr std::chrono::milliseconds kFarewell{1000};
+  static constexpr std::chrono::milliseconds kFarewell{1000}, kPingLost{5000};
 
   void setTimeouts(std::chrono::milliseconds handshake) {
     websocket::stream_base::timeout timeout{};
