@@ -116,7 +116,7 @@ TEST(Documentation, ShowsOnlyCMakeThatTheExamplesAreBuiltWith) {
       ++shown;
       EXPECT_TRUE(quotes(block, examples / "CMakeLists.txt")) << page << "\n" << joined(block);
     }
-  EXPECT_EQ(shown, 3u);  // of the README, and of the pages of C++ and of the GPU
+  EXPECT_EQ(shown, 4u);  // of the README, and of the pages of C++, of the GPU and of streams
 }
 
 // What is no program, no CMake, no command and no rig.json is checked by nothing: a picture of folders, or lines of a --config file.
@@ -145,7 +145,7 @@ TEST(Documentation, EveryPageOfTheGuideWithCommandsIsRun) {
   std::ifstream stream(root / "test/CMakeLists.txt");
   std::string names;
   for (std::string line; std::getline(stream, line);)
-    if (line.find("foreach(page recording") != std::string::npos) names = line;
+    if (line.find("set(pages recording") != std::string::npos) names = line;
   for (const fs::path& page : guide()) {
     if (blocks(page, "sh").empty()) continue;
     EXPECT_NE(names.find(" " + page.stem().string()), std::string::npos) << page << " is not run";
