@@ -61,10 +61,10 @@ double leastBits(const stream::EncodedFrame& frame) {
       points.codes[k] = stream::mortonCode(points.positions[k]);
       if (frame.fields & stream::kColor) {
         const std::uint8_t* rgb = &cloud.colors[3 * (first + k)];
-        points.colors[k] = {rgb[0], rgb[1], rgb[2]};
+        points.colors[k] = {{rgb[0], rgb[1], rgb[2]}};
         if (points.chroma) points.colors[k] = stream::toChroma(points.colors[k], frame.chroma_step);
       }
-      if (frame.fields & stream::kConfidence) points.confidence[k] = cloud.confidence[first + k];
+      if (frame.fields & stream::kConfidence) points.confidences[k] = cloud.confidence[first + k];
       if (frame.fields & stream::kViewCount) points.view_counts[k] = cloud.view_counts[first + k];
     }
     for (int layer = 0; layer < frame.layers; ++layer) {

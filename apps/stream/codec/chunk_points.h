@@ -1,7 +1,6 @@
 #pragma once
 
-#include "stream/codec/morton.h"
-#include "stream/codec/values.h"
+#include "stream/codec/layer_arrays.h"
 
 #include <cstdint>
 #include <vector>
@@ -14,11 +13,22 @@ struct ChunkPoints {
   std::vector<Lattice> positions;
   std::vector<Triple> colors;  ///< r, g, b; or y, u, v, where chroma
   bool chroma{false};
-  std::vector<std::uint8_t> confidence, view_counts;
-  std::vector<std::array<std::uint8_t, 2>> normals;  ///< octahedral
+  std::vector<std::uint8_t> confidences, view_counts;
+  std::vector<Octahedral> normals;
   std::vector<std::uint64_t> masks;
 
   void resize(std::size_t points, std::uint32_t fields);
+
+  ///@{
+  /** \brief Of a point, as layer_arrays.h asks for it. */
+  std::uint64_t code(std::size_t rank) const { return codes[rank]; }
+  const Lattice& position(std::size_t rank) const { return positions[rank]; }
+  const Triple& color(std::size_t rank) const { return colors[rank]; }
+  std::uint8_t confidence(std::size_t rank) const { return confidences[rank]; }
+  std::uint8_t viewCount(std::size_t rank) const { return view_counts[rank]; }
+  const Octahedral& normal(std::size_t rank) const { return normals[rank]; }
+  std::uint64_t mask(std::size_t rank) const { return masks[rank]; }
+  ///@}
 };
 
 /** \brief One layer of the points, as it is before Zstandard. \param bytes memory for it, of mostLayerBytes()

@@ -86,7 +86,7 @@ void FrameDecoder::decode(const std::uint8_t* data, std::size_t size, StreamedCl
             header.chroma_step > 0 ? fromChroma(mine.points.colors[i], header.chroma_step) : mine.points.colors[i];
         for (std::size_t part = 0; part < 3; ++part) cloud.colors[3 * to + part] = color[part];
       }
-      if (header.fields & kConfidence) cloud.confidence[to] = mine.points.confidence[i];
+      if (header.fields & kConfidence) cloud.confidence[to] = mine.points.confidences[i];
       if (header.fields & kViewCount) cloud.view_counts[to] = mine.points.view_counts[i];
       if (header.fields & kNormal)
         fromOctahedral(mine.points.normals[i][0], mine.points.normals[i][1], &cloud.normals[3 * to]);

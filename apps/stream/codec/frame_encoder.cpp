@@ -1,6 +1,5 @@
 #include "stream/codec/chunk_points.h"
 #include "stream/codec/frame_layout.h"
-#include "stream/codec/layers.h"
 #include "stream/codec/sorted_points.h"
 #include "stream/codec/zstandard.h"
 
@@ -21,13 +20,6 @@ void requireBetween(const char* name, int value, int least, int most) {
   if (value < least || value > most)
     throw std::invalid_argument("stream::EncodingOptions::" + std::string(name) + ": " + std::to_string(value) +
                                 " is not between " + std::to_string(least) + " and " + std::to_string(most));
-}
-
-std::uint32_t fieldsOf(const CloudView& cloud, const EncodingOptions& options) {
-  return (cloud.color >= 0 ? kColor : 0u) | (cloud.confidence >= 0 && options.confidence ? kConfidence : 0u) |
-         (cloud.view_count >= 0 && options.view_count ? kViewCount : 0u) |
-         (cloud.normal >= 0 && options.normals ? kNormal : 0u) |
-         (cloud.camera_mask >= 0 && options.camera_masks ? kCameras : 0u);
 }
 
 std::uint64_t maskOf(const CloudView& cloud, std::size_t point) {
@@ -53,7 +45,8 @@ void gatherChunk(const CloudView& cloud, const SortedPoints::Entry* entries, std
   chunk.resize(count, fields);
   chunk.chroma = chroma_step > 0;
   to.points = static_cast<std::uint32_t>(count);
-  to.least = to.greatest = fromMortonCode(entries[0].code);
+  const Lattice first = fromMortonCode(entries[0].code);
+  for (std::size_t axis = 0; axis < 3; ++axis) to.least[axis] = to.greatest[axis] = first[axis];
   for (std::size_t k = 0; k < count; ++k) {
     // They lie anywhere in the cloud.
     constexpr std::size_t ahead = 12;
@@ -68,17 +61,11 @@ void gatherChunk(const CloudView& cloud, const SortedPoints::Entry* entries, std
     }
     if (fields & kColor) {
       const auto* bgr = cloud.field<std::uint8_t>(cloud.color, point);
-      const Triple rgb{bgr[2], bgr[1], bgr[0]};
+      const Triple rgb{{bgr[2], bgr[1], bgr[0]}};
       chunk.colors[k] = chroma_step > 0 ? toChroma(rgb, chroma_step) : rgb;
     }
-    if (fields & kConfidence) {
-      const float confidence = *cloud.field<float>(cloud.confidence, point);
-      chunk.confidence[k] =
-          confidence > 0 ? static_cast<std::uint8_t>(std::min(confidence, 1.0f) * 255.0f + 0.5f) : std::uint8_t{0};
-    }
-    if (fields & kViewCount)
-      chunk.view_counts[k] =
-          static_cast<std::uint8_t>(std::min(*cloud.field<std::uint32_t>(cloud.view_count, point), 255u));
+    if (fields & kConfidence) chunk.confidences[k] = confidenceByte(*cloud.field<float>(cloud.confidence, point));
+    if (fields & kViewCount) chunk.view_counts[k] = viewCountByte(*cloud.field<std::uint32_t>(cloud.view_count, point));
     if (fields & kNormal) chunk.normals[k] = toOctahedral(cloud.field<float>(cloud.normal, point));
     if (fields & kCameras) chunk.masks[k] = maskOf(cloud, point);
   }

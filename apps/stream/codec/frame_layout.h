@@ -16,6 +16,14 @@ constexpr int kMostChromaStep = 64;
 constexpr std::uint32_t kMostChunkPoints = 65536;
 constexpr std::uint32_t kAllFields = kColor | kConfidence | kViewCount | kNormal | kCameras;
 
+/** \brief What a frame of such points has. */
+inline std::uint32_t fieldsOf(const CloudView& cloud, const EncodingOptions& options) {
+  return (cloud.color >= 0 ? kColor : 0u) | (cloud.confidence >= 0 && options.confidence ? kConfidence : 0u) |
+         (cloud.view_count >= 0 && options.view_count ? kViewCount : 0u) |
+         (cloud.normal >= 0 && options.normals ? kNormal : 0u) |
+         (cloud.camera_mask >= 0 && options.camera_masks ? kCameras : 0u);
+}
+
 /** \brief What stands of a chunk in a header. */
 struct ChunkHeader {
   std::uint32_t number{0};

@@ -15,8 +15,6 @@ namespace {
 
 using Entry = SortedPoints::Entry;
 constexpr std::size_t kBlock = 16384;  // points of a task
-constexpr double kAlignment = 64;      // steps: the origin moves rarely from frame to frame
-constexpr double kMost = 1 << kCoordinateBits;
 
 bool finite(const float* p) { return std::isfinite(p[0]) && std::isfinite(p[1]) && std::isfinite(p[2]); }
 
@@ -92,8 +90,8 @@ void SortedPoints::findOrigin(const CloudView& cloud, double step, int threads) 
   for (std::size_t k = 0; k < 3; ++k) {
     if (all.count == 0) {
       first_[k] = 0;
-    } else if (double(all.greatest[k]) - double(all.least[k]) < (kMost - 2 * kAlignment) * step) {
-      first_[k] = std::floor(all.least[k] / step / kAlignment) * kAlignment;
+    } else if (fitsLattice(all.least[k], all.greatest[k], step)) {
+      first_[k] = originInSteps(all.least[k], step);
     } else {
       // Some points are very far from others: those stay that are around the median.
       std::vector<float> values;
@@ -102,7 +100,7 @@ void SortedPoints::findOrigin(const CloudView& cloud, double step, int threads) 
         if (finite(cloud.position(i))) values.push_back(cloud.position(i)[k]);
       const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
       std::nth_element(values.begin(), middle, values.end());
-      first_[k] = std::floor((*middle / step - kMost / 2) / kAlignment) * kAlignment;
+      first_[k] = std::floor((*middle / step - kMostSteps / 2) / kOriginAlignment) * kOriginAlignment;
     }
     origin_[k] = first_[k] * step;
   }
@@ -123,14 +121,8 @@ void SortedPoints::sort(const CloudView& cloud, double step, int threads) {
   host::parallelFor(threads, blocks, [&](std::size_t block, int) {
     std::uint64_t bits = 0;
     for (std::size_t i = block * kBlock; i < std::min(cloud.size, (block + 1) * kBlock); ++i) {
-      const float* p = cloud.position(i);
       Lattice lattice{};
-      bool inside = true;
-      for (std::size_t k = 0; k < 3; ++k) {
-        const double steps = p[k] * per_metre - first_[k] + 0.5;
-        inside = inside && steps >= 0 && steps < kMost;  // false for NaN
-        lattice[k] = inside ? static_cast<std::uint32_t>(steps) : 0;
-      }
+      const bool inside = toLattice(cloud.position(i), per_metre, first_, lattice);
       const std::uint64_t code = inside ? mortonCode(lattice) : nowhere;
       if (inside) bits |= code;
       scratch_[i] = {code, static_cast<std::uint32_t>(i)};

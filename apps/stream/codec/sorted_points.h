@@ -1,6 +1,6 @@
 #pragma once
 
-#include "stream/codec/morton.h"
+#include "stream/codec/placement.h"
 
 #include <fuse_flow/stream/cloud_view.h>
 
@@ -33,7 +33,7 @@ class SortedPoints {
 
   std::vector<Entry> entries_, scratch_;
   std::array<double, 3> origin_{};
-  std::array<double, 3> first_{};  ///< the origin in steps
+  Few<double, 3> first_{};  ///< the origin in steps
   std::size_t left_out_{0};
   std::vector<std::size_t> counts_;  ///< of a block of points and a bucket
 };
