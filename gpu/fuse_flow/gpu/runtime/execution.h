@@ -109,12 +109,12 @@ class Execution {
 
   /** \brief Stable, by the lowest bits of the keys. The result may be in either of a pair of buffers: swaps them so that it is
    *  in the first. */
-  void sortByKey(DeviceBuffer<std::uint32_t>& keys, DeviceBuffer<std::uint32_t>& other_keys,
-                 DeviceBuffer<std::uint32_t>& values, DeviceBuffer<std::uint32_t>& other_values, std::size_t n,
-                 int bits) {
+  template <typename Key>
+  void sortByKey(DeviceBuffer<Key>& keys, DeviceBuffer<Key>& other_keys, DeviceBuffer<std::uint32_t>& values,
+                 DeviceBuffer<std::uint32_t>& other_values, std::size_t n, int bits) {
     if (n < 2 || bits == 0) return;
 #if FUSE_FLOW_CUDA
-    cub::DoubleBuffer<std::uint32_t> k(keys.data(), other_keys.data());
+    cub::DoubleBuffer<Key> k(keys.data(), other_keys.data());
     cub::DoubleBuffer<std::uint32_t> v(values.data(), other_values.data());
     withScratch([&](void* scratch, std::size_t& bytes) {
       return cub::DeviceRadixSort::SortPairs(scratch, bytes, k, v, static_cast<int>(n), 0, bits, stream);

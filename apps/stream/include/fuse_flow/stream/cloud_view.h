@@ -1,5 +1,6 @@
 #pragma once
 
+#include <fuse_flow/math/host_device.h>
 #include <fuse_flow/point_traits.h>
 
 #include <pcl/point_cloud.h>
@@ -23,9 +24,11 @@ struct CloudView {
   int camera_mask{-1};  ///< 2 × std::uint32_t, see PointFusedCameras
 
   /** \brief x, y, z in metres. */
-  const float* position(std::size_t point) const { return reinterpret_cast<const float*>(points + point * stride); }
+  FUSE_FLOW_HD const float* position(std::size_t point) const {
+    return reinterpret_cast<const float*>(points + point * stride);
+  }
   template <typename T>
-  const T* field(int offset, std::size_t point) const {
+  FUSE_FLOW_HD const T* field(int offset, std::size_t point) const {
     return reinterpret_cast<const T*>(points + point * stride + offset);
   }
 };
