@@ -65,9 +65,7 @@ std::shared_ptr<const stream::EncodedFrame> encoded(const pcl::PointCloud<PointT
                                                     stream::DeviceFrameEncoder& encoder) {
   gpu::DeviceCloud<PointT> on_device;
   on_device.upload(cloud);
-  stream::CloudView view = stream::viewOf(cloud);
-  view.points = reinterpret_cast<const unsigned char*>(on_device.data());
-  return encoder.encode(view, {7, 1000, 2000});
+  return encoder.encode(stream::viewOf(on_device.data(), on_device.size()), {7, 1000, 2000});
 }
 
 Bytes bytesOf(const std::shared_ptr<const stream::EncodedFrame>& frame) { return stream::messageOf(frame).joined(); }
@@ -142,11 +140,12 @@ TEST(GpuStreamEncoder, CloudsOfAnySizeDecodeAsTheCpusDo) {
 }
 
 TEST(GpuStreamEncoder, LayersAndChunksOfAnySizeDecodeAsTheCpusDo) {
-  const auto cloud = sheet<PointFusedCameras>(70001);
+  const auto large = sheet<PointFusedCameras>(70001), small = sheet<PointFusedCameras>(1003);
   stream::EncodingOptions options;
   options.threads = 1;
   for (int layers = 1; layers <= 8; ++layers)
     for (const int chunk : {64, 1000, 32768, 65536}) {
+      const auto& cloud = chunk < 32768 ? small : large;
       options.layers = layers;
       options.chunk_points = chunk;
       options.camera_masks = layers % 2 == 0;

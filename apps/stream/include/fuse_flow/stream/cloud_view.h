@@ -33,14 +33,15 @@ struct CloudView {
   }
 };
 
-/** \brief The fields that PointT has, of those that a stream carries. \tparam PointT a point type of PCL, with x, y, z */
+/** \brief The fields that PointT has, of those that a stream carries. \tparam PointT a point type of PCL, with x, y, z
+ *  \param points in any memory */
 template <typename PointT>
-CloudView viewOf(const pcl::PointCloud<PointT>& cloud) {
+CloudView viewOf(const PointT* points, std::size_t size) {
   namespace fields = pcl::fields;
   static_assert(pcl::traits::offset<PointT, fields::x>::value == 0, "x, y and z come first, as in all of PCL's types");
   CloudView view;
-  view.points = reinterpret_cast<const unsigned char*>(cloud.points.data());
-  view.size = cloud.size();
+  view.points = reinterpret_cast<const unsigned char*>(points);
+  view.size = size;
   view.stride = sizeof(PointT);
   if constexpr (point::has_color<PointT>)
     view.color = static_cast<int>(pcl::traits::offset<PointT, point::ColorField<PointT>>::value);
@@ -53,6 +54,10 @@ CloudView viewOf(const pcl::PointCloud<PointT>& cloud) {
   if constexpr (point::has_camera_mask<PointT>)
     view.camera_mask = static_cast<int>(pcl::traits::offset<PointT, fields::camera_mask>::value);
   return view;
+}
+template <typename PointT>
+CloudView viewOf(const pcl::PointCloud<PointT>& cloud) {
+  return viewOf(cloud.points.data(), cloud.size());
 }
 
 }  // namespace fuse_flow::stream
