@@ -3,6 +3,9 @@
 #include "command_line/message_of.h"
 #include "recordings/files/file_io.h"
 #include "recordings/files/interrupt.h"
+#ifdef FUSE_FLOW_WITH_STREAM
+#include "sinks/stream_sink.h"
+#endif
 
 #include <algorithm>
 #include <cstdio>
@@ -107,14 +110,18 @@ void LivePump::fuse(const io::LiveInstant& instant) {
   }
   const std::chrono::steady_clock::time_point start = std::chrono::steady_clock::now();
   try {
-    method_->fuse(frame->input.rig, frame->cloud);
+    frame->encoded = nullptr;
+#ifdef FUSE_FLOW_WITH_STREAM
+    if (options_.method_options.encoding) frame->encoded = method_->fuseEncoded(frame->input.rig, io::timesOf(*frame));
+#endif
+    if (!frame->encoded) method_->fuse(frame->input.rig, frame->cloud);
   } catch (const pcl::PCLException& error) {
     throw io::InputError("frame " + std::to_string(frame->number) + ": " + io::messageOf(error));
   }
   fusing_.add(1e3 * secondsSince(start));
   latency_.add(1e-3 * static_cast<double>((rig_.now() - instant.arrived).count()));
   frame->has_normals = options_.method_options.normals;
-  if (frame->has_normals) frame->with_normals = method_->withNormals();
+  if (frame->has_normals && !frame->encoded) frame->with_normals = method_->withNormals();
   frame->statistics = method_->statistics();
   if (look) checks_.lookAt(frame->input.rig, frame->statistics);
   for (const std::shared_ptr<io::BackgroundSink>& sink : sinks_) sink->take(frame);

@@ -39,6 +39,7 @@ class LivePump {
   struct Options {
     std::string tool;  ///< its name, for the log
     std::string method;
+    /** \brief With `encoding`, frames come encoded where the method can do that on a GPU, and then without clouds. */
     io::MethodOptions method_options;
     bool refine_extrinsics{false};
     double status{5};               ///< seconds between two lines of the log; 0: none

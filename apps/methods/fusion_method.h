@@ -17,7 +17,7 @@ class FusionMethod : public Method {
     statistics_ = fusion_.getStatistics();
   }
 
- private:
+ protected:
   FuseFlowT fusion_;
 };
 

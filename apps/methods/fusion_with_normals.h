@@ -30,7 +30,7 @@ class FusionWithNormals : public Method {
     }
   }
 
- private:
+ protected:
   FuseFlowT fusion_;
 };
 

@@ -8,6 +8,9 @@
 #include <fuse_flow/gpu/filters/multi_view_consistency.h>
 #include <fuse_flow/gpu/fuse_flow.h>
 #include <fuse_flow/recordings/error.h>
+#ifdef FUSE_FLOW_WITH_STREAM
+#include "stream/gpu/gpu_frame_encoder.h"
+#endif
 
 #include <pcl/point_types.h>
 
@@ -26,9 +29,38 @@ bool runsOnGpu(const std::string& device) {
   return missing.empty();
 }
 
+namespace {
+
+/** \brief A method whose clouds can become bytes where they are. */
+template <typename Fusion>
+class OnGpu : public Fusion {
+#ifdef FUSE_FLOW_WITH_STREAM
+ public:
+  explicit OnGpu(const MethodOptions& options) : Fusion(options) {
+    if (options.encoding) encoder_ = std::make_unique<stream::GpuFrameEncoder>(*options.encoding);
+  }
+  std::shared_ptr<const stream::EncodedFrame> fuseEncoded(const RigFrame& frame,
+                                                          const stream::FrameTimes& times) override {
+    if (!encoder_) return nullptr;
+    const auto points = this->fusion_.fuseOnDevice(frame);  // on the default stream, as the encoder
+    this->statistics_ = this->fusion_.getStatistics();
+    return encoder_->encode(stream::viewOf(points.points, points.size), times);
+  }
+
+ private:
+  std::unique_ptr<stream::GpuFrameEncoder> encoder_;
+#else
+ public:
+  using Fusion::Fusion;
+#endif
+};
+
+}  // namespace
+
 std::unique_ptr<Method> makeGpuFusion(const MethodOptions& options) {
-  if (options.normals) return std::make_unique<FusionWithNormals<FuseFlow<PointFusedNormal, device::Thrust>>>(options);
-  return std::make_unique<FusionMethod<FuseFlow<PointFused, device::Thrust>>>(options);
+  if (options.normals)
+    return std::make_unique<OnGpu<FusionWithNormals<FuseFlow<PointFusedNormal, device::Thrust>>>>(options);
+  return std::make_unique<OnGpu<FusionMethod<FuseFlow<PointFused, device::Thrust>>>>(options);
 }
 
 }  // namespace fuse_flow::io

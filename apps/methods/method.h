@@ -8,6 +8,12 @@
 #include <memory>
 #include <string>
 
+namespace fuse_flow::stream {
+struct EncodedFrame;
+struct EncodingOptions;
+struct FrameTimes;
+}  // namespace fuse_flow::stream
+
 namespace fuse_flow::io {
 
 /** \brief One way to make a cloud of a frame: ours, or what people use without it. */
@@ -17,6 +23,14 @@ class Method {
 
   virtual ~Method() = default;
   virtual void fuse(const RigFrame& frame, Cloud& output) = 0;
+  /** \brief A frame as the bytes of a stream that are made on the GPU: its cloud stays there, and withNormals() is that of an earlier one.
+   *  \returns null if this method cannot, or MethodOptions::encoding is null: fuse() it */
+  virtual std::shared_ptr<const stream::EncodedFrame> fuseEncoded(const RigFrame& frame,
+                                                                  const stream::FrameTimes& times) {
+    (void)frame;
+    (void)times;
+    return nullptr;
+  }
   /** \brief Of the last frame; the peers back-project (generate), thin (fuse) and write the cloud (output). */
   const FrameStatistics& statistics() const { return statistics_; }
   /** \brief The last frame's cloud with normals; empty unless MethodOptions::normals. */
@@ -33,7 +47,8 @@ struct MethodOptions {
   float leaf_size{0.01f};  ///< of the voxel grids, metres
   /** \brief "cpu"; "gpu"; "auto": the GPU where there is one that can do what is asked. The peers run on the CPU. */
   std::string device{"auto"};
-  bool normals{false};  ///< ours only
+  bool normals{false};                                      ///< ours only
+  std::shared_ptr<const stream::EncodingOptions> encoding;  ///< for Method::fuseEncoded()
 };
 
 /** \brief "fuse_flow", "concatenate", "voxel_grid", "approximate_voxel_grid" or "outlier_removal", which is

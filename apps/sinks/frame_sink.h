@@ -24,6 +24,8 @@ struct FusedFrame {
   Method::Cloud cloud;
   bool has_normals{false};                         ///< see MethodOptions::normals
   pcl::PointCloud<PointFusedNormal> with_normals;  ///< then the same points with them
+  /** \brief If there are any, the points are in these bytes only: see Method::fuseEncoded(). */
+  std::shared_ptr<const stream::EncodedFrame> encoded;
   FrameStatistics statistics;
 };
 

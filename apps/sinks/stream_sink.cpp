@@ -19,6 +19,10 @@ std::int64_t now() {
 
 }  // namespace
 
+stream::FrameTimes timesOf(const FusedFrame& frame) {
+  return {frame.number, 1000 * static_cast<std::int64_t>(frame.arrived.count()), now()};
+}
+
 StreamSink::StreamSink(std::shared_ptr<stream::Server> server, stream::Description description)
     : server_(std::move(server)), description_(std::move(description)) {}
 
@@ -34,14 +38,12 @@ void StreamSink::describe(const std::vector<Camera>& cameras) {
 
 void StreamSink::take(const std::shared_ptr<const FusedFrame>& frame) {
   describe(frame->input.rig.cameras);
-  stream::FrameTimes times;
-  times.number = frame->number;
-  times.captured = 1000 * static_cast<std::int64_t>(frame->arrived.count());
-  times.encoded = now();
-  if (frame->has_normals) {
-    server_->publish(frame->with_normals, times);
+  if (frame->encoded) {
+    server_->publish(frame->encoded);
+  } else if (frame->has_normals) {
+    server_->publish(frame->with_normals, timesOf(*frame));
   } else {
-    server_->publish(frame->cloud, times);
+    server_->publish(frame->cloud, timesOf(*frame));
   }
 }
 

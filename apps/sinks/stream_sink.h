@@ -11,6 +11,9 @@
 
 namespace fuse_flow::io {
 
+/** \brief Of a frame that is encoded now. */
+stream::FrameTimes timesOf(const FusedFrame& frame);
+
 /** \brief Sends the cloud of each frame to the clients of a server. */
 class StreamSink : public FrameSink {
  public:

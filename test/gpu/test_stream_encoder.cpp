@@ -37,12 +37,12 @@ PointT pointOnSheet(std::mt19937& random) {
     point.rgba = 0xff000000u | r << 16 | g << 8 | random() % 256;
   }
   if constexpr (point::has_confidence<PointT>) point.confidence = static_cast<float>(1.1 * unit(random) - 0.05);
-  if constexpr (point::has_view_count<PointT>)
-    point.view_count = random() % 50 == 0 ? 300 : 1 + random() % 4;
+  if constexpr (point::has_view_count<PointT>) point.view_count = random() % 50 == 0 ? 300 : 1 + random() % 4;
   if constexpr (point::has_normal<PointT>) {
     point.normal_x = static_cast<float>(unit(random) - 0.5);
     point.normal_y = static_cast<float>(unit(random) - 0.5);
-    point.normal_z = random() % 9 == 0 ? std::numeric_limits<float>::quiet_NaN() : static_cast<float>(unit(random) - 0.3);
+    point.normal_z =
+        random() % 9 == 0 ? std::numeric_limits<float>::quiet_NaN() : static_cast<float>(unit(random) - 0.3);
   }
   if constexpr (point::has_camera_mask<PointT>) {
     point.camera_mask[0] = 1u << random() % 20;
@@ -205,6 +205,9 @@ TEST(GpuStreamEncoder, WhatIsNowhereOrFarAwayIsLeftOut) {
   cloud.push_back(cloud[5]);
   cloud.back().y = 5000;
   expectAsOnTheCpu(cloud, options, "five kilometres away");
+  auto distant = sheet<PointFused>(3000);
+  for (auto& point : distant) point.x += 1e20f;
+  expectAsOnTheCpu(distant, options, "all far away");
   pcl::PointCloud<PointFused> none;
   for (int k = 0; k < 5; ++k) {
     none.push_back(cloud[0]);

@@ -54,6 +54,8 @@ class DeviceFrameEncoder {
  private:
   /** \brief Beyond it, offsets would be more than a word, and what is needed more memory than there is. */
   static constexpr std::size_t kMostPoints = std::size_t{1} << 26;
+  static constexpr double kMostOrigin =
+      1e12;  ///< steps; further away, what rounding does to a point is more than a part of a step
   /** \brief What goes to the host beside the bytes: a flag, the boxes of the chunks, where each block begins. */
   enum Report : std::uint32_t { kTooManyAlike, kBoxes };
 
@@ -73,8 +75,7 @@ class DeviceFrameEncoder {
     found_.resize(1);
     run_.fill(extent_.data(), 1, 0);
     const auto teams = static_cast<std::uint32_t>((cloud.size + MeasureCloud::kPoints - 1) / MeasureCloud::kPoints);
-    forEachTeam(run_, "MeasureCloud", teams,
-                MeasureCloud{cloud, (frame.fields & kCameras) != 0, extent_.data()});
+    forEachTeam(run_, "MeasureCloud", teams, MeasureCloud{cloud, (frame.fields & kCameras) != 0, extent_.data()});
     run_.copy(found_.data(), extent_.data(), 1);
     run_.wait();
     times_.mark("measure");
@@ -88,9 +89,9 @@ class DeviceFrameEncoder {
     const double step = options().step;
     for (int axis = 0; axis < 3; ++axis) {
       const float least = found.least(axis), most = found.most(axis);
-      if (!fitsLattice(least, most, step)) return false;
       const auto k = static_cast<std::size_t>(axis);
       first[k] = originInSteps(least, step);
+      if (!fitsLattice(least, most, step) || std::abs(first[k]) > kMostOrigin) return false;
       frame.origin[k] = first[k] * step;
       // One more than the last point can have, however that is rounded.
       const double steps = static_cast<double>(most) * (1 / step) - first[k] + 2;
@@ -103,8 +104,7 @@ class DeviceFrameEncoder {
     for (gpu::DeviceBuffer<std::uint64_t>* buffer : {&codes_, &other_codes_}) buffer->resize(cloud.size);
     for (gpu::DeviceBuffer<std::uint32_t>* buffer : {&numbers_, &other_numbers_}) buffer->resize(cloud.size);
     const std::uint64_t nowhere = std::uint64_t{1} << bits;
-    run_.forEach(cloud.size,
-                 CodePoint{cloud, 1 / options().step, first, nowhere, codes_.data(), numbers_.data()});
+    run_.forEach(cloud.size, CodePoint{cloud, 1 / options().step, first, nowhere, codes_.data(), numbers_.data()});
     times_.mark("codes");
     run_.sortByKey(codes_, other_codes_, numbers_, other_numbers_, cloud.size, bits + (frame.left_out > 0 ? 1 : 0));
     times_.mark("sort");
@@ -130,8 +130,10 @@ class DeviceFrameEncoder {
     bit_counts_.resize(points);
     bit_sums_.resize(std::size_t{points} + 1);
     run_.fill(bytes_.data(), grid.firstByte(grid.frames()), 0);
-    run_.forEach(points, WritePoint{grid, {codes_.data(), values_.data(), masks_.data()}, bytes_.data(), bits_.data(),
-                                    bit_counts_.data()});
+    run_.forEach(
+        points,
+        WritePoint{
+            grid, {codes_.data(), values_.data(), masks_.data()}, bytes_.data(), bits_.data(), bit_counts_.data()});
     times_.mark("predict");
     run_.sumUp(bit_counts_.data(), points, bit_sums_.data());
     run_.forEach(points, PutBits{grid, bits_.data(), {bit_sums_.data()}, bytes_.data()});

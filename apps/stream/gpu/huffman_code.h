@@ -11,8 +11,8 @@ constexpr std::uint32_t kMostCodeBits = 11;  ///< that Zstandard allows
 
 /** \brief Codes of bytes, as Zstandard derives them from their lengths (RFC 8878, 4.2.1.3), and what it takes to find them. */
 struct HuffmanCode {
-  std::uint32_t counts[256];                    ///< how often each byte occurs: what it is made for
-  std::uint32_t codes[256];                     ///< the code of a byte, and its length above bit 16; 0: it does not occur
+  std::uint32_t counts[256];  ///< how often each byte occurs: what it is made for
+  std::uint32_t codes[256];   ///< the code of a byte, and its length above bit 16; 0: it does not occur
   std::uint32_t of_length[kMostCodeBits + 2];   ///< how many codes have a length
   std::uint32_t first_code[kMostCodeBits + 2];  ///< of those with a length
   std::uint32_t bytes;                          ///< that occur

@@ -66,8 +66,7 @@ FUSE_FLOW_HD void shareStates(const std::uint32_t* counts, std::uint32_t all, We
 /** \brief The table that tells a decoder the shares. */
 FUSE_FLOW_HD void putShares(const WeightCoder& coder, TreeBits& bits) {
   bits.put(WeightCoder::kLog - 5, 4);
-  std::uint32_t remaining = WeightCoder::kStates + 1, threshold = WeightCoder::kStates,
-                width = WeightCoder::kLog + 1;
+  std::uint32_t remaining = WeightCoder::kStates + 1, threshold = WeightCoder::kStates, width = WeightCoder::kLog + 1;
   bool after_none = false;
   for (std::uint32_t w = 0; remaining > 1;) {
     if (after_none) {  // how many weights more have no share, by threes

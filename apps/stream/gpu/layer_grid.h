@@ -55,8 +55,9 @@ struct LayerGrid {
   FUSE_FLOW_HD std::uint32_t firstPoint(std::uint32_t frame) const {
     const std::uint32_t chunk = frame / layers;
     if (chunk == chunks) return points;
-    return chunk * chunk_points + static_cast<std::uint32_t>(pointsUpTo(
-                                      pointsOfChunk(chunk), static_cast<int>(frame % layers), static_cast<int>(layers)));
+    return chunk * chunk_points +
+           static_cast<std::uint32_t>(
+               pointsUpTo(pointsOfChunk(chunk), static_cast<int>(frame % layers), static_cast<int>(layers)));
   }
   FUSE_FLOW_HD PlaceInLayer placeOf(std::uint32_t point) const {
     PlaceInLayer place{};

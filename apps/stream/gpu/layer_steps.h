@@ -47,7 +47,7 @@ struct WritePoint {
   LayerGrid grid;
   ChunkInOrder points;  ///< all of them
   std::uint8_t* bytes;
-  std::uint64_t* bits;         ///< of each point, in the order of the layers
+  std::uint64_t* bits;        ///< of each point, in the order of the layers
   std::uint32_t* bit_counts;  ///< likewise
 
   FUSE_FLOW_HD void operator()(std::uint32_t i) const {
@@ -55,7 +55,8 @@ struct WritePoint {
     const std::uint32_t frame = grid.frame(at.chunk, at.layer), of_layer = grid.pointsOfLayer(frame);
     const LayerArrays<std::uint8_t> arrays(bytes + grid.firstByte(frame), of_layer, grid.fields, grid.mask_bytes);
     const std::size_t first = std::size_t{at.chunk} * grid.chunk_points;
-    const ChunkInOrder chunk{points.codes + first, points.all_values + first, points.masks + first};
+    const ChunkInOrder chunk{points.codes + first, points.all_values + first,
+                             points.masks + ((grid.fields & kCameras) != 0 ? first : 0)};
     const std::uint32_t stride = 1u << (grid.layers - 1 - at.layer);
     const Place place(chunk, at.rank, stride, at.layer > 0 && at.rank + stride < grid.pointsOfChunk(at.chunk));
     const Token token = writePoint(chunk, place, grid.fields, grid.mask_bytes, grid.chroma_step > 0, at.number, arrays);
@@ -150,6 +151,20 @@ struct PackLayers {
   }
 };
 
+/** \brief Copies bytes that lie anywhere. Some at a time are on their way from memory. */
+FUSE_FLOW_CALLS_ANY
+template <typename Team>
+FUSE_FLOW_HD void copyBytes(const Team& team, const std::uint8_t* from, std::uint32_t size, std::uint8_t* to) {
+  constexpr std::uint32_t some = 8;
+  team.forEach((size + some - 1) / some, [&](std::uint32_t k) {
+    std::uint8_t bytes[some];
+    const std::uint32_t begin = some * k, count = size - begin < some ? size - begin : some;
+    for (std::uint32_t j = 0; j < some; ++j) bytes[j] = j < count ? from[begin + j] : std::uint8_t{0};
+    for (std::uint32_t j = 0; j < some; ++j)
+      if (j < count) to[begin + j] = bytes[j];
+  });
+}
+
 /** \brief What was packed, together: a team for each block. */
 struct JoinBlocks {
   struct Shared {};
@@ -176,12 +191,12 @@ struct JoinBlocks {
       });
       at += PackLayers::kFrameHeader;
     }
-    team.forEach(array.head_bytes, [&](std::uint32_t k) { at[k] = array.head[k]; });
+    copyBytes(team, array.head, array.head_bytes, at);
     at += array.head_bytes;
     const std::uint8_t* body = array.kind == PackedArray::kStored
                                    ? from.bytes + grid.firstByte(frame) + part.first
                                    : reinterpret_cast<const std::uint8_t*>(from.body(frame, block, part));
-    team.forEach(array.body_bytes, [&](std::uint32_t k) { at[k] = body[k]; });
+    copyBytes(team, body, array.body_bytes, at);
     at += array.body_bytes;
     if (block + 1 == grid.blocks)
       team.forEach(PackLayers::kFrameChecksum,

@@ -27,8 +27,8 @@ struct PackWorkspace {
 
   HuffmanCode code;
   WeightCoder coder;
-  std::uint32_t most;         ///< how often the most frequent byte occurs
-  std::uint32_t bits[kParts]; ///< before each part
+  std::uint32_t most;          ///< how often the most frequent byte occurs
+  std::uint32_t bits[kParts];  ///< before each part
   std::uint32_t streams, tree_bytes;
   std::uint32_t bits_of_stream[4], begin_of_stream[5];  ///< bits, bytes
   std::uint8_t tree[kMostTreeBytes];
@@ -118,10 +118,9 @@ FUSE_FLOW_HD bool writeHead(const PackWorkspace& work, std::uint32_t size, bool 
   if (block >= size) return false;
   std::uint8_t* at = to.head;
   putBlockHeader(at, last, kCompressedBlock, block);
-  putBytes(at,
-           2u | format << 2 | static_cast<std::uint64_t>(size) << 4 |
-               static_cast<std::uint64_t>(literals) << (4 + bits),
-           header_bytes);
+  putBytes(
+      at, 2u | format << 2 | static_cast<std::uint64_t>(size) << 4 | static_cast<std::uint64_t>(literals) << (4 + bits),
+      header_bytes);
   for (std::uint32_t k = 0; k < work.tree_bytes; ++k) *at++ = work.tree[k];
   if (four)
     for (int k = 0; k < 3; ++k) putBytes(at, work.begin_of_stream[k + 1] - work.begin_of_stream[k], 2);
@@ -213,7 +212,8 @@ FUSE_FLOW_HD void packArray(const Team& team, PackWorkspace& work, const std::ui
     for (std::uint32_t k = 0; k < streams; ++k) {
       const std::uint32_t next = k + 1 < streams ? work.bits[(k + 1) * (parts / streams)] : all;
       work.bits_of_stream[k] = next - work.bits[k * (parts / streams)];
-      work.begin_of_stream[k + 1] = work.begin_of_stream[k] + work.bits_of_stream[k] / 8 + 1;  // with the bit that ends it
+      work.begin_of_stream[k + 1] =
+          work.begin_of_stream[k] + work.bits_of_stream[k] / 8 + 1;  // with the bit that ends it
     }
     work.tree_bytes = writeHuffmanTree(work.code, work.coder, work.tree);
     if (!detail::writeHead(work, size, last, to)) detail::store(size, last, to);

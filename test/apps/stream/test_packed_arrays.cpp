@@ -6,14 +6,72 @@
 
 #include <algorithm>
 #include <cmath>
+#include <condition_variable>
+#include <mutex>
 #include <random>
 #include <string>
+#include <thread>
 #include <vector>
 
 namespace {
 
 using namespace fuse_flow::stream;
 using Bytes = std::vector<std::uint8_t>;
+
+/** \brief What the threads of a team wait at for each other. */
+class Gate {
+ public:
+  explicit Gate(std::uint32_t threads) : threads_(threads) {}
+  void pass() {
+    std::unique_lock<std::mutex> lock(mutex_);
+    const std::uint32_t turn = turn_;
+    if (++waiting_ == threads_) {
+      waiting_ = 0;
+      ++turn_;
+      all_here_.notify_all();
+    } else {
+      all_here_.wait(lock, [&] { return turn_ != turn; });
+    }
+  }
+
+ private:
+  std::mutex mutex_;
+  std::condition_variable all_here_;
+  std::uint32_t threads_, waiting_{0}, turn_{0};
+};
+
+/** \brief A team of threads, as a block of a GPU is one: the thread sanitizer sees where they do not wait for each other. */
+struct Crew {
+  std::uint32_t thread, threads;
+  Gate* gate;
+
+  template <typename Step>
+  void forEach(std::uint32_t n, const Step& step) const {
+    for (std::uint32_t k = thread; k < n; k += threads) step(k);
+    gate->pass();
+  }
+  template <typename Step>
+  void once(const Step& step) const {
+    if (thread == 0) step();
+    gate->pass();
+  }
+  void add(std::uint32_t* where, std::uint32_t value) const { __atomic_fetch_add(where, value, __ATOMIC_RELAXED); }
+  void raise(std::uint32_t* where, std::uint32_t value) const {
+    std::uint32_t seen = __atomic_load_n(where, __ATOMIC_RELAXED);
+    while (seen < value &&
+           !__atomic_compare_exchange_n(where, &seen, value, true, __ATOMIC_RELAXED, __ATOMIC_RELAXED)) {
+    }
+  }
+  void setBits(std::uint32_t* where, std::uint32_t bits) const { __atomic_fetch_or(where, bits, __ATOMIC_RELAXED); }
+  std::uint32_t sumUp(std::uint32_t* values, std::uint32_t n) const {
+    static std::uint32_t sum;
+    if (thread == 0) sum = Alone().sumUp(values, n);
+    gate->pass();
+    const std::uint32_t all = sum;
+    gate->pass();
+    return all;
+  }
+};
 
 /** \brief Arrays as one frame of Zstandard, each in blocks of its own. */
 Bytes packed(const std::vector<Bytes>& arrays) {
@@ -70,7 +128,8 @@ Bytes differences(std::size_t size, double spread, unsigned int seed) {
 TEST(PackedArrays, ZstandardUnpacksArraysOfAnySize) {
   std::vector<std::size_t> sizes;
   for (std::size_t size = 1; size < 300; ++size) sizes.push_back(size);
-  for (const std::size_t size : {511, 512, 1022, 1023, 1024, 1025, 4097, 16383, 16384, 16385, 65535, 65536, 131071, 131072})
+  for (const std::size_t size :
+       {511, 512, 1022, 1023, 1024, 1025, 4097, 16383, 16384, 16385, 65535, 65536, 131071, 131072})
     sizes.push_back(size);
   for (const std::size_t size : sizes)
     for (const double spread : {0.3, 3.0, 40.0})
@@ -125,9 +184,48 @@ TEST(PackedArrays, ZstandardUnpacksCodesThatWouldBeTooLong) {
 }
 
 TEST(PackedArrays, FollowOneAnotherInOneFrame) {
-  expectUnpacks({differences(5000, 2, 1), Bytes(300, 9), differences(70000, 500, 2), differences(1, 1, 3), {},
+  expectUnpacks({differences(5000, 2, 1),
+                 Bytes(300, 9),
+                 differences(70000, 500, 2),
+                 differences(1, 1, 3),
+                 {},
                  differences(3001, 6, 4)},
                 "several");
+}
+
+TEST(PackedArrays, HaveTheSameBytesWhoeverPacksThem) {
+  for (const Bytes& from : {differences(200, 3, 1), differences(5000, 3, 2), differences(20000, 60, 3), Bytes(700, 4),
+                            differences(40000, 1e5, 4), Bytes()}) {
+    const auto size = static_cast<std::uint32_t>(from.size());
+    const auto pack = [&](const auto& team, PackWorkspace& work, std::vector<std::uint32_t>& body, PackedArray& array,
+                          std::uint64_t* lanes, std::uint32_t& checksum) {
+      packArray(team, work, from.data(), size, true, body.data(), array);
+      contentChecksum(team, lanes, from.data(), size, &checksum);
+    };
+    const auto bytes = [&](const std::vector<std::uint32_t>& body, const PackedArray& array, std::uint32_t checksum) {
+      Bytes all(array.head, array.head + array.head_bytes);
+      const auto* begin = reinterpret_cast<const std::uint8_t*>(body.data());
+      if (array.kind == PackedArray::kPacked) all.insert(all.end(), begin, begin + array.body_bytes);
+      all.push_back(static_cast<std::uint8_t>(array.kind));
+      for (int k = 0; k < 4; ++k) all.push_back(static_cast<std::uint8_t>(checksum >> (8 * k)));
+      return all;
+    };
+    PackWorkspace work;
+    PackedArray array;
+    std::uint64_t lanes[4];
+    std::uint32_t checksum = 0;
+    std::vector<std::uint32_t> body(size / 4 + 2);
+    pack(Alone(), work, body, array, lanes, checksum);
+    const Bytes expected = bytes(body, array, checksum);
+    for (const std::uint32_t threads : {2u, 5u}) {
+      Gate gate(threads);
+      std::vector<std::thread> crew;
+      for (std::uint32_t k = 0; k < threads; ++k)
+        crew.emplace_back([&, k] { pack(Crew{k, threads, &gate}, work, body, array, lanes, checksum); });
+      for (std::thread& thread : crew) thread.join();
+      EXPECT_TRUE(bytes(body, array, checksum) == expected) << size << " bytes, " << threads << " threads";
+    }
+  }
 }
 
 TEST(PackedArrays, TakeNoMoreThanZstandardsOwn) {
