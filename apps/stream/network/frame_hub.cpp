@@ -15,8 +15,9 @@ std::shared_ptr<const EncodedFrame> PublishedFrame::nearest(std::size_t step) co
   return nullptr;
 }
 
-std::shared_ptr<Member> FrameHub::join(std::weak_ptr<Channel> channel, std::string subprotocol) {
+std::shared_ptr<Member> FrameHub::join(std::weak_ptr<Channel> channel, std::string subprotocol, bool watching) {
   auto member = std::make_shared<Member>(std::move(channel));
+  member->watching = watching;
   member->report.subprotocol = std::move(subprotocol);
   if (const std::shared_ptr<Channel> to = member->channel.lock()) member->report.address = to->address();
   const std::lock_guard<std::mutex> lock(mutex_);
@@ -104,9 +105,16 @@ std::size_t FrameHub::members() const {
   return members_.size();
 }
 
+std::size_t FrameHub::watchers() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return static_cast<std::size_t>(
+      std::count_if(members_.begin(), members_.end(), [](const auto& member) { return member->watching.load(); }));
+}
+
 std::array<std::size_t, kSteps> FrameHub::wanted() const {
   std::array<std::size_t, kSteps> wanted{};
-  for (const std::shared_ptr<Member>& member : copyOfMembers()) ++wanted[member->step];
+  for (const std::shared_ptr<Member>& member : copyOfMembers())
+    if (member->watching) ++wanted[member->step];
   return wanted;
 }
 

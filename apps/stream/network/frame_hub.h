@@ -40,6 +40,7 @@ struct Member {
   std::atomic<std::uint64_t> sending{0};  ///< PublishedFrame::sequence of what is on its way to the kernel; 0: nothing
   std::atomic<std::size_t> sending_bytes{0};  ///< of the whole frame, which is held until then
   std::atomic<std::size_t> step{0};           ///< that it wants, 0 … kSteps − 1
+  std::atomic<bool> watching{true};           ///< false: it wants no frames
   std::mutex mutex;
   ClientReport report;  ///< guarded by the mutex
 };
@@ -50,7 +51,7 @@ class FrameHub {
   /** \param held_bytes see ServerOptions  \param step metres, of step 0 */
   FrameHub(std::size_t held_bytes, double step) : held_bytes_(held_bytes), step_(step) {}
 
-  std::shared_ptr<Member> join(std::weak_ptr<Channel> channel, std::string subprotocol);
+  std::shared_ptr<Member> join(std::weak_ptr<Channel> channel, std::string subprotocol, bool watching = true);
   void leave(const std::shared_ptr<Member>& member);
 
   /** \brief Sets sequence and when, and wakes all. */
@@ -69,6 +70,8 @@ class FrameHub {
   std::size_t stepFor(double wished) const;
 
   std::size_t members() const;
+  /** \brief Those that want frames. */
+  std::size_t watchers() const;
   /** \brief Of each step, how many want it. */
   std::array<std::size_t, kSteps> wanted() const;
   std::vector<ClientReport> reports() const;

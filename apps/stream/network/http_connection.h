@@ -105,7 +105,8 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection<Stream
     if (!gate_->access.hasToken(who)) return refuse(http::status::unauthorized, "the token is missing or wrong");
     if (!subprotocol) {
       std::string names;
-      for (const Subprotocol& each : gate_->subprotocols) names += (names.empty() ? "" : " or ") + each.name;
+      for (const Subprotocol& each : gate_->subprotocols)
+        if (each.path.empty() || each.path == path_) names += (names.empty() ? "" : " or ") + each.name;
       return refuse(http::status::bad_request, "the WebSocket's subprotocol must be " + names);
     }
     if (in_.size() > 0) return refuse(http::status::bad_request, "nothing may be sent before the answer");
@@ -122,10 +123,12 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection<Stream
     if (request.method() != http::verb::get && !head)
       return refuse(http::status::method_not_allowed, "the method must be GET or HEAD");
     if (path_ == "/healthz") return write(text(http::status::ok, "ok"), head);
-    for (const Subprotocol& each : gate_->subprotocols)
-      if (each.path == path_) return refuse(http::status::upgrade_required, "here is a WebSocket, of " + each.name);
     const std::shared_ptr<const HeldFile> file = gate_->file(path_);
-    if (!file) return write(text(http::status::not_found, "there is nothing here"), head);
+    if (!file) {
+      for (const Subprotocol& each : gate_->subprotocols)
+        if (each.path == path_) return refuse(http::status::upgrade_required, "here is a WebSocket, of " + each.name);
+      return write(text(http::status::not_found, "there is nothing here"), head);
+    }
     http::response<http::span_body<const char>> response{http::status::ok, 11};
     response.set(http::field::content_type, file->content_type);
     response.set("Content-Security-Policy", file->policy.empty() ? usualPolicy(who.host) : file->policy);

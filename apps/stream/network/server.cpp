@@ -1,3 +1,5 @@
+#include "stream/foxglove/feed.h"
+#include "stream/foxglove/foxglove_session.h"
 #include "stream/network/frame_hub.h"
 #include "stream/network/frame_session.h"
 #include "stream/network/gate.h"
@@ -67,12 +69,24 @@ struct Server::State {
         encoder(options.encoding),
         hub(std::make_shared<network::FrameHub>(options.held_bytes, options.encoding.step)),
         gate(std::make_shared<network::Gate>(
-            limitsOf(options), network::Access(options.token, options.allowed_origins, options.allowed_hosts))) {
+            limitsOf(options), network::Access(options.token, options.allowed_origins, options.allowed_hosts))),
+        feed(std::make_shared<foxglove::Feed>(hub, gate->notices, options.encoding.threads)) {
     gate->subprotocols.push_back(
         {network::kSubprotocol, "/stream", [hub = hub, gate = gate.get(), time = options.answer_time](const auto& to) {
            return std::make_unique<network::FrameSession>(to, hub, *gate, time);
          }});
+    for (const char* name : foxglove::kSubprotocols)
+      gate->subprotocols.push_back(
+          {name, "/",
+           [hub = hub, feed = feed, gate = gate.get(), time = options.answer_time, name](const auto& to) {
+             return std::make_unique<foxglove::FoxgloveSession>(to, hub, feed, *gate, time, name);
+           },
+           foxglove::kMostClientMessage});
     listener = std::make_unique<network::Listener>(listening(options), gate);
+  }
+  ~State() {
+    listener.reset();
+    feed->stop();
   }
 
   /** \brief In a step; encoders keep their memory. */
@@ -105,6 +119,7 @@ struct Server::State {
   std::atomic<std::uint64_t> encoded{0};
   const std::shared_ptr<network::FrameHub> hub;
   const std::shared_ptr<network::Gate> gate;
+  const std::shared_ptr<foxglove::Feed> feed;
   std::unique_ptr<network::Listener> listener;
 };
 
@@ -151,7 +166,10 @@ void Server::serve(const std::string& path, ServedFile file) {
   state_->gate->files[path] = std::move(held);
 }
 
-void Server::describe(const Description& description) { state_->hub->describe(toJson(description)); }
+void Server::describe(const Description& description) {
+  state_->feed->describe(description);
+  state_->hub->describe(toJson(description));  // which wakes all
+}
 
 void Server::publish(const CloudView& cloud, const FrameTimes& times) {
   const std::lock_guard<std::mutex> lock(state_->encode_mutex);
@@ -181,7 +199,7 @@ void Server::publish(std::shared_ptr<const EncodedFrame> encoded) {
   state_->shed();
 }
 
-bool Server::watched() const { return state_->hub->members() > 0; }
+bool Server::watched() const { return state_->hub->watchers() > 0; }
 
 ServerStatus Server::status() const {
   ServerStatus status;

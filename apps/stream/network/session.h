@@ -75,6 +75,7 @@ struct Subprotocol {
   std::string name;
   std::string path;  ///< where; empty: anywhere
   SessionFactory begin;
+  std::size_t most_message{4096};  ///< bytes of what a client says at once
 };
 
 }  // namespace fuse_flow::stream::network

@@ -43,6 +43,8 @@ class WebSocket : public Channel, public std::enable_shared_from_this<WebSocket<
 
   void run(const http::request<http::empty_body>& request, const Subprotocol& subprotocol) {
     begin_ = subprotocol.begin;
+    most_message_ = subprotocol.most_message;
+    in_.max_size(2 * most_message_);
     beast::get_lowest_layer(web_socket_).expires_never();  // the WebSocket has its own
     setTimeouts(gate_->limits.handshake_time);
     web_socket_.set_option(
@@ -50,7 +52,7 @@ class WebSocket : public Channel, public std::enable_shared_from_this<WebSocket<
           response.set(http::field::server, "fuse_flow");
           response.set(http::field::sec_websocket_protocol, name);
         }));
-    web_socket_.read_message_max(kMostMessage);
+    web_socket_.read_message_max(most_message_);
     web_socket_.auto_fragment(false);  // pieces go out as they are, in one frame
     web_socket_.control_callback(
         [this](websocket::frame_type type, beast::string_view payload) { heardControl(type, payload); });
@@ -129,7 +131,6 @@ class WebSocket : public Channel, public std::enable_shared_from_this<WebSocket<
   }
 
  private:
-  static constexpr std::size_t kMostMessage = 4096;
   static constexpr std::chrono::milliseconds kFarewell{1000}, kPingLost{5000};
 
   void setTimeouts(std::chrono::milliseconds handshake) {
@@ -165,7 +166,8 @@ class WebSocket : public Channel, public std::enable_shared_from_this<WebSocket<
       return;
     ++gate_->dropped;
     gate_->notices.add("client " + address_ + " was let go: " +
-                       (too_big ? "a message of more than 4096 bytes" : "what it sends is no WebSocket protocol"));
+                       (too_big ? "a message of more than " + std::to_string(most_message_) + " bytes"
+                                : "what it sends is no WebSocket protocol"));
   }
 
   /** \brief Within the reading of what comes. */
@@ -232,7 +234,8 @@ class WebSocket : public Channel, public std::enable_shared_from_this<WebSocket<
   const std::string address_;
   websocket::stream<Stream> web_socket_;
   net::steady_timer wake_timer_, close_timer_;
-  beast::flat_buffer in_{2 * kMostMessage};
+  std::size_t most_message_{0};
+  beast::flat_buffer in_;
   SessionFactory begin_;
   std::unique_ptr<Session> session_;
   Outgoing outgoing_;

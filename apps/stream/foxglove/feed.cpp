@@ -1,0 +1,105 @@
+#include "stream/foxglove/feed.h"
+
+#include <utility>
+
+namespace fuse_flow::stream::foxglove {
+
+Feed::Feed(std::shared_ptr<network::FrameHub> hub, network::Notices& notices, int threads)
+    : hub_(std::move(hub)),
+      notices_(notices),
+      threads_(threads),
+      session_(std::to_string(network::nanosecondsSince1970())) {}
+
+Feed::~Feed() { stop(); }
+
+void Feed::stop() {
+  std::thread thread;
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    stopped_ = true;
+    thread.swap(thread_);
+  }
+  wanted_.notify_all();
+  if (thread.joinable()) thread.join();
+}
+
+void Feed::describe(const Description& description) {
+  const auto now = static_cast<std::uint64_t>(network::nanosecondsSince1970());
+  const std::lock_guard<std::mutex> lock(mutex_);
+  channels_ = std::make_shared<const Channels>(channelsOf(description, now, *channels_));
+}
+
+std::shared_ptr<const Channels> Feed::channels() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return channels_;
+}
+
+void Feed::subscribed() {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  ++subscribers_;
+}
+
+void Feed::unsubscribed() {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (--subscribers_ == 0) newest_.reset();
+}
+
+std::shared_ptr<const CloudPayload> Feed::request(const std::shared_ptr<const network::PublishedFrame>& frame,
+                                                  const std::weak_ptr<network::Channel>& channel) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (newest_ && newest_->sequence >= frame->sequence) return newest_;
+  if (stopped_) return nullptr;
+  if (!next_ || next_->sequence < frame->sequence) next_ = frame;
+  waiting_.push_back(channel);
+  if (!thread_.joinable()) thread_ = std::thread([this] { run(); });
+  wanted_.notify_one();
+  return nullptr;
+}
+
+std::shared_ptr<const CloudPayload> Feed::newest() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return newest_;
+}
+
+std::uint64_t Feed::failed() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return failed_;
+}
+
+std::shared_ptr<const CloudPayload> Feed::made(CloudPayloads& payloads, const network::PublishedFrame& frame) {
+  try {
+    CloudPayload payload = payloads.make(frame.nearest(0), channels()->frame);
+    payload.sequence = frame.sequence;
+    return std::make_shared<const CloudPayload>(std::move(payload));
+  } catch (const std::exception& error) {  // a frame that was given encoded, and is none; or no memory
+    notices_.add("a frame cannot be sent to Foxglove: " + std::string(error.what()));
+    return nullptr;
+  }
+}
+
+void Feed::run() {
+  CloudPayloads payloads(threads_);
+  for (;;) {
+    std::shared_ptr<const network::PublishedFrame> frame;
+    std::vector<std::weak_ptr<network::Channel>> waiting;
+    {
+      std::unique_lock<std::mutex> lock(mutex_);
+      wanted_.wait(lock, [&] { return stopped_ || next_; });
+      if (stopped_) return;
+      frame = std::exchange(next_, nullptr);
+      waiting.swap(waiting_);
+    }
+    std::shared_ptr<const CloudPayload> payload = made(payloads, *frame);
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      if (!payload)
+        failed_ = frame->sequence;
+      else if (subscribers_ > 0)
+        newest_ = std::move(payload);
+    }
+    for (const std::weak_ptr<network::Channel>& each : waiting)
+      if (const std::shared_ptr<network::Channel> channel = each.lock()) channel->wake();
+  }
+}
+
+}  // namespace fuse_flow::stream::foxglove
