@@ -20,12 +20,12 @@ struct Column {
 };
 
 /** \brief How a point is packed: first position, then colour, then the rest, without gaps. */
-std::vector<Column> columnsOf(const StreamedCloud& cloud) {
+std::vector<Column> columnsOf(std::uint32_t fields) {
   std::vector<Column> columns{{"x", kFloat32}, {"y", kFloat32}, {"z", kFloat32}};
-  if (!cloud.colors.empty())
+  if (fields & kColor)
     for (const char* name : {"red", "green", "blue", "alpha"}) columns.push_back({name, kUint8});
-  if (!cloud.confidence.empty()) columns.push_back({"confidence", kUint8});
-  if (!cloud.view_counts.empty()) columns.push_back({"view_count", kUint8});
+  if (fields & kConfidence) columns.push_back({"confidence", kUint8});
+  if (fields & kViewCount) columns.push_back({"view_count", kUint8});
   return columns;
 }
 
@@ -64,7 +64,7 @@ CloudPayload CloudPayloads::make(const std::shared_ptr<const EncodedFrame>& enco
                       .message(1, ProtobufWriter().real(1, 0).real(2, 0).real(3, 0))
                       .message(2, ProtobufWriter().real(1, 0).real(2, 0).real(3, 0).real(4, 1)));
   ProtobufWriter fields;
-  for (const Column& column : columnsOf(cloud_)) {
+  for (const Column& column : columnsOf(encoded->fields)) {
     fields.message(5, ProtobufWriter()
                           .text(1, column.name)
                           .fixed32(2, static_cast<std::uint32_t>(payload.stride))

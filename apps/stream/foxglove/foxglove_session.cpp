@@ -17,6 +17,7 @@ namespace {
 constexpr auto kLookForOverdue = milliseconds(500);
 constexpr auto kPingWhenIdle = std::chrono::seconds(2);
 constexpr auto kMoreAfter = std::chrono::seconds(1);
+constexpr auto kMostPatience = std::chrono::seconds(10);
 constexpr double kSlowestClient = 100e3;   // bytes per second: whoever takes less is let go
 constexpr std::size_t kMostStatuses = 16;  // that wait; more are left out
 constexpr int kWarning = 1, kError = 2;
@@ -286,14 +287,14 @@ void FoxgloveSession::sendNextCloud() {
     return;
   }
   requested_ = 0;
-  sendCloud(payload, now, payload->sequence == sequence_);
+  const bool refines = payload->sequence == sequence_;
+  sendCloud(payload, refines ? std::min<Clock::duration>(now - frame->when, kMostPatience) : hub_->interval(), refines);
 }
 
-void FoxgloveSession::sendCloud(const std::shared_ptr<const CloudPayload>& payload, Clock::time_point now,
+void FoxgloveSession::sendCloud(const std::shared_ptr<const CloudPayload>& payload, Clock::duration time,
                                 bool refines) {
   const std::size_t all = payload->up_to.size();
-  const Clock::duration interval = refines ? Clock::duration(kMoreAfter) : hub_->interval();
-  const std::size_t budget = pace_.budget(interval, payload->bytes(all), std::nullopt, refines);
+  const std::size_t budget = pace_.budget(time, payload->bytes(all), std::nullopt, refines);
   std::size_t layers = all;
   while (budget > 0 && layers > 1 && payload->bytes(layers) > budget) --layers;
   limited_ = layers < all;
@@ -312,7 +313,7 @@ void FoxgloveSession::sendCloud(const std::shared_ptr<const CloudPayload>& paylo
     member_->report.points = payload->up_to[layers - 1];
     member_->report.points_of_frame = payload->up_to.back();
   }
-  unanswered_.push_back({payload->bytes(layers), now});
+  unanswered_.push_back({payload->bytes(layers), Clock::now()});
   member_->sending_bytes = payload->points.size();
   member_->sending = payload->sequence;
   sending_ = sending_cloud_ = true;

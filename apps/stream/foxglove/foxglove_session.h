@@ -63,7 +63,8 @@ class FoxgloveSession : public network::Session {
   bool sendChannels();
   bool sendMessage();
   void sendNextCloud();
-  void sendCloud(const std::shared_ptr<const CloudPayload>& payload, Clock::time_point now, bool refines);
+  /** \param time that the client has for it  \param refines it has the frame, but not all points */
+  void sendCloud(const std::shared_ptr<const CloudPayload>& payload, Clock::duration time, bool refines);
   void ping();
   /** \brief Ends it, with a notice. */
   void refuse(const std::string& reason);

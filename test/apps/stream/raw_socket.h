@@ -159,9 +159,10 @@ class RawWebSocket {
     }
   };
 
-  explicit RawWebSocket(std::uint16_t port, const std::string& headers = "", const std::string& target = "/stream")
+  explicit RawWebSocket(std::uint16_t port, const std::string& headers = "", const std::string& target = "/stream",
+                        const std::string& subprotocol = "fuse_flow.v1")
       : socket(RawSocket::to(port)) {
-    socket.send(streamRequest(port, headers, target));
+    socket.send(streamRequest(port, headers, target, subprotocol));
     answer = socket.until("\r\n\r\n");
     if (statusOf(answer) != 101) throw std::runtime_error(answer);
   }
