@@ -1,6 +1,7 @@
 #include "recordings/messages/rig_messages.h"
 
 #include "recordings/files/jpeg_encode.h"
+#include "recordings/messages/ros_writing.h"
 
 #include <fuse_flow/recordings/error.h>
 
@@ -11,17 +12,12 @@
 #include <cstring>
 #include <set>
 
-#ifdef FUSE_FLOW_WITH_FASTCDR
-#include "recordings/messages/cdr_message.h"
-#endif
-
 namespace fuse_flow::io {
 namespace {
 
-// The types, as ROS 2 defines them, without its comments.
-const std::string separator = "================================================================================\nMSG: ";
-const std::string of_time = separator + "builtin_interfaces/Time\nint32 sec\nuint32 nanosec\n";
-const std::string of_header = separator + "std_msgs/Header\nbuiltin_interfaces/Time stamp\nstring frame_id\n" + of_time;
+// More types, as ROS 2 defines them.
+using ros_definitions::of_header;
+using ros_definitions::separator;
 const std::string image_definition =
     "std_msgs/Header header\nuint32 height\nuint32 width\nstring encoding\nuint8 is_bigendian\nuint32 step\nuint8[] "
     "data\n" +
@@ -33,14 +29,6 @@ const std::string info_definition =
     "r\nfloat64[12] p\nuint32 binning_x\nuint32 binning_y\nsensor_msgs/RegionOfInterest roi\n" +
     of_header + separator +
     "sensor_msgs/RegionOfInterest\nuint32 x_offset\nuint32 y_offset\nuint32 height\nuint32 width\nbool do_rectify\n";
-const std::string tf_definition =
-    "geometry_msgs/TransformStamped[] transforms\n" + separator +
-    "geometry_msgs/TransformStamped\nstd_msgs/Header header\nstring child_frame_id\ngeometry_msgs/Transform "
-    "transform\n" +
-    of_header + separator +
-    "geometry_msgs/Transform\ngeometry_msgs/Vector3 translation\ngeometry_msgs/Quaternion rotation\n" + separator +
-    "geometry_msgs/Vector3\nfloat64 x\nfloat64 y\nfloat64 z\n" + separator +
-    "geometry_msgs/Quaternion\nfloat64 x\nfloat64 y\nfloat64 z\nfloat64 w\n";
 
 #ifdef FUSE_FLOW_WITH_FASTCDR
 
@@ -59,14 +47,6 @@ void putInfo(CdrMessage& message, Nanoseconds time, const std::string& frame, co
     message << p;
   for (int k = 0; k < 6; ++k) message << std::uint32_t{0};  // no binning, no region of interest
   message << false;
-}
-
-void putTransform(CdrMessage& message, Nanoseconds time, const std::string& parent, const std::string& child,
-                  const Eigen::Isometry3d& T) {
-  message.header(time, parent) << child;
-  const Eigen::Quaterniond q(T.rotation());
-  for (const double value : {T.translation().x(), T.translation().y(), T.translation().z(), q.x(), q.y(), q.z(), q.w()})
-    message << value;
 }
 
 bool isMillimetres(const Camera& camera) { return camera.depth_scale == 0.001f; }
@@ -200,7 +180,7 @@ RigMessages::RigMessages(const std::string& path, const std::vector<Camera>& cam
                         " have no place in such a file; --poses with the rig.json that has them gives them back");
   if (!in_float.empty())
     warnings_.push_back("depth of " + in_float + " is not in millimetres, and is written in metres, in float");
-  tf_ = writer_.addChannel("/tf_static", "tf2_msgs/msg/TFMessage", tf_definition);
+  tf_ = writer_.addChannel("/tf_static", "tf2_msgs/msg/TFMessage", ros_definitions::transforms);
 }
 
 void RigMessages::writeCalibration(Nanoseconds time) {
