@@ -1,0 +1,112 @@
+#ifdef FUSE_FLOW_SERVE_TOOL
+
+#include "cloud_file.h"
+#include "tool_fixture.h"
+
+#include <signal.h>
+
+#include <chrono>
+#include <functional>
+#include <thread>
+
+namespace tool_test {
+namespace {
+
+class Serve : public ToolTest {
+ protected:
+  void SetUp() override {
+    ToolTest::SetUp();
+    WallRecording wall{};
+    wall.frames = 6;
+    wall.write(recording_);
+    nlohmann::json rig = wall.rig();
+    rig["frames_per_second"] = 20;
+    writeText(recording_ / "rig.json", rig.dump());
+  }
+
+  /** \brief While fuse_flow_serve runs: does something with its link, and then interrupts it. */
+  ToolResult serve(std::vector<std::string> arguments, const std::function<void(const std::string& link)>& meanwhile) {
+    for (const char* argument : {"--port", "0"}) arguments.emplace_back(argument);
+    RunOptions options;
+    options.out_path = out("served");
+    options.meanwhile = [&](pid_t tool) {
+      std::string text;
+      const auto linked = [&] {
+        text = fs::exists(out("served")) ? readText(out("served")) : "";
+        return text.find("http") != std::string::npos && text.find('\n', text.find("http")) != std::string::npos;
+      };
+      for (int k = 0; k < 20000 && !linked(); ++k) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+      const std::size_t begin = text.find("http");
+      if (begin != std::string::npos) meanwhile(text.substr(begin, text.find('\n', begin) - begin));
+      ::kill(tool, SIGINT);
+    };
+    return runProgram(FUSE_FLOW_SERVE_TOOL, arguments, options);
+  }
+  static ToolResult receive(const std::vector<std::string>& arguments) {
+    return runProgram(FUSE_FLOW_RECEIVE_TOOL, arguments);
+  }
+};
+
+TEST_F(Serve, WhatIsFusedIsReceivedAsCloudsAndAsAFileThatIsServedAgain) {
+  const auto wallOf = [&](const std::string& folder) {  // near a wall of the recording, which has one a frame
+    for (const std::string& name : listing(out(folder))) {
+      if (name == "timestamps.txt") continue;
+      const std::vector<FilePoint> points = readCloudFile(out(folder + "/" + name));
+      ASSERT_GT(points.size(), 1000u) << name;
+      double sum = 0;
+      for (const FilePoint& point : points) sum += point.z;
+      const double frame = (sum / static_cast<double>(points.size()) - WallRecording::wallDistance(0)) / 0.05;
+      EXPECT_NEAR(frame, std::round(frame), 0.06) << name;
+    }
+  };
+  const ToolResult served = serve({recording()}, [&](const std::string& link) {
+    ASSERT_TRUE(succeeded(receive({link, "--frames", "3", "-o", out("clouds")})));
+    ASSERT_TRUE(succeeded(receive({link, "--frames", "2", "-o", out("kept.ffs")})));
+  });
+  EXPECT_TRUE(succeeded(served));
+  EXPECT_EQ(listing(out("clouds")).size(), 4u);  // with timestamps.txt
+  wallOf("clouds");
+  const ToolResult again = serve({out("kept.ffs")}, [&](const std::string& link) {
+    ASSERT_TRUE(succeeded(receive({link, "--frames", "1", "-o", out("again")})));
+  });
+  EXPECT_TRUE(succeeded(again));
+  wallOf("again");
+}
+
+TEST_F(Serve, ATokenIsNeededBeyondThisMachineAndKeepsOthersOut) {
+  const ToolResult open = runProgram(FUSE_FLOW_SERVE_TOOL, {recording(), "--port", "0", "--address", "0.0.0.0"});
+  EXPECT_NE(open.exit_code, 0);
+  EXPECT_NE(open.err.find("--token-file"), std::string::npos) << open.err;
+  writeText(out("token"), "0123456789abcdef\n");
+  const ToolResult served = serve({recording(), "--token-file", out("token")}, [&](const std::string& link) {
+    EXPECT_NE(link.find("token=0123456789abcdef"), std::string::npos) << link;
+    ASSERT_TRUE(succeeded(receive({link, "--frames", "1", "-o", out("with.ffs")})));
+    const std::string without = link.substr(0, link.find('?'));
+    EXPECT_NE(receive({without, "--frames", "1", "--seconds", "2", "-o", out("without.ffs")}).exit_code, 0);
+    ASSERT_TRUE(succeeded(receive({without, "--token-file", out("token"), "--frames", "1", "-o", out("file.ffs")})));
+  });
+  EXPECT_TRUE(succeeded(served));
+  EXPECT_EQ(served.err.find("0123456789abcdef"), std::string::npos) << "its log tells the token";
+}
+
+TEST_F(Serve, WhatCannotBeIsRefusedInOneLine) {
+  const auto refused = [&](const std::vector<std::string>& arguments, const std::string& text) {
+    const ToolResult result = runProgram(FUSE_FLOW_SERVE_TOOL, arguments);
+    EXPECT_NE(result.exit_code, 0) << text;
+    EXPECT_NE(result.err.find(text), std::string::npos) << result.err;
+  };
+  refused({out("none.ffs")}, "none.ffs");
+  refused({recording(), "--certificate", out("nothing.pem")}, "--key");
+  refused({recording(), "--address", "nowhere"}, "nowhere");
+  refused({recording(), "--token-file", out("nothing")}, "--token-file");
+  writeText(out("short"), "secret\n");
+  refused({recording(), "--token-file", out("short")}, "--token-file");
+  const ToolResult received = receive({"ftp://127.0.0.1/", "--seconds", "1"});
+  EXPECT_NE(received.exit_code, 0);
+  EXPECT_NE(received.err.find("ftp://127.0.0.1/"), std::string::npos) << received.err;
+}
+
+}  // namespace
+}  // namespace tool_test
+
+#endif
