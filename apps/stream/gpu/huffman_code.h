@@ -53,17 +53,41 @@ FUSE_FLOW_HD void joinNodes(HuffmanCode& code) {
   }
 }
 
-/** \brief Codes were cut to the greatest length, and now there are too many: until they fit, one of the longest goes beside one that is
- *  shorter, which becomes longer by one. */
+/** \brief Codes were cut to the greatest length, and now there are too many. Until they fit, that byte's code becomes longer by one which
+ *  costs least for what it sets free; what is then free makes codes shorter again. */
 FUSE_FLOW_HD void limitLengths(HuffmanCode& code) {
-  std::uint32_t used = 0;  // of 2^kMostCodeBits; a code of length l uses 2^(kMostCodeBits − l)
-  for (std::uint32_t l = 1; l <= kMostCodeBits; ++l) used += code.of_length[l] << (kMostCodeBits - l);
-  for (; used > 1u << kMostCodeBits; --used) {
-    std::uint32_t l = kMostCodeBits - 1;
-    while (code.of_length[l] == 0) --l;
-    --code.of_length[kMostCodeBits];
-    --code.of_length[l];
-    code.of_length[l + 1] += 2;
+  constexpr std::uint32_t all = 1u << kMostCodeBits;  // a code of length l uses 2^(kMostCodeBits − l) of them
+  const auto freed = [](std::uint32_t l) { return 1u << (kMostCodeBits - 1 - l); };  // by one more bit
+  std::uint32_t* const rarest = code.first_code;  // of a length, in the order of the counts: the longest come first
+  std::uint32_t used = 0, place = 0;
+  for (std::uint32_t l = kMostCodeBits; l > 0; --l) {
+    used += code.of_length[l] << (kMostCodeBits - l);
+    rarest[l] = place;
+    place += code.of_length[l];
+  }
+  while (used > all) {
+    const std::uint32_t excess = used - all;
+    std::uint32_t best = 0, best_cost = 0, best_gain = 0;
+    for (std::uint32_t l = 1; l < kMostCodeBits; ++l) {
+      if (code.of_length[l] == 0) continue;
+      const std::uint32_t cost = code.weights[rarest[l]], gain = freed(l) < excess ? freed(l) : excess;
+      if (best > 0 && cost * best_gain >= best_cost * gain) continue;
+      best = l;
+      best_cost = cost;
+      best_gain = gain;
+    }
+    --code.of_length[best];
+    ++code.of_length[best + 1];
+    ++rarest[best];
+    used -= freed(best);
+  }
+  while (used < all) {
+    // What is free is a multiple of what the longest codes use.
+    std::uint32_t l = 1;
+    while (freed(l) > all - used || code.of_length[l + 1] == 0) ++l;
+    ++code.of_length[l];
+    --code.of_length[l + 1];
+    used += freed(l);
   }
   code.longest = kMostCodeBits;
   while (code.of_length[code.longest] == 0) --code.longest;
