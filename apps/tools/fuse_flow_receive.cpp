@@ -7,6 +7,7 @@
 #include "recordings/files/file_io.h"
 #include "recordings/files/interrupt.h"
 #include "sinks/cloud_files.h"
+#include "sinks/cloud_mcap_writer.h"
 
 #include <fuse_flow/stream/client.h>
 #include <fuse_flow/stream/stream_file.h>
@@ -76,6 +77,40 @@ class ToStreamFile : public Output {
   std::shared_ptr<const stream::Description> description_;
 };
 
+void unpack(stream::FrameDecoder& decoder, const stream::ReceivedFrame& frame, stream::StreamedCloud& cloud) {
+  try {
+    decoder.decode(frame.message.data(), frame.message.size(), cloud);
+  } catch (const stream::FormatError& error) {
+    throw io::InputError("frame " + std::to_string(frame.times.number) + ": " + error.what());
+  }
+}
+
+/** \brief Messages of ROS 2 in a file. */
+class ToMcap : public Output {
+ public:
+  ToMcap(const std::string& path, std::uint32_t most_points) : decoder_(0, most_points) {
+    io::makeFolderOf(path);
+    writer_.emplace(path);
+  }
+
+  void take(const stream::ReceivedFrame& frame) override {
+    if (frame.description != description_) writer_->describe(*frame.description);
+    description_ = frame.description;
+    unpack(decoder_, frame, cloud_);
+    writer_->write(cloud_);
+  }
+  std::vector<std::string> finish() override {
+    writer_->finish();
+    return {};
+  }
+
+ private:
+  std::optional<io::CloudMcapWriter> writer_;
+  std::shared_ptr<const stream::Description> description_;
+  stream::FrameDecoder decoder_;
+  stream::StreamedCloud cloud_;
+};
+
 /** \brief A folder with a cloud for each frame, and when they were captured. */
 class ToClouds : public Output {
  public:
@@ -83,11 +118,7 @@ class ToClouds : public Output {
       : files_(path, "ply", frames, std::filesystem::path(path).extension().empty()), decoder_(0, most_points) {}
 
   void take(const stream::ReceivedFrame& frame) override {
-    try {
-      decoder_.decode(frame.message.data(), frame.message.size(), streamed_);
-    } catch (const stream::FormatError& error) {
-      throw io::InputError("frame " + std::to_string(frame.times.number) + ": " + error.what());
-    }
+    unpack(decoder_, frame, streamed_);
     const auto fused = std::make_shared<io::FusedFrame>();
     fused->number = number_++;
     fused->has_normals = !streamed_.normals.empty();
@@ -112,6 +143,8 @@ std::unique_ptr<Output> outputOf(const Options& options) {
   if (options.output.empty()) return nullptr;
   if (std::filesystem::path(options.output).extension() == ".ffs")
     return std::make_unique<ToStreamFile>(options.output);
+  if (std::filesystem::path(options.output).extension() == ".mcap")
+    return std::make_unique<ToMcap>(options.output, options.client.most_points);
   const std::size_t frames = options.frames.value_or(std::numeric_limits<std::size_t>::max());
   return std::make_unique<ToClouds>(options.output, frames, options.client.most_points);
 }
@@ -249,12 +282,15 @@ int main(int argc, char** argv) {
   Options options;
   CLI::App app(
       "Receives the clouds that fuse_flow_serve streams: writes them to a stream file, which fuse_flow_viewer and "
-      "fuse_flow_serve play, or as clouds into a folder; without -o it reports how many come, and how late. Latency is "
+      "fuse_flow_serve play, to a file for ROS 2 and Foxglove, or as clouds into a folder; without -o it reports how "
+      "many come, and how late. Latency is "
       "right as far as the clocks of both machines agree.",
       kTool);
   app.add_option("link", options.link, "of the stream, as fuse_flow_serve prints it")->required();
-  app.add_option("-o,--output", options.output,
-                 "a .ffs file, or a folder for 000000.ply, … and timestamps.txt; one .ply or .pcd with --frames 1")
+  app.add_option(
+         "-o,--output", options.output,
+         "a .ffs file, a .mcap file for ROS 2 and Foxglove, or a folder for 000000.ply, … and timestamps.txt; one .ply "
+         "or .pcd with --frames 1")
       ->check(command_line::path());
   app.add_option("--token-file", options.token_file, "a file with one line, the token, if the link has none")
       ->check(command_line::path());
