@@ -5,6 +5,7 @@
 
 #include <signal.h>
 
+#include <algorithm>
 #include <chrono>
 #include <functional>
 #include <thread>
@@ -27,6 +28,7 @@ class Serve : public ToolTest {
   /** \brief While fuse_flow_serve runs: does something with its link, and then interrupts it. */
   ToolResult serve(std::vector<std::string> arguments, const std::function<void(const std::string& link)>& meanwhile) {
     for (const char* argument : {"--port", "0"}) arguments.emplace_back(argument);
+    fs::remove(out("served"));  // an earlier one's link
     RunOptions options;
     options.out_path = out("served");
     options.meanwhile = [&](pid_t tool) {
@@ -48,7 +50,10 @@ class Serve : public ToolTest {
     return testing::AssertionFailure() << "exit code " << result.exit_code << ": " << result.err;
   }
   static ToolResult receive(const std::vector<std::string>& arguments) {
-    return runProgram(FUSE_FLOW_RECEIVE_TOOL, arguments);
+    std::vector<std::string> bounded = arguments;
+    for (const char* argument : {"--seconds", "100"})
+      if (std::find(arguments.begin(), arguments.end(), "--seconds") == arguments.end()) bounded.emplace_back(argument);
+    return runProgram(FUSE_FLOW_RECEIVE_TOOL, bounded);
   }
 };
 
