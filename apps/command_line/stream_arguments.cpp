@@ -2,6 +2,7 @@
 
 #include "command_line/option_checks.h"
 #include "command_line/recording_arguments.h"
+#include "methods/method.h"
 #include "stream/page/page_files.h"
 
 #include <fuse_flow/recordings/error.h>
@@ -59,9 +60,11 @@ StreamArguments::StreamArguments(CLI::App& app) {
   app.add_flag("!--no-view-count", options_.encoding.view_count, "stream no number of cameras of each point");
 }
 
-std::shared_ptr<stream::Server> StreamArguments::open() const {
+std::shared_ptr<stream::Server> StreamArguments::open(const std::string& method) const {
   stream::ServerOptions options = options_;
   options.encoding.step = step();
+  options.encoding.confidence = options.encoding.confidence && io::knowsConfidence(method);
+  options.encoding.view_count = options.encoding.view_count && io::countsViews(method);
   if (!token_file_.empty()) options.token = readToken(token_file_);
   options.certificate = certificate_;
   options.key = key_;

@@ -22,8 +22,9 @@ class StreamArguments {
   StreamArguments(const StreamArguments&) = delete;
   StreamArguments& operator=(const StreamArguments&) = delete;
 
-  /** \brief A server that listens, with the page for browsers. \throws OptionError, InputError */
-  std::shared_ptr<stream::Server> open() const;
+  /** \brief A server that listens, with the page for browsers. \param method what makes the clouds: what it does not know of a point is
+   *  not streamed \throws OptionError, InputError */
+  std::shared_ptr<stream::Server> open(const std::string& method) const;
   /** \brief Metres, see EncodingOptions::step. */
   double step() const { return 1e-3 * step_mm_; }
 

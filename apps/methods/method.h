@@ -51,6 +51,11 @@ struct MethodOptions {
   std::shared_ptr<const stream::EncodingOptions> encoding;  ///< for Method::fuseEncoded()
 };
 
+/** \brief Whether a method's clouds have a confidence: the peers' points have the field, and 0 in it. */
+inline bool knowsConfidence(const std::string& method) { return method == "fuse_flow"; }
+/** \brief Whether a method counts the cameras of a point; a voxel grid of PCL's averages points of several, and does not. */
+inline bool countsViews(const std::string& method) { return method == "fuse_flow" || method == "concatenate"; }
+
 /** \brief "fuse_flow", "concatenate", "voxel_grid", "approximate_voxel_grid" or "outlier_removal", which is
  *  pcl::StatisticalOutlierRemoval (16 neighbours, 1 standard deviation) before the voxel grid. */
 std::unique_ptr<Method> makeMethod(const std::string& name, const MethodOptions& options);

@@ -166,7 +166,7 @@ int run(const Options& options, const command_line::LiveArguments& live, const S
   std::shared_ptr<stream::Server> server;
   command_line::StreamLog stream_log;
   if (options.serve) {
-    server = stream.open();
+    server = stream.open(options.method);
     stream::Description description;
     description.name = "fuse_flow_live";
     description.step = stream.step();

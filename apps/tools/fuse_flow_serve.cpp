@@ -51,7 +51,7 @@ std::string nameOf(const std::vector<std::string>& inputs) {
 int serve(const Options& options, const command_line::LiveArguments& live,
           const command_line::StreamArguments& arguments) {
   const std::unique_ptr<io::LiveRig> rig = live.open(kTool, options.inputs, options.recording, false);
-  const std::shared_ptr<stream::Server> server = arguments.open();
+  const std::shared_ptr<stream::Server> server = arguments.open(options.method);
   stream::Description description;
   description.name = options.name;
   description.step = arguments.step();
@@ -93,7 +93,7 @@ int replay(const Options& options, const command_line::LiveArguments& live, bool
   stream::StreamReader reader(options.inputs[0]);
   if (reader.frames() == 0) throw io::InputError(options.inputs[0] + ": has no frame");
   if (reader.cutOff()) warn({options.inputs[0] + ": was cut off; what is before that is played"});
-  const std::shared_ptr<stream::Server> server = arguments.open();
+  const std::shared_ptr<stream::Server> server = arguments.open(options.method);
   io::catchInterrupts();
   command_line::printLink(kTool, *server);
   const Clock::time_point start = Clock::now();

@@ -14,6 +14,12 @@
 
 namespace fuse_flow::viewing {
 
+/** \brief A cloud that came fused. */
+struct FinishedCloud {
+  std::shared_ptr<const pcl::PointCloud<PointFused>> cloud;  ///< null: there is none, frames are to be fused
+  bool has_confidence{false}, counts_views{false};           ///< whether it came with these; else they are 0
+};
+
 /** \brief Where frames come from: a recording, or cameras that are simulated as it plays. */
 class FrameSource {
  public:
@@ -31,8 +37,8 @@ class FrameSource {
   virtual std::vector<std::string> status() const { return {}; }
   /** \brief Throws io::InputError if the frame cannot be read. */
   virtual void read(std::size_t frame, io::LoadedFrame& out) = 0;
-  /** \brief The cloud of the frame that was read last, of a source whose frames come fused; null: they are to be fused. */
-  virtual std::shared_ptr<const pcl::PointCloud<PointFused>> finished() const { return nullptr; }
+  /** \brief The cloud of the frame that was read last, of a source whose frames come fused. */
+  virtual FinishedCloud finished() const { return {}; }
   /** \brief Whether finished() has clouds. */
   virtual bool isFinished() const { return false; }
   /** \brief Whether truth() can be asked. */

@@ -21,10 +21,12 @@ void place(const std::vector<Camera>& cameras, io::LoadedFrame& out) {
   out.ended.clear();
 }
 
-std::shared_ptr<pcl::PointCloud<PointFused>> pointsOf(const stream::StreamedCloud& streamed) {
+FinishedCloud pointsOf(const stream::StreamedCloud& streamed) {
   auto cloud = std::make_shared<pcl::PointCloud<PointFused>>();
   stream::toPointCloud(streamed, *cloud);
-  return cloud;
+  if (streamed.colors.empty())
+    for (PointFused& point : *cloud) point.r = point.g = point.b = 160;  // black could not be seen
+  return {cloud, !streamed.confidence.empty(), !streamed.view_counts.empty()};
 }
 
 /** \brief What the library says of a link or a file is what a user has to know. */
@@ -50,7 +52,7 @@ StreamedFrames::StreamedFrames(const std::string& link, const stream::ClientOpti
 
 void StreamedFrames::read(std::size_t, io::LoadedFrame& out) {
   for (const std::string& line : client_.takeNotices()) std::fprintf(stderr, "fuse_flow_viewer: %s\n", line.c_str());
-  if (client_.pull(received_, std::chrono::seconds(cloud_ ? 1 : 5))) {
+  if (client_.pull(received_, std::chrono::seconds(cloud_.cloud ? 1 : 5))) {
     try {
       decoder_.decode(received_.message.data(), received_.message.size(), streamed_);
       cloud_ = pointsOf(streamed_);
@@ -76,7 +78,7 @@ void StreamedFrames::read(std::size_t, io::LoadedFrame& out) {
                     streamed_.times.captured != 0 ? "the last image" : "encoding");
       lines_.push_back(line);
     }
-  } else if (!cloud_) {
+  } else if (!cloud_.cloud) {
     const stream::ClientStatus status = client_.status();
     throw io::InputError(name_ + ": " + (status.error.empty() ? "nothing has come yet" : status.error));
   } else if (!client_.status().connected) {

@@ -25,7 +25,7 @@ class StreamedFrames : public FrameSource {
   /** \brief Waits until there is a newer cloud, for a second at most: then the last one is given again. \throws io::InputError if there has
    *  been none, saying why */
   void read(std::size_t frame, io::LoadedFrame& out) override;
-  std::shared_ptr<const pcl::PointCloud<PointFused>> finished() const override { return cloud_; }
+  FinishedCloud finished() const override { return cloud_; }
   bool isFinished() const override { return true; }
   bool knowsTruth() const override { return false; }
   const simulation::RayScene& truth(std::size_t frame) override;
@@ -36,7 +36,7 @@ class StreamedFrames : public FrameSource {
   stream::FrameDecoder decoder_;
   stream::ReceivedFrame received_;
   stream::StreamedCloud streamed_;
-  std::shared_ptr<pcl::PointCloud<PointFused>> cloud_;
+  FinishedCloud cloud_;
   std::vector<std::string> lines_;
   std::deque<std::pair<double, std::size_t>> arrivals_;  ///< seconds, bytes; of the last two seconds
 };
@@ -52,7 +52,7 @@ class KeptFrames : public FrameSource {
   std::optional<double> framesPerSecond() const override;
   std::vector<std::string> inputs() const override { return {path_}; }
   void read(std::size_t frame, io::LoadedFrame& out) override;
-  std::shared_ptr<const pcl::PointCloud<PointFused>> finished() const override { return cloud_; }
+  FinishedCloud finished() const override { return cloud_; }
   bool isFinished() const override { return true; }
   bool knowsTruth() const override { return false; }
   const simulation::RayScene& truth(std::size_t frame) override;
@@ -65,7 +65,7 @@ class KeptFrames : public FrameSource {
   stream::FrameDecoder decoder_;
   std::vector<std::uint8_t> message_;
   stream::StreamedCloud streamed_;
-  std::shared_ptr<pcl::PointCloud<PointFused>> cloud_;
+  FinishedCloud cloud_;
 };
 
 }  // namespace fuse_flow::viewing

@@ -118,6 +118,7 @@ std::shared_ptr<const EncodedFrame> FrameEncoder::encode(const CloudView& cloud,
   frame->mask_bytes = frame->fields & kCameras ? maskBytes(cloud, threads) : 0;
   frame->points = static_cast<std::uint32_t>(entries.size());
   frame->left_out = work.sorted.leftOut();
+  frame->too_far = work.sorted.tooFar();
 
   const auto of_chunk = static_cast<std::size_t>(options.chunk_points);
   frame->chunks.resize((entries.size() + of_chunk - 1) / of_chunk);

@@ -87,6 +87,7 @@ void SortedPoints::findOrigin(const CloudView& cloud, double step, int threads) 
       all.greatest[k] = std::max(all.greatest[k], range.greatest[k]);
     }
   }
+  finite_ = all.count;
   for (std::size_t k = 0; k < 3; ++k) {
     if (all.count == 0) {
       first_[k] = 0;

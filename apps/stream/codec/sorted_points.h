@@ -27,6 +27,8 @@ class SortedPoints {
   /** \brief Metres; a multiple of the step, so that a point has the same error in each frame. */
   const std::array<double, 3>& origin() const { return origin_; }
   std::size_t leftOut() const { return left_out_; }
+  /** \brief Of these, those whose coordinates are finite. */
+  std::size_t tooFar() const { return finite_ - entries_.size(); }
 
  private:
   void findOrigin(const CloudView& cloud, double step, int threads);
@@ -35,6 +37,7 @@ class SortedPoints {
   std::array<double, 3> origin_{};
   Few<double, 3> first_{};  ///< the origin in steps
   std::size_t left_out_{0};
+  std::size_t finite_{0};
   std::vector<std::size_t> counts_;  ///< of a block of points and a bucket
 };
 

@@ -1,3 +1,4 @@
+#include "stream/codec/morton.h"
 #include "stream/foxglove/feed.h"
 #include "stream/foxglove/foxglove_session.h"
 #include "stream/network/frame_hub.h"
@@ -8,8 +9,10 @@
 #include <fuse_flow/stream/server.h>
 
 #include <cmath>
+#include <cstdio>
 #include <stdexcept>
 #include <thread>
+#include <utility>
 
 namespace fuse_flow::stream {
 
@@ -101,6 +104,17 @@ struct Server::State {
     return coarser->encode(cloud, times);
   }
 
+  /** \brief Once: what is missing in one frame is missing in most. */
+  void sayWhatIsTooFar(const EncodedFrame& frame) {
+    if (frame.too_far == 0 || std::exchange(said_too_far, true)) return;
+    char metres[32];
+    std::snprintf(metres, sizeof metres, "%.0f", std::ldexp(frame.step, kCoordinateBits - 1));
+    gate->notices.add(std::to_string(frame.too_far) + " of " + std::to_string(frame.too_far + frame.points) +
+                      " points of frame " + std::to_string(frame.times.number) +
+                      " are not streamed: they are more than " + metres +
+                      " m from the others; a coarser step reaches farther");
+  }
+
   void shed() {
     if (const std::size_t ended = hub->shed(); ended > 0) {
       gate->dropped += ended;
@@ -115,6 +129,7 @@ struct Server::State {
   FrameEncoder encoder;
   std::array<std::unique_ptr<FrameEncoder>, kSteps - 1> coarser_encoders;
   std::optional<Clock::time_point> last_encoded;
+  bool said_too_far{false};
 
   std::atomic<std::uint64_t> encoded{0};
   const std::shared_ptr<network::FrameHub> hub;
@@ -184,7 +199,9 @@ void Server::publish(const CloudView& cloud, const FrameTimes& times) {
     if (wanted[step] == 0) continue;
     FrameTimes of_step = times;
     if (of_step.encoded == 0) of_step.encoded = network::nanosecondsSince1970();
-    frame.of_step[step] = state_->encode(cloud, of_step, step);
+    const std::shared_ptr<const EncodedFrame> encoded = state_->encode(cloud, of_step, step);
+    state_->sayWhatIsTooFar(*encoded);
+    frame.of_step[step] = encoded;
     ++state_->encoded;
   }
   state_->hub->publish(std::move(frame));

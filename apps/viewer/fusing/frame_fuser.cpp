@@ -106,11 +106,13 @@ void FrameFuser::placeCameras(const FusionRequest& request) {
 
 void FrameFuser::fuseCloud(const FusionRequest& request, Pane& pane, const FusionSettingPtr& setting) {
   if (pane.setting == setting && pane.frame == request.frame) return;
-  if (const std::shared_ptr<const Cloud> finished = source_->finished()) {
+  if (const FinishedCloud finished = source_->finished(); finished.cloud) {
     pane.fused = {};
     pane.fused.setting = setting;
-    pane.fused.cloud = cropped(finished, setting->options.parameters.crop_box);
-    if (pane.fused.cloud->empty()) pane.fused.why_empty = finished->empty() ? "has no points" : "none in the box";
+    pane.fused.cloud = cropped(finished.cloud, setting->options.parameters.crop_box);
+    pane.fused.attributes.confidence_known = finished.has_confidence;
+    pane.fused.attributes.views_known = finished.counts_views;
+    if (pane.fused.cloud->empty()) pane.fused.why_empty = finished.cloud->empty() ? "has no points" : "none in the box";
     pane.setting = setting;
     pane.colored_by.reset();
     pane.frame = request.frame;
@@ -128,9 +130,8 @@ void FrameFuser::fuseCloud(const FusionRequest& request, Pane& pane, const Fusio
   pane.fused.setting = setting;
   pane.fused.cloud = cloud;
   pane.fused.statistics = pane.method->statistics();
-  pane.fused.attributes.confidence_known = setting->method == "fuse_flow";
-  // A voxel grid of PCL's averages points of several cameras, and does not count them.
-  pane.fused.attributes.views_known = setting->method == "fuse_flow" || setting->method == "concatenate";
+  pane.fused.attributes.confidence_known = io::knowsConfidence(setting->method);
+  pane.fused.attributes.views_known = io::countsViews(setting->method);
   if (cloud->empty()) pane.fused.why_empty = whyEmpty(*setting, loaded_.rig);
   pane.colored_by.reset();
   pane.frame = request.frame;

@@ -183,6 +183,7 @@ TEST(StreamedFrame, WhatIsNowhereOrFarAwayIsLeftOutAndCounted) {
   const auto frame = encoder.encode(cloud, {});
   EXPECT_EQ(frame->points, all);
   EXPECT_EQ(frame->left_out, 10u);
+  EXPECT_EQ(frame->too_far, 4u);  // 1e30 m and −5 km
   EXPECT_EQ(decoded(stream::messageOf(frame).joined()).size(), all);
 }
 

@@ -2,11 +2,13 @@
 #include "streams.h"
 
 #include <gtest/gtest.h>
+#include <pcl/point_types.h>
 
 #include <array>
 #include <cmath>
 #include <cstdio>
 #include <fstream>
+#include <limits>
 #include <thread>
 
 namespace {
@@ -142,6 +144,19 @@ TEST(StreamServer, ASlowClientGetsTheNewestFramesAndHoldsUpNobody) {
   const std::string frame = slow.nextFrame();
   std::memcpy(&number, frame.data() + 8, sizeof(number));
   EXPECT_GE(number + 2, last);
+}
+
+TEST(StreamServer, PointsThatAreTooFarAreCountedInOneNotice) {
+  Server server(anyPort());
+  pcl::PointCloud<pcl::PointXYZ> cloud;
+  for (int i = 0; i < 100; ++i) cloud.push_back({0.01f * static_cast<float>(i), 0, 0});
+  cloud.push_back({5000, 0, 0});
+  cloud.push_back({std::numeric_limits<float>::quiet_NaN(), 0, 0});  // nowhere: nothing to say
+  server.publish(cloud, {7, 0, 0});
+  const std::vector<std::string> notices = server.takeNotices();
+  ASSERT_EQ(notices.size(), 1u);
+  EXPECT_NE(notices[0].find("1 of 101 points of frame 7"), std::string::npos) << notices[0];
+  EXPECT_NE(notices[0].find("1049 m"), std::string::npos) << notices[0];
 }
 
 TEST(StreamServer, AtMostTwoFramesAreUnanswered) {

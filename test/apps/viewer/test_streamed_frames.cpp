@@ -58,11 +58,31 @@ TEST(KeptStream, IsPlayedAtTheRateAtWhichItCame) {
   EXPECT_DOUBLE_EQ(frames.framesPerSecond().value(), 10);
   io::LoadedFrame frame;
   frames.read(3, frame);
-  ASSERT_EQ(frames.finished()->size(), 10000u);
+  ASSERT_EQ(frames.finished().cloud->size(), 10000u);
   EXPECT_EQ(frame.rig.cameras.at(1).name, "right");
   float least = 1e9f;
-  for (const auto& point : *frames.finished()) least = std::min(least, point.x);
+  for (const auto& point : *frames.finished().cloud) least = std::min(least, point.x);
   EXPECT_NEAR(least, 0.3f - 0.495f, 0.0006f);
+  fs::remove(path);
+}
+
+TEST(KeptStream, SaysWhatItsPointsHaveAndDrawsThoseWithoutColour) {
+  const std::string path = (fs::temp_directory_path() / "fuse_flow_viewer_plain.ffs").string();
+  stream::FrameEncoder encoder;
+  pcl::PointCloud<pcl::PointXYZ> plain;
+  plain.push_back({1, 2, 3});
+  {
+    stream::StreamWriter writer(path, twoCameras());
+    writer.write(stream::messageOf(encoder.encode(square(), {})));
+    writer.write(stream::messageOf(encoder.encode(plain, {})));
+  }
+  KeptFrames frames(path);
+  io::LoadedFrame frame;
+  frames.read(0, frame);
+  EXPECT_TRUE(frames.finished().has_confidence && frames.finished().counts_views);
+  frames.read(1, frame);
+  EXPECT_FALSE(frames.finished().has_confidence || frames.finished().counts_views);
+  EXPECT_GT(frames.finished().cloud->at(0).g, 100);
   fs::remove(path);
 }
 
@@ -91,11 +111,11 @@ TEST(StreamedFrames, TheNewestCloudIsShownWhateverIsAskedFor) {
     // Its connection may not have been there yet when the first came.
     for (int k = 0; k < 50; ++k) {
       frames.read(static_cast<std::size_t>(k), frame);
-      if (std::abs(frames.finished()->points[0].x - x) < 0.6f) break;
+      if (std::abs(frames.finished().cloud->points[0].x - x) < 0.6f) break;
       server.publish(square(x), {});
     }
     float least = 1e9f;
-    for (const auto& point : *frames.finished()) least = std::min(least, point.x);
+    for (const auto& point : *frames.finished().cloud) least = std::min(least, point.x);
     EXPECT_NEAR(least, x - 0.495f, 0.0006f);
     EXPECT_EQ(frame.rig.cameras.size(), 2u);
   }

@@ -61,6 +61,8 @@ struct EncodedFrame {
   std::vector<EncodedChunk> chunks;
   /** \brief Points that are not in it: coordinates that are not finite, or more than 2²¹ steps from the others. */
   std::size_t left_out{0};
+  /** \brief Those of them that are somewhere, and too far from the others. */
+  std::size_t too_far{0};
 
   std::size_t bytes() const;  ///< of a message with all of it
 };
