@@ -119,6 +119,7 @@ class FramePoints {
   std::uint32_t size() const { return offsets_->back(); }
   /** \brief C of eq. 9, to be filled in; 0: gated, or no measurement. */
   float* weights() { return weights_.data(); }
+  const float* weights() const { return weights_.data(); }
   float C(std::uint32_t index) const { return weights_[index]; }
   /** \brief Eq. 8. */
   Vec3 position(std::uint32_t index) const {

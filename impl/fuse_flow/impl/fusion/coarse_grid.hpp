@@ -165,6 +165,12 @@ class CoarseGrid {
   std::vector<RunBuilder>& builders() { return builders_; }
 
   void merge() {
+    mergeIf([](std::uint64_t) { return true; });
+  }
+
+  /** \brief The same for some of the cells. \param wanted whether a cell of this key is one */
+  template <typename Wanted>
+  void mergeIf(const Wanted& wanted) {
     table_.clear();
     cells_.clear();
     global_.clear();
@@ -173,15 +179,16 @@ class CoarseGrid {
       const CellTable& local = builders_[s].table();
       const std::size_t first = global_.size();
       for (std::size_t c = 0; c < local.size(); ++c) {
-        global_.push_back(table_.findOrAdd(local.key(c)));
+        global_.push_back(wanted(local.key(c)) ? table_.findOrAdd(local.key(c)) : CellTable::kEmpty);
         if (global_.back() == cells_.size()) cells_.push_back({local.key(c), 0, 0, 0});
       }
       for (const Run& run : builders_[s].runs()) {
+        if (global_[first + run.cell] == CellTable::kEmpty) continue;
         Cell& cell = cells_[global_[first + run.cell]];
         cell.points += run.count;
         ++cell.end_run;
+        ++total_runs;
       }
-      total_runs += builders_[s].runs().size();
     }
     std::uint32_t offset = 0;
     for (Cell& cell : cells_) {
@@ -193,7 +200,8 @@ class CoarseGrid {
     std::size_t first = 0;
     for (std::size_t s = 0; s < stretches_; ++s) {
       for (const Run& run : builders_[s].runs())
-        runs_[cells_[global_[first + run.cell]].end_run++] = {run.begin, run.count};
+        if (global_[first + run.cell] != CellTable::kEmpty)
+          runs_[cells_[global_[first + run.cell]].end_run++] = {run.begin, run.count};
       first += builders_[s].table().size();
     }
   }
@@ -213,7 +221,7 @@ class CoarseGrid {
   std::size_t stretches_{0};
   CellTable table_;
   std::vector<Cell> cells_;
-  std::vector<std::uint32_t> global_;  ///< number of each stretch's cells among all, stretch after stretch
+  std::vector<std::uint32_t> global_;  ///< number of each stretch's cells among all, stretch after stretch; kEmpty: not wanted
   std::vector<Stretch> runs_;
 };
 

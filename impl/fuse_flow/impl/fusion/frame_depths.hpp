@@ -20,8 +20,8 @@ namespace host {
  *  depth. Each step works on some rows of one view, so that what it needs is still in the caches. */
 class FrameDepths {
  public:
-  /** \brief Begins a frame, which must stay alive. */
-  void start(const RigFrame& frame, const RigGeometry& rig, const FuseFlowParameters& parameters) {
+  /** \brief Begins a frame, which must stay alive. \param number_missing whether the pixels of missing cameras have numbers too */
+  void start(const RigFrame& frame, const RigGeometry& rig, const FuseFlowParameters& parameters, bool number_missing) {
     frame_ = &frame;
     rig_ = &rig;
     parameters_ = &parameters;
@@ -43,11 +43,12 @@ class FrameDepths {
       if (missing) {
         measured_[i].clear();
         refined_[i].clear();  // or other views would agree with what it measured before
-        continue;
+        if (!number_missing) continue;
       }
       total += static_cast<std::size_t>(K.width) * static_cast<std::size_t>(K.height);
       if (total > std::numeric_limits<std::uint32_t>::max() - 1u)
         throw pcl::PCLException("fuse_flow::FuseFlow: a frame has more than 2^32 pixels");
+      if (missing) continue;
       measured_[i].resize(K.width, K.height);
       if (passes() > 0) refined_[i].resize(K.width, K.height);
     }
@@ -97,6 +98,19 @@ class FrameDepths {
     smoothRow(parameters_->smoothing, pass, noise_[i], smoothed(i, pass, scratch), v,
               smoothed(i, pass + 1, scratch).row(v), smoothed(i, parameters_->smoothing.passes, scratch));
   }
+
+  /** \brief A view that is missing here gets maps, or gives them back. */
+  void swapMaps(std::size_t i, DepthMap& measured, DepthMap& refined) {
+    std::swap(measured_[i], measured);
+    if (passes() > 0) std::swap(refined_[i], refined);
+  }
+  ///@{
+  /** \brief What the maps that it got hold, to be filled. */
+  DepthMap& mapToFill(std::size_t i) { return measured_[i]; }
+  DepthMap& refinedToFill(std::size_t i) { return passes() > 0 ? refined_[i] : measured_[i]; }
+  ///@}
+  /** \brief Of a view whose noise was measured elsewhere. */
+  void setNoiseScale(std::size_t i, float scale) { noise_[i].scale = scale; }
 
   const std::vector<FrameTasks::View>& views() const { return views_; }
   /** \brief Number of the first pixel of each view, and of all: views come one after the other, row by row. */

@@ -119,6 +119,16 @@ class FrameMeasurements {
     return counts;
   }
 
+  /** \brief Points whose weights are known already, of n pixels of a row from pixel u on, and the coarse cells that they fall into. */
+  void takeUp(std::uint32_t view, int v, int u, int n, std::size_t thread, RunBuilder& cells) {
+    const std::uint32_t first = firstOf(view, v) + static_cast<std::uint32_t>(u);
+    PointRow& row = rows_[thread];
+    row.reserve(static_cast<std::size_t>(n));
+    row.place((*rig_)[view], u, v, crop_box_, parameters_->aggregation.cell_size, depths_->refined(view).row(v) + u, n,
+              points_->weights() + first);
+    row.addTo(cells, first);
+  }
+
  private:
   /** \brief One row of a view's pixels: first C of eq. 3, then what passes the gate weighs. */
   struct Row {
@@ -193,7 +203,7 @@ class FrameMeasurements {
 
   /** \brief Eq. 8: where the measurements lie in the world. \returns how many become points */
   std::size_t backProject(const Row& row, PointRow& points) const {
-    return points.place((*rig_)[row.view], row.v, crop_box_, parameters_->aggregation.cell_size,
+    return points.place((*rig_)[row.view], 0, row.v, crop_box_, parameters_->aggregation.cell_size,
                         depths_->refined(row.view).row(row.v), depths_->measured(row.view).width(), row.weights);
   }
 

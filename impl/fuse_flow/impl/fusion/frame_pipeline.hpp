@@ -27,6 +27,8 @@ class FramePipeline {
   int threads{0};
   /** \brief Whether color() will be called. */
   bool with_color{true};
+  /** \brief Whether the pixels of missing cameras have numbers too, as if they were there: others may have their views. */
+  bool number_missing{false};
   FrameStatistics statistics;
 
   /** \brief Eq. 3, 8, 9 and the partition into coarse cells. The frame must stay alive until its output has been read. */
@@ -34,6 +36,15 @@ class FramePipeline {
 
   /** \brief Section 5, cell by cell; aggregation().forEachBlock() then tells the order of the fused points. */
   FUSE_FLOW_INLINE void aggregate(FusedPointSink& sink);
+
+  /** \brief The same for some of the cells. \param wanted whether a cell of this key is one */
+  template <typename Wanted>
+  void aggregateIf(FusedPointSink& sink, const Wanted& wanted) {
+    const Clock::time_point start = Clock::now();
+    aggregation_.grid.mergeIf(wanted);
+    statistics.merge_ms = since(start);
+    fuseCells(sink);
+  }
 
   /** \brief The ablation's point-wise fusion: every gated point, of weight C V, with the points that other views have in
    *  its place, each of weight C exp(−d²/σ²). Calls emit(fused point, PointCameras::mask()) in the order of the pixels. */
@@ -57,6 +68,8 @@ class FramePipeline {
   /** \brief Colour of a pixel, from its view's image. */
   ViewColor color(const FramePoints::Pixel& at) const {
     const ViewGeometry& view = rig_[at.view];
+    if (!resolved_colors_.empty() && resolved_colors_[at.view] != nullptr)
+      return resolved_colors_[at.view][static_cast<std::ptrdiff_t>(at.v) * view.intrinsics.width + at.u];
     const ImageView<Rgb8>& image = frame_->views[at.view].color;
     if (!view.own_color_camera) return pixelColor(image, at.u, at.v);  // depth may be far away in memory
     return viewColor(view, image, color_depths_[at.view].cells(), at.u, at.v, view.ray(at.u, at.v),
@@ -74,7 +87,7 @@ class FramePipeline {
     return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
   }
 
- private:
+ protected:  // for a pipeline whose views are not all its own
   using Step = FrameTasks::Step;
   using Stretch = FrameTasks::Stretch;
 
@@ -128,7 +141,7 @@ class FramePipeline {
   /** \brief Memory and tasks of a frame. */
   void layOut() {
     startStatistics();
-    depths_.start(*frame_, rig_, parameters);
+    depths_.start(*frame_, rig_, parameters, number_missing);
     tasks_.layOut(depths_.views(), parameters.smoothing, threads_, detail::asksForAgreement(parameters));
     depths_.reserveScratch(tasks_.scratchMaps());
     const std::vector<Stretch>& stretches = tasks_.stretches();
@@ -207,6 +220,8 @@ class FramePipeline {
     });
   }
 
+  FUSE_FLOW_INLINE void fuseCells(FusedPointSink& sink);
+
   /** \brief Eq. 4–7. */
   ConsistencyEvaluator makeEvaluator() const {
     ConsistencyEvaluator evaluator(parameters.consistency, rig_, depths_.measured());
@@ -247,6 +262,8 @@ class FramePipeline {
   FramePoints points_;
   HashAggregation aggregation_;
   std::vector<ColorDepthMap> color_depths_;  ///< of the views whose colour camera stands beside
+  /** \brief Of each view the colours of its pixels, row by row, where they have come from elsewhere; empty: of none. */
+  std::vector<const ViewColor*> resolved_colors_;
   std::vector<FrameMeasurements::Counts> counts_;
   std::vector<std::size_t> measured_;  ///< of each view, in range
   std::vector<BusyTimes> busy_;
@@ -278,9 +295,10 @@ FUSE_FLOW_INLINE void FramePipeline::generate(const RigFrame& frame) {
 }
 
 FUSE_FLOW_INLINE void FramePipeline::aggregate(FusedPointSink& sink) {
-  const Clock::time_point start = Clock::now();
-  aggregation_.grid.merge();
-  statistics.merge_ms = since(start);
+  aggregateIf(sink, [](std::uint64_t) { return true; });
+}
+
+FUSE_FLOW_INLINE void FramePipeline::fuseCells(FusedPointSink& sink) {
   statistics.coarse_cells = aggregation_.grid.cells().size();
   const Clock::time_point merged = Clock::now();
   const ConsistencyEvaluator evaluator = makeEvaluator();

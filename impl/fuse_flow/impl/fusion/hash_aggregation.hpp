@@ -37,6 +37,7 @@ class HashAggregation {
     fused_.assign(scratch_.size(), 0);
     sink.start(threads);
     blocks_.resize(blocks);
+    points_of_cells_.resize(cells.size());
     parallelFor(threads, blocks, [&](std::size_t block, int thread) {
       CellScratch& s = scratch_[static_cast<std::size_t>(thread)];
       Block done{thread, fused_[static_cast<std::size_t>(thread)], 0, 0};
@@ -46,6 +47,7 @@ class HashAggregation {
         s.output_cameras.clear();
         fuseCell(p, max_level, grid, cells[c], points, evaluator, crop_box, s);
         done.count += s.output.size();
+        points_of_cells_[c] = static_cast<std::uint32_t>(s.output.size());
         sink.add(thread, s.output, s.output_cameras);
       }
       fused_[static_cast<std::size_t>(thread)] += done.count;
@@ -60,6 +62,8 @@ class HashAggregation {
   }
 
   std::size_t size() const { return total_; }
+  /** \brief How many fused points each cell of the grid gave, in their order. */
+  const std::vector<std::uint32_t>& pointsOfCells() const { return points_of_cells_; }
 
   /** \brief Calls visit(position of the first in the output, thread that fused them, how many it had fused before, how many) for all
    *  fused points, some at a time, in parallel. */
@@ -116,6 +120,7 @@ class HashAggregation {
   std::vector<CellScratch> scratch_;
   std::vector<std::size_t> fused_;  ///< points of each thread
   std::vector<Block> blocks_;
+  std::vector<std::uint32_t> points_of_cells_;
   std::size_t total_{0};
 };
 

@@ -48,14 +48,14 @@ class PointRow {
     return static_cast<std::size_t>(measured);
   }
 
-  /** \brief Eq. 8, and the coarse cell of each point. \param crop_box what is outside weighs nothing  \param z as of weigh()
+  /** \brief Eq. 8, and the coarse cell of each point. \param u of the first pixel  \param crop_box what is outside weighs nothing  \param z as of weigh()
    *  \param weights of weigh(), kept \returns how many weigh something */
-  std::size_t place(const ViewGeometry& view, int v, const Box& crop_box, float cell_size, const float* z, int width,
+  std::size_t place(const ViewGeometry& view, int u, int v, const Box& crop_box, float cell_size, const float* z, int width,
                     float* weights) {
     width_ = width;
     weight_ = weights;
     std::size_t gated = 0;
-    view.withRays(0, v, [&](const auto& ray) {
+    view.withRays(u, v, [&](const auto& ray) {
       inWideVectors([&, this] {
         gated = placeAll(width_, ray, view.T_world_camera, crop_box, 1.0f / cell_size, z, weight_, x_.data(), y_.data(),
                          z_.data(), cell_x_.data(), cell_y_.data(), cell_z_.data());

@@ -174,6 +174,11 @@ class RigGeometry {
     return changed;
   }
 
+  /** \brief Of a camera that has a view elsewhere: its tables, if they are not there. */
+  void tabulate(std::size_t i) {
+    if (!views_[i].hasTables()) views_[i].assign(cameras_[i]);
+  }
+
   std::size_t size() const { return views_.size(); }
   const ViewGeometry& operator[](std::size_t i) const { return views_[i]; }
 

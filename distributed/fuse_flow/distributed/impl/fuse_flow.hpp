@@ -1,0 +1,131 @@
+#pragma once
+
+#include <fuse_flow/distributed/fuse_flow.h>
+#include <fuse_flow/impl/fusion/point_writer.hpp>
+
+namespace fuse_flow {
+namespace distributed {
+
+/** \brief Sends a message to every other rank, and waits for theirs. */
+template <typename PointT>
+void FuseFlow<PointT, device::Host>::exchange(const std::vector<Message>& out) {
+  const std::vector<int> others = otherRanks(*communicator_);
+  std::vector<Communicator::Outgoing> outgoing;
+  for (const int r : others) {
+    const Message& message = out[out.size() == 1 ? 0 : static_cast<std::size_t>(r)];
+    outgoing.push_back({r, message.data(), message.size()});
+    part_statistics_.bytes_sent += message.size();
+    ++part_statistics_.messages;
+  }
+  communicator_->exchange(outgoing, others, in_);
+  for (const Message& message : in_) part_statistics_.bytes_received += message.size();
+}
+
+/** \brief This rank's part, and what the others say of theirs. */
+template <typename PointT>
+void FuseFlow<PointT, device::Host>::meet(const RigFrame& frame) {
+  parts_.resize(static_cast<std::size_t>(ranks()));
+  PartSummary& summary = parts_[static_cast<std::size_t>(own())];
+  summary = {};
+  std::exception_ptr failure;
+  try {
+    pipeline_.measure(frame, summary);
+  } catch (const std::exception& error) {
+    failure = std::current_exception();
+    summary.error = error.what();
+    summary.views.clear();
+    summary.blocks.clear();
+  }
+  summary.parameters = FrameDigest()
+                           .add(pipeline_.parameters)
+                           .addAll(ownership_, compute_normals_, weight_in_intensity_, sizeof(PointT))
+                           .value();
+  summary.fuses = fusing_ ? 1 : 0;
+  part_statistics_.views = summary.views.size();
+  std::vector<Message> out(1);
+  summary.write(out[0]);
+  exchange(out);
+  if (failure) std::rethrow_exception(failure);
+  const std::vector<int> others = otherRanks(*communicator_);
+  for (std::size_t k = 0; k < others.size(); ++k)
+    parts_[static_cast<std::size_t>(others[k])].read(in_[k], others[k], frame.cameras.size());
+  checkParts();
+  pipeline_.meet(parts_, own());
+}
+
+template <typename PointT>
+void FuseFlow<PointT, device::Host>::checkParts() const {
+  const PartSummary& mine = parts_[static_cast<std::size_t>(own())];
+  for (std::size_t r = 0; r < parts_.size(); ++r) {
+    const int rank = static_cast<int>(r);
+    if (!parts_[r].error.empty()) throw RankError(rank, "cannot do its part of the frame: " + parts_[r].error);
+    const std::string than = " than rank " + std::to_string(own());
+    if (parts_[r].rig != mine.rig) throw RankError(rank, "has other cameras" + than + ": all must have the same calibration");
+    if (parts_[r].parameters != mine.parameters) throw RankError(rank, "has other parameters" + than);
+  }
+}
+
+/** \brief What the cells of others look at goes to them, and what this rank's cells look at comes. */
+template <typename PointT>
+void FuseFlow<PointT, device::Host>::exchangeWindows() {
+  const std::vector<Message>& out =
+      window_writer_.write(pipeline_, owners_, parts_[static_cast<std::size_t>(own())], own(), ranks());
+  if (ranks() == 1) {
+    pipeline_.beginLanding();
+    return;
+  }
+  exchange(out);
+  part_statistics_.bytes_of_points = window_writer_.bytesOfPoints();
+  window_reader_.read(pipeline_, in_, otherRanks(*communicator_), parts_);
+  pipeline_.takeUp();
+}
+
+template <typename PointT>
+void FuseFlow<PointT, device::Host>::fuseCells(PointCloud& output) {
+  host::PointWriter<PointT>& writer = *writer_;
+  writer.setComputeNormals(compute_normals_);
+  pipeline_.fuseOwned(writer, [&](std::uint64_t cell) { return owners_.ownerOf(cell) == own(); });
+  const host::HashAggregation& aggregation = pipeline_.aggregation();
+  output.resize(aggregation.size());
+  aggregation.forEachBlock(pipeline_.resolvedThreads(), [&](std::size_t position, int thread, std::size_t begin, std::size_t n) {
+    writer.copy(thread, begin, n, output.points.data() + position);
+  });
+  output.header = {};
+  for (const PartSummary& part : parts_) output.header.stamp = std::max(output.header.stamp, part.stamp);
+  output.width = static_cast<std::uint32_t>(output.size());
+  output.height = 1;
+  output.is_dense = !writer.anyUnknownNormal();
+  output.sensor_origin_.setZero();
+  output.sensor_orientation_.setIdentity();
+  pipeline_.statistics.fused_points = output.size();
+  part_statistics_.cells = aggregation.grid.cells().size();
+  part_statistics_.points = part_statistics_.foreign_points = 0;
+  for (const host::CoarseGrid::Cell& cell : aggregation.grid.cells()) part_statistics_.points += cell.points;
+  part_statistics_.foreign_points = window_reader_.points();
+}
+
+template <typename PointT>
+void FuseFlow<PointT, device::Host>::gather(const PointCloud& part, PointCloud& whole, int root) {
+  const detail::OneThread::Inside inside(one_thread_, "fuse_flow::distributed::FuseFlow");
+  const std::vector<std::uint32_t>& counts = pipeline_.aggregation().pointsOfCells();
+  if (part.size() != pipeline_.aggregation().size())
+    throw pcl::PCLException("fuse_flow::distributed::FuseFlow: gather() takes the cloud of the last fuse()");
+  // Of each cell its first point, which orders it among those of all ranks, and how many points were fused of it.
+  GatheredCells cells(counts.size());
+  for (std::size_t c = 0; c < counts.size(); ++c) cells[c] = {pipeline_.firstPointOf(c), counts[c]};
+  whole.clear();
+  std::vector<Communicator::Outgoing> out;
+  std::vector<int> from;
+  Message message;
+  if (own() == root) {
+    from = otherRanks(*communicator_);
+  } else {
+    writeGathered(cells, part, message);
+    out.push_back({root, message.data(), message.size()});
+  }
+  communicator_->exchange(out, from, in_);
+  if (own() == root) mergeGathered(cells, part, from, in_, whole);
+}
+
+}  // namespace distributed
+}  // namespace fuse_flow
