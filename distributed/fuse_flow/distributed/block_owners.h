@@ -52,7 +52,8 @@ class BlockOwners {
     fusing_.clear();
     for (std::size_t r = 0; r < parts.size(); ++r)
       if (parts[r].fuses) fusing_.push_back(static_cast<int>(r));
-    if (fusing_.empty()) throw pcl::PCLException("fuse_flow::distributed: no rank fuses: setFusing() of one must be on");
+    if (fusing_.empty())
+      throw pcl::PCLException("fuse_flow::distributed: no rank fuses: setFusing() of one must be on");
     if (how == Ownership::Hash) {
       for (Block& block : blocks_) block.owner = fusing_[hashCellKey(block.key) % fusing_.size()];
     } else {
@@ -69,7 +70,8 @@ class BlockOwners {
 
   /** \brief Points that the busiest rank fuses, over the mean of those that fuse; 1: all the same. */
   double imbalance() const {
-    const auto total = static_cast<double>(std::accumulate(points_of_rank_.begin(), points_of_rank_.end(), std::uint64_t{0}));
+    const auto total =
+        static_cast<double>(std::accumulate(points_of_rank_.begin(), points_of_rank_.end(), std::uint64_t{0}));
     const auto most = static_cast<double>(*std::max_element(points_of_rank_.begin(), points_of_rank_.end()));
     return total > 0 ? most * static_cast<double>(fusing_.size()) / total : 1.0;
   }
@@ -122,10 +124,12 @@ class BlockOwners {
   }
 
   /** \brief The piece of which a rank has measured the most goes to that rank, then the next of those that are left. */
-  std::vector<int> ranksOfPieces(const std::vector<std::uint64_t>& measured, std::size_t pieces, std::size_t ranks) const {
+  std::vector<int> ranksOfPieces(const std::vector<std::uint64_t>& measured, std::size_t pieces,
+                                 std::size_t ranks) const {
     std::vector<std::tuple<std::uint64_t, std::size_t, int>> wishes;
     for (std::size_t piece = 0; piece < pieces; ++piece)
-      for (const int rank : fusing_) wishes.emplace_back(measured[piece * ranks + static_cast<std::size_t>(rank)], piece, rank);
+      for (const int rank : fusing_)
+        wishes.emplace_back(measured[piece * ranks + static_cast<std::size_t>(rank)], piece, rank);
     std::sort(wishes.begin(), wishes.end(), [](const auto& a, const auto& b) {
       if (std::get<0>(a) != std::get<0>(b)) return std::get<0>(a) > std::get<0>(b);
       return std::tie(std::get<1>(a), std::get<2>(a)) < std::tie(std::get<1>(b), std::get<2>(b));

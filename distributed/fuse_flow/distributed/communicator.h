@@ -33,9 +33,9 @@ class Communicator {
  public:
   /** \brief A message on its way; the sender keeps the bytes until exchange() returns. */
   struct Outgoing {
-    int rank;           ///< who gets it; another one
-    const char* data;   ///< its bytes
-    std::size_t size;   ///< how many; may be 0
+    int rank;          ///< who gets it; another one
+    const char* data;  ///< its bytes
+    std::size_t size;  ///< how many; may be 0
   };
 
   virtual ~Communicator() = default;

@@ -2,6 +2,7 @@
 
 #include <fuse_flow/distributed/gathered_cells.h>
 #include <fuse_flow/distributed/part_statistics.h>
+#include <fuse_flow/distributed/refined_messages.h>
 #include <fuse_flow/distributed/window_messages.h>
 #include <fuse_flow/fuse_flow.h>
 
@@ -23,7 +24,8 @@ namespace distributed {
  *
  *  Every rank turns its own views into depth maps and weighted points. All tell each other in which blocks of cells they have points; each
  *  then knows which blocks are whose (Ownership), and sends of its views what the cells of others look at. A frame costs two exchanges: one
- *  small, one large. Nothing is kept from frame to frame but memory.
+ *  small, one large; and a third before them where measurements need views that agree (AgreementParameters). Nothing is kept from frame to
+ *  frame but memory.
  *
  *  All ranks must have the same cameras, in the same order, the same parameters and the same PointT, and call fuse() equally often: each
  *  call is compared. Only one thread at a time may use an object. Source: the paper's section 5; that cells can be fused apart, design.md's
@@ -46,10 +48,8 @@ class FuseFlow<PointT, device::Host> {
   void setParameters(const FuseFlowParameters& parameters) {
     checkParameters(parameters);
     if (!parameters.use_spatial_hash)
-      detail::throwBadArgument("fuse_flow::distributed::FuseFlow: use_spatial_hash is off, must be on: ranks share out cells");
-    if (parameters.agreement.min_views > 0)
-      detail::throwBadArgument("fuse_flow::distributed::FuseFlow: agreement.min_views is ", parameters.agreement.min_views,
-                               ", must be 0: whether other views agree is not yet asked across ranks");
+      detail::throwBadArgument(
+          "fuse_flow::distributed::FuseFlow: use_spatial_hash is off, must be on: ranks share out cells");
     pipeline_.parameters = parameters;
   }
   const FuseFlowParameters& getParameters() const { return pipeline_.parameters; }
@@ -106,6 +106,7 @@ class FuseFlow<PointT, device::Host> {
   int own() const { return communicator_->rank(); }
 
   void meet(const RigFrame& frame);
+  void shareRefined();
   void checkParts() const;
   void exchangeWindows();
   void fuseCells(PointCloud& output);

@@ -28,7 +28,8 @@ void writeGathered(const GatheredCells& cells, const pcl::PointCloud<PointT>& pa
   out.put(static_cast<std::uint64_t>(part.size()));
   out.put(static_cast<std::uint8_t>(part.is_dense));
   out.put(cells.data(), cells.size());
-  std::memcpy(out.room(part.size() * sizeof(PointT)), static_cast<const void*>(part.points.data()), part.size() * sizeof(PointT));
+  std::memcpy(out.room(part.size() * sizeof(PointT)), static_cast<const void*>(part.points.data()),
+              part.size() * sizeof(PointT));
 }
 
 /** \brief Puts the clouds of all ranks together, cell by cell in the order of their first points: that of one process. \param own cells and

@@ -18,10 +18,12 @@ class PartPipeline : public host::FramePipeline {
  public:
   PartPipeline() { number_missing = true; }
 
-  /** \brief Eq. 3, 8 and 9 for the rank's own views. \param summary receives what the other ranks are told of them */
-  void measure(const RigFrame& part, PartSummary& summary) {
+  /** \brief Eq. 3, 8 and 9 for the rank's own views. \param summary receives what the other ranks are told of them
+   *  \param share_refined called where measurements need views of others that agree, to send and receive D^r; may throw */
+  void measure(const RigFrame& part, PartSummary& summary, const std::function<void()>& share_refined) {
     putMapsBack();
     received_.resize(part.cameras.size());
+    all_refined = share_refined;
     generate(part);
     whole_ = part;
     frame_ = &whole_;
@@ -40,8 +42,8 @@ class PartPipeline : public host::FramePipeline {
     for (std::size_t r = 0; r < parts.size(); ++r)
       for (const PartSummary::View& view : parts[r].views) {
         if (origin_[view.view] >= 0)
-          throw RankError(static_cast<int>(r), "has a view of camera '" + whole_.cameras[view.view].name + "', and so has rank " +
-                                                   std::to_string(origin_[view.view]));
+          throw RankError(static_cast<int>(r), "has a view of camera '" + whole_.cameras[view.view].name +
+                                                   "', and so has rank " + std::to_string(origin_[view.view]));
         origin_[view.view] = static_cast<int>(r);
         if (static_cast<int>(r) == own) continue;
         rig_.tabulate(view.view);
@@ -80,6 +82,7 @@ class PartPipeline : public host::FramePipeline {
     return *projection;
   }
   const host::ViewGeometry& geometry(std::size_t view) const { return rig_[view]; }
+  std::size_t cameraCount() const { return rig_.size(); }
 
   bool smooths() const { return &depths_.refined() != &depths_.measured(); }
   const host::DepthMap& measured(std::size_t view) const { return depths_.measured(view); }
@@ -97,6 +100,26 @@ class PartPipeline : public host::FramePipeline {
   bool receivesConfidence(std::size_t view) const {
     return received_[view].has_confidence && parameters.consistency.weigh_contradictions;
   }
+
+  /** \brief Where D^r of another rank's view goes before measurements are weighed: all of it. */
+  host::DepthMap& landRefined(std::size_t view) {
+    rig_.tabulate(view);
+    const Intrinsics& K = rig_[view].intrinsics;
+    land(view, {0, 0, K.width, K.height});
+    return depths_.refinedToFill(view);
+  }
+  /** \brief D^r of one of the rank's own views, where it may agree with others: 0 where the view has no confidence. */
+  float refinedToAgree(std::size_t view, int u, int v) const {
+    return confidenceAt(frame_->views[view].confidence, u, v) > 0 ? depths_.refined(view).row(v)[u] : 0.0f;
+  }
+  /** \brief The rank's own views, while measure() runs. */
+  std::vector<std::uint32_t> ownViews() const {
+    std::vector<std::uint32_t> own;
+    for (std::size_t i = 0; i < frame_->views.size(); ++i)
+      if (!frame_->views[i].missing()) own.push_back(static_cast<std::uint32_t>(i));
+    return own;
+  }
+  bool hasLanded(std::size_t view) const { return received_[view].swapped; }
 
   /** \brief Calls visit(number of the first point among the view's pixels, how many, key of their cell) for all points of one of the rank's own
    *  views, some at a time. */
@@ -124,6 +147,7 @@ class PartPipeline : public host::FramePipeline {
     Received& received = received_[view];
     const Intrinsics& K = rig_[view].intrinsics;
     const auto pixels = static_cast<std::size_t>(K.width) * static_cast<std::size_t>(K.height);
+    putMapsBack(view);
     received.swapped = true;
     if (window.empty()) {
       received.blank_measured.resize(1, 1);
@@ -229,13 +253,14 @@ class PartPipeline : public host::FramePipeline {
 
   /** \brief The last frame's. */
   void putMapsBack() {
-    for (std::size_t view = 0; view < received_.size(); ++view) {
-      Received& received = received_[view];
-      if (!received.swapped) continue;
-      depths_.swapMaps(view, received.blank ? received.blank_measured : received.measured,
-                       received.blank ? received.blank_refined : received.refined);
-      received.swapped = false;
-    }
+    for (std::size_t view = 0; view < received_.size(); ++view) putMapsBack(view);
+  }
+  void putMapsBack(std::size_t view) {
+    Received& received = received_[view];
+    if (!received.swapped) return;
+    depths_.swapMaps(view, received.blank ? received.blank_measured : received.measured,
+                     received.blank ? received.blank_refined : received.refined);
+    received.swapped = false;
   }
 
   static void clear(host::DepthMap& map, const PixelWindow& window) {

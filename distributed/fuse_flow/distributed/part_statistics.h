@@ -16,7 +16,7 @@ struct PartStatistics {
   std::size_t messages{0};        ///< sent
   /** \brief Of the bytes sent, what cannot be left out: D^r, C and colour of the points that others fuse. */
   std::size_t bytes_of_points{0};
-  double imbalance{1};  ///< points that the busiest rank fuses over the mean; the same at all ranks
+  double imbalance{1};    ///< points that the busiest rank fuses over the mean; the same at all ranks
   double summary_ms{0};   ///< depth, confidence and points of its own views, and until all ranks have told of theirs
   double exchange_ms{0};  ///< until what its cells look at has come
 };

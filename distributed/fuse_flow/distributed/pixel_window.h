@@ -99,8 +99,8 @@ class BoxProjection {
     }
   }
 
-  static void reach(const std::vector<Interval>& strips, const Interval& box, int pixels, int margin, std::int32_t& begin,
-                    std::int32_t& end) {
+  static void reach(const std::vector<Interval>& strips, const Interval& box, int pixels, int margin,
+                    std::int32_t& begin, std::int32_t& end) {
     begin = pixels;
     end = 0;
     for (std::size_t s = 0; s < strips.size(); ++s) {

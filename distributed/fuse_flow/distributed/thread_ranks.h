@@ -42,8 +42,8 @@ class ThreadRanks {
     int size() const override { return size_; }
 
     void exchange(const std::vector<Outgoing>& out, const std::vector<int>& from, std::vector<Message>& in) override {
-      const auto deadline = std::chrono::steady_clock::now() +
-                            std::chrono::duration_cast<std::chrono::steady_clock::duration>(timeout_);
+      const auto deadline =
+          std::chrono::steady_clock::now() + std::chrono::duration_cast<std::chrono::steady_clock::duration>(timeout_);
       std::unique_lock<std::mutex> lock(mail_->mutex);
       for (const Outgoing& message : out)
         mail_->messages[{rank_, message.rank}].emplace_back(message.data, message.data + message.size);

@@ -52,8 +52,8 @@ class WindowWriter {
  public:
   /** \param pipeline has measured the rank's views  \param own rank  \param ranks how many \returns the messages, by rank; the own one is
    *  empty */
-  const std::vector<Message>& write(PartPipeline& pipeline, const BlockOwners& owners, const PartSummary& summary, int own,
-                                    int ranks) {
+  const std::vector<Message>& write(PartPipeline& pipeline, const BlockOwners& owners, const PartSummary& summary,
+                                    int own, int ranks) {
     pipeline_ = &pipeline;
     ranks_ = static_cast<std::size_t>(ranks);
     views_.clear();
@@ -61,10 +61,12 @@ class WindowWriter {
     windows_.resize(views_.size() * ranks_);
     for (Window& window : windows_) window.header = {0, {}, 0};
     findWindows(owners, own);
-    host::parallelFor(pipeline.resolvedThreads(), views_.size(), [&](std::size_t k, int) { markPoints(owners, own, k); });
+    host::parallelFor(pipeline.resolvedThreads(), views_.size(),
+                      [&](std::size_t k, int) { markPoints(owners, own, k); });
     layOut();
     host::parallelFor(pipeline.resolvedThreads(), windows_.size(), [&](std::size_t w, int) {
-      if (!windows_[w].header.window.empty()) writePixels(windows_[w], messages_[w % ranks_].data() + windows_[w].place);
+      if (!windows_[w].header.window.empty())
+        writePixels(windows_[w], messages_[w % ranks_].data() + windows_[w].place);
     });
     return messages_;
   }
@@ -73,7 +75,8 @@ class WindowWriter {
   std::size_t bytesOfPoints() const {
     std::size_t bytes = 0;
     for (const Window& window : windows_)
-      if (window.header.points > 0) bytes += window.header.points * (2 * sizeof(float) + bytesAColor(window.header.view));
+      if (window.header.points > 0)
+        bytes += window.header.points * (2 * sizeof(float) + bytesAColor(window.header.view));
     return bytes;
   }
 
@@ -137,7 +140,8 @@ class WindowWriter {
         const int u = static_cast<int>(p % width), v = static_cast<int>(p / width);
         if (u < at.left || u >= at.right || v < at.top || v >= at.bottom)
           throw std::logic_error("fuse_flow::distributed: a point lies outside of what is sent of its view");
-        const std::size_t bit = static_cast<std::size_t>(v - at.top) * at.width() + static_cast<std::size_t>(u - at.left);
+        const std::size_t bit =
+            static_cast<std::size_t>(v - at.top) * at.width() + static_cast<std::size_t>(u - at.left);
         window.bits[bit / 8] = static_cast<std::uint8_t>(window.bits[bit / 8] | 1u << bit % 8);
       }
       window.header.points += count;
@@ -175,10 +179,14 @@ class WindowWriter {
   void writePixels(const Window& window, char* to) const {
     const std::size_t view = window.header.view;
     const PixelWindow& at = window.header.window;
-    to = writeRows<float>(at, [&](int v) { return pipeline_->measured(view).row(v); }, to);
-    if (pipeline_->smooths()) to = writeRows<float>(at, [&](int v) { return pipeline_->refined(view).row(v); }, to);
+    to = writeRows<float>(
+        at, [&](int v) { return pipeline_->measured(view).row(v); }, to);
+    if (pipeline_->smooths())
+      to = writeRows<float>(
+          at, [&](int v) { return pipeline_->refined(view).row(v); }, to);
     if (const ImageView<float> confidence = pipeline_->confidenceImage(view))
-      to = writeRows<float>(at, [&](int v) { return confidence.row(v); }, to);
+      to = writeRows<float>(
+          at, [&](int v) { return confidence.row(v); }, to);
     std::memcpy(to, window.bits.data(), window.bits.size());
     to += window.bits.size();
     const float* weights = pipeline_->weights(view);
@@ -242,8 +250,9 @@ class WindowReader {
     for (const int rank : from)
       for (const PartSummary::View& view : parts[static_cast<std::size_t>(rank)].views)
         if (!landed[view.view]) pipeline.land(view.view, {});
-    host::parallelFor(pipeline.resolvedThreads(), pixels_.size(),
-                      [&](std::size_t k, int) { readPixels(pixels_[k], pipeline.geometry(pixels_[k].header.view).intrinsics.width); });
+    host::parallelFor(pipeline.resolvedThreads(), pixels_.size(), [&](std::size_t k, int) {
+      readPixels(pixels_[k], pipeline.geometry(pixels_[k].header.view).intrinsics.width);
+    });
   }
 
   /** \brief That came with the last messages. */
@@ -283,9 +292,9 @@ class WindowReader {
     }
     for (std::size_t k = first; k < pixels_.size(); ++k) {
       const std::size_t view = pixels_[k].header.view;
-      const std::size_t color = !pipeline.receivesColor(view)    ? 0
+      const std::size_t color = !pipeline.receivesColor(view)   ? 0
                                 : pipeline.resolvesColors(view) ? sizeof(ViewColor)
-                                                                 : sizeof(Rgb8);
+                                                                : sizeof(Rgb8);
       pixels_[k].size =
           WindowLayout(pixels_[k].header, pipeline.smooths(), pipeline.receivesConfidence(view), color).size();
       pixels_[k].begin = in.take(pixels_[k].size, 1);
@@ -315,7 +324,8 @@ class WindowReader {
   }
 
   template <typename RowOf>
-  static const char* readPoints(const PixelWindow& at, const std::uint8_t* bits, const char* from, const RowOf& row_of) {
+  static const char* readPoints(const PixelWindow& at, const std::uint8_t* bits, const char* from,
+                                const RowOf& row_of) {
     WindowWriter::forEachPoint(at, bits, [&](int u, int v) {
       auto& value = row_of(v)[u];
       std::memcpy(static_cast<void*>(&value), from, sizeof value);

@@ -21,6 +21,23 @@ void FuseFlow<PointT, device::Host>::exchange(const std::vector<Message>& out) {
   for (const Message& message : in_) part_statistics_.bytes_received += message.size();
 }
 
+/** \brief D^r of all views to all ranks. */
+template <typename PointT>
+void FuseFlow<PointT, device::Host>::shareRefined() {
+  std::vector<Message> out(1);
+  RefinedMessages::write(pipeline_, out[0]);
+  exchange(out);
+  const std::vector<int> others = otherRanks(*communicator_);
+  for (std::size_t k = 0; k < others.size(); ++k) {
+    if (!RefinedMessages::isOne(in_[k])) {
+      PartSummary failed;
+      failed.read(in_[k], others[k], pipeline_.cameraCount());
+      throw RankError(others[k], "cannot do its part of the frame: " + failed.error);
+    }
+    RefinedMessages::read(pipeline_, in_[k], others[k]);
+  }
+}
+
 /** \brief This rank's part, and what the others say of theirs. */
 template <typename PointT>
 void FuseFlow<PointT, device::Host>::meet(const RigFrame& frame) {
@@ -29,7 +46,9 @@ void FuseFlow<PointT, device::Host>::meet(const RigFrame& frame) {
   summary = {};
   std::exception_ptr failure;
   try {
-    pipeline_.measure(frame, summary);
+    pipeline_.measure(frame, summary, [this] { shareRefined(); });
+  } catch (const RankError&) {
+    throw;  // of shareRefined(): all others have it too
   } catch (const std::exception& error) {
     failure = std::current_exception();
     summary.error = error.what();
@@ -45,7 +64,7 @@ void FuseFlow<PointT, device::Host>::meet(const RigFrame& frame) {
   std::vector<Message> out(1);
   summary.write(out[0]);
   exchange(out);
-  if (failure) std::rethrow_exception(failure);
+  if (failure) std::rethrow_exception(failure);  // and where it did not come to shareRefined(), this stood for it
   const std::vector<int> others = otherRanks(*communicator_);
   for (std::size_t k = 0; k < others.size(); ++k)
     parts_[static_cast<std::size_t>(others[k])].read(in_[k], others[k], frame.cameras.size());
@@ -60,7 +79,8 @@ void FuseFlow<PointT, device::Host>::checkParts() const {
     const int rank = static_cast<int>(r);
     if (!parts_[r].error.empty()) throw RankError(rank, "cannot do its part of the frame: " + parts_[r].error);
     const std::string than = " than rank " + std::to_string(own());
-    if (parts_[r].rig != mine.rig) throw RankError(rank, "has other cameras" + than + ": all must have the same calibration");
+    if (parts_[r].rig != mine.rig)
+      throw RankError(rank, "has other cameras" + than + ": all must have the same calibration");
     if (parts_[r].parameters != mine.parameters) throw RankError(rank, "has other parameters" + than);
   }
 }
@@ -87,9 +107,10 @@ void FuseFlow<PointT, device::Host>::fuseCells(PointCloud& output) {
   pipeline_.fuseOwned(writer, [&](std::uint64_t cell) { return owners_.ownerOf(cell) == own(); });
   const host::HashAggregation& aggregation = pipeline_.aggregation();
   output.resize(aggregation.size());
-  aggregation.forEachBlock(pipeline_.resolvedThreads(), [&](std::size_t position, int thread, std::size_t begin, std::size_t n) {
-    writer.copy(thread, begin, n, output.points.data() + position);
-  });
+  aggregation.forEachBlock(pipeline_.resolvedThreads(),
+                           [&](std::size_t position, int thread, std::size_t begin, std::size_t n) {
+                             writer.copy(thread, begin, n, output.points.data() + position);
+                           });
   output.header = {};
   for (const PartSummary& part : parts_) output.header.stamp = std::max(output.header.stamp, part.stamp);
   output.width = static_cast<std::uint32_t>(output.size());

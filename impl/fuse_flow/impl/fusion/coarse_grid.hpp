@@ -221,7 +221,8 @@ class CoarseGrid {
   std::size_t stretches_{0};
   CellTable table_;
   std::vector<Cell> cells_;
-  std::vector<std::uint32_t> global_;  ///< number of each stretch's cells among all, stretch after stretch; kEmpty: not wanted
+  std::vector<std::uint32_t>
+      global_;  ///< number of each stretch's cells among all, stretch after stretch; kEmpty: not wanted
   std::vector<Stretch> runs_;
 };
 

@@ -14,6 +14,7 @@
 #include <fuse_flow/rig_frame.h>
 
 #include <chrono>
+#include <functional>
 
 namespace fuse_flow {
 namespace host {
@@ -29,6 +30,8 @@ class FramePipeline {
   bool with_color{true};
   /** \brief Whether the pixels of missing cameras have numbers too, as if they were there: others may have their views. */
   bool number_missing{false};
+  /** \brief Called, where measurements need others that agree, once D^r of all views is there, and before the first measurement is weighed. */
+  std::function<void()> all_refined;
   FrameStatistics statistics;
 
   /** \brief Eq. 3, 8, 9 and the partition into coarse cells. The frame must stay alive until its output has been read. */
@@ -118,6 +121,7 @@ class FramePipeline {
         forEachRow(task, [&](int v) { depths_.smooth(i, task.pass, v, scratch); });
         break;
       case Step::AllViews:
+        if (all_refined) all_refined();
         break;
       case Step::Points:
         generatePoints(task.stretch, static_cast<std::size_t>(thread));

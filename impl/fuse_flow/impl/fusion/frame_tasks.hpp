@@ -20,7 +20,7 @@ class FrameTasks {
     WholeView,    ///< what is not done row by row: multipath interference, filling, the view's noise
     Invert,       ///< depth to inverse depth, where Convert could not do it yet
     Smooth,       ///< one pass
-    AllViews,     ///< nothing: what comes after it has the depth of all views
+    AllViews,     ///< what comes after it has the depth of all views
     Points
   };
 

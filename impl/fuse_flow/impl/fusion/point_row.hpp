@@ -50,8 +50,8 @@ class PointRow {
 
   /** \brief Eq. 8, and the coarse cell of each point. \param u of the first pixel  \param crop_box what is outside weighs nothing  \param z as of weigh()
    *  \param weights of weigh(), kept \returns how many weigh something */
-  std::size_t place(const ViewGeometry& view, int u, int v, const Box& crop_box, float cell_size, const float* z, int width,
-                    float* weights) {
+  std::size_t place(const ViewGeometry& view, int u, int v, const Box& crop_box, float cell_size, const float* z,
+                    int width, float* weights) {
     width_ = width;
     weight_ = weights;
     std::size_t gated = 0;
