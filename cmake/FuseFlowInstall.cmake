@@ -1,8 +1,8 @@
 # The headers and what find_package(FuseFlow) and pkg-config read. Libraries and tools are installed where they are built.
-install(DIRECTORY include/ impl/ gpu/ DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
+install(DIRECTORY include/ impl/ gpu/ distributed/ DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
         FILES_MATCHING PATTERN "*.h" PATTERN "*.hpp" PATTERN "*.cuh")
 set(fuse_flow_package_folder ${CMAKE_INSTALL_LIBDIR}/cmake/FuseFlow)
-install(TARGETS fuse_flow fuse_flow_gpu EXPORT FuseFlowTargets)
+install(TARGETS fuse_flow fuse_flow_gpu fuse_flow_distributed EXPORT FuseFlowTargets)
 install(EXPORT FuseFlowTargets NAMESPACE FuseFlow:: DESTINATION ${fuse_flow_package_folder})
 export(EXPORT FuseFlowTargets NAMESPACE FuseFlow:: FILE ${PROJECT_BINARY_DIR}/FuseFlowTargets.cmake)
 

@@ -45,8 +45,7 @@ class PhotoRecording : public Recording {
       : photos_(std::move(photos)),
         have_depth_(haveDepth(photos_.photos)),
         unit_(options.depth_scale.value_or(1.0f)),
-        skip_damaged_(options.skip_damaged),
-        threads_(options.threads) {
+        loading_(options) {
     warnings_ = photos_.warnings;
     readSizes();
     settleSizes();
@@ -74,7 +73,7 @@ class PhotoRecording : public Recording {
       if (!out.rig.views[i].missing())
         for (float& z : out.images[i].depth32.data) z *= unit_;
     };
-    loadViews(cameras_.size(), load, skip_damaged_, threads_, out);
+    loading_.load(cameras_.size(), load, out);
   }
 
  private:
@@ -152,8 +151,7 @@ class PhotoRecording : public Recording {
   Photos photos_;
   bool have_depth_;
   float unit_;
-  bool skip_damaged_;
-  int threads_;
+  ViewLoading loading_;
   std::vector<ImageSize> depth_sizes_, color_sizes_;  ///< 0: there is no photograph
   std::vector<Camera> cameras_;
 };

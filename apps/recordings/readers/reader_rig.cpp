@@ -29,8 +29,7 @@ class RigRecording : public Recording {
         inputs_(std::move(inputs)),
         frames_per_second_(rig.frames_per_second),
         read_color_(options.read_color),
-        skip_damaged_(options.skip_damaged),
-        threads_(options.threads) {
+        loading_(options) {
     for (const RigCamera& entry : rig.cameras) {
       cameras_.push_back(entry.camera);
       if (options.depth_scale) cameras_.back().depth_scale = *options.depth_scale;
@@ -90,7 +89,7 @@ class RigRecording : public Recording {
         for (float& z : out.images[i].depth32.data) z *= cameras_[i].depth_scale;
       to_z_[i].convert(out.images[i], out.rig.views[i]);
     };
-    loadViews(cameras_.size(), load, skip_damaged_, threads_, out);
+    loading_.load(cameras_.size(), load, out);
     for (std::size_t i = 0; i < cameras_.size(); ++i)
       if (namesOf(i).empty() || frame > namesOf(i).rbegin()->first) out.ended.push_back({i, ending(i)});
   }
@@ -214,8 +213,7 @@ class RigRecording : public Recording {
   std::vector<std::string> inputs_;
   std::optional<double> frames_per_second_;
   bool read_color_;
-  bool skip_damaged_;
-  int threads_;
+  ViewLoading loading_;
   std::vector<Camera> cameras_;
   std::vector<std::optional<float>> confidence_scales_;
   std::vector<DepthMeaning> meanings_;

@@ -19,8 +19,7 @@ class SequenceRecording : public Recording {
         intrinsics_(intrinsics),
         views_(std::move(views)),
         slide_(static_cast<std::size_t>(options.slide)),
-        skip_damaged_(options.skip_damaged),
-        threads_(options.threads) {
+        loading_(options) {
     while (slide_ > 0 && allExist(frame_count_)) ++frame_count_;
     for (std::size_t view = 0; view < views_.size(); ++view) cameras_.push_back(cameraOf(frameOf(view, 0)));
     frames_per_second_ = medianRate();
@@ -48,7 +47,7 @@ class SequenceRecording : public Recording {
     const auto load = [&](std::size_t view) {
       loadView(frameOf(view, frame).files, out.rig.cameras[view], std::nullopt, out.images[view], out.rig.views[view]);
     };
-    loadViews(views_.size(), load, skip_damaged_, threads_, out);
+    loading_.load(views_.size(), load, out);
   }
 
  private:
@@ -93,8 +92,7 @@ class SequenceRecording : public Recording {
   Intrinsics intrinsics_;
   std::vector<std::size_t> views_;
   std::size_t slide_;
-  bool skip_damaged_;
-  int threads_;
+  ViewLoading loading_;
   std::size_t frame_count_{1};
   std::optional<double> frames_per_second_;
   std::vector<Camera> cameras_;

@@ -148,14 +148,17 @@ void loadView(const ViewFiles& files, const Camera& camera, std::optional<float>
   }
 }
 
-void loadViews(std::size_t views, const std::function<void(std::size_t)>& load, bool skip_damaged, int threads,
-               LoadedFrame& out) {
+void ViewLoading::load(std::size_t views, const std::function<void(std::size_t)>& load, LoadedFrame& out) const {
   std::vector<std::string> damage(views);
-  host::parallelFor(host::resolveThreads(threads), views, [&](std::size_t view, int) {
+  host::parallelFor(host::resolveThreads(threads_), views, [&](std::size_t view, int) {
+    if (!reads(view)) {
+      out.rig.views[view] = DepthView();
+      return;
+    }
     try {
       load(view);
     } catch (const InputError& error) {
-      if (!skip_damaged) throw;
+      if (!skip_damaged_) throw;
       damage[view] = error.what();
     }
   });

@@ -49,10 +49,26 @@ std::string colorFolder(const std::string& folder);
 void loadView(const ViewFiles& files, const Camera& camera, std::optional<float> confidence_scale, LoadedView& images,
               DepthView& view);
 
-/** \brief Loads the views of a frame, several at a time. out.rig.views and out.images must be as many as the views.
- *  \param load of a view, by its number; may throw InputError  \param skip_damaged what it throws is added to out.damaged, and the view is
- *  missing; false: the first view's is thrown  \param threads 0: one for each core */
-void loadViews(std::size_t views, const std::function<void(std::size_t)>& load, bool skip_damaged, int threads,
-               LoadedFrame& out);
+/** \brief Loads the views of a frame, several at a time, as RecordingOptions ask for it. */
+class ViewLoading {
+ public:
+  /** \brief By skip_damaged, threads, part and parts. */
+  explicit ViewLoading(const RecordingOptions& options)
+      : skip_damaged_(options.skip_damaged), threads_(options.threads), part_(options.part), parts_(options.parts) {}
+
+  bool skipsDamaged() const { return skip_damaged_; }
+  /** \brief Whether the images of a camera are read; or its view is missing. */
+  bool reads(std::size_t camera) const {
+    return camera % static_cast<std::size_t>(parts_) == static_cast<std::size_t>(part_);
+  }
+
+  /** \brief out.rig.views and out.images must be as many as the views. \param load of a view, by its number; may throw InputError: that is
+   *  added to out.damaged, and the view is missing, or the first view's is thrown */
+  void load(std::size_t views, const std::function<void(std::size_t)>& load, LoadedFrame& out) const;
+
+ private:
+  bool skip_damaged_;
+  int threads_, part_, parts_;
+};
 
 }  // namespace fuse_flow::io

@@ -23,8 +23,7 @@ class RecordedRig : public Recording {
         recorded_(std::move(cameras)),
         files_(std::move(files)),
         read_color_(options.read_color),
-        skip_damaged_(options.skip_damaged),
-        threads_(options.threads) {
+        loading_(options) {
     warnings_ = std::move(warnings);
     for (const RecordedCamera& recorded : recorded_) cameras_.push_back(recorded.camera);
     group();
@@ -61,7 +60,7 @@ class RecordedRig : public Recording {
       if (frame >= ends_[c]) out.ended.push_back({c, ending(c)});
     }
     const auto decode_view = [&](std::size_t c) { decode(c, fetched[c], out.images[c], out.rig.views[c]); };
-    loadViews(cameras_.size(), decode_view, skip_damaged_, threads_, out);
+    loading_.load(cameras_.size(), decode_view, out);
     const std::lock_guard<std::mutex> lock(mutex_);
     spare_.push_back(std::move(fetched));
   }
@@ -85,10 +84,11 @@ class RecordedRig : public Recording {
     fetched.resize(cameras_.size());
     for (std::size_t c = 0; c < cameras_.size(); ++c) {
       fetched[c].damage.clear();
+      if (!loading_.reads(c)) continue;
       try {
         fetch(c, set.images[c], fetched[c]);
       } catch (const InputError& error) {
-        if (!skip_damaged_) throw;
+        if (!loading_.skipsDamaged()) throw;
         fetched[c].damage = error.what();
       }
     }
@@ -171,8 +171,7 @@ class RecordedRig : public Recording {
   std::vector<RecordedCamera> recorded_;
   std::vector<std::string> files_;
   bool read_color_;
-  bool skip_damaged_;
-  int threads_;
+  ViewLoading loading_;
   std::vector<Camera> cameras_;
   std::vector<FrameSet> sets_;
   std::vector<std::size_t> without_partner_;

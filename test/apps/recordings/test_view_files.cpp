@@ -85,14 +85,43 @@ TEST_F(ViewFiles, ADamagedFileIsSkippedWhereThatIsWanted) {
   };
   for (const int threads : {1, 2}) {
     frame.damaged.clear();
-    io::loadViews(2, load_both, true, threads, frame);
+    io::RecordingOptions options;
+    options.threads = threads;
+    options.skip_damaged = true;
+    io::ViewLoading(options).load(2, load_both, frame);
     EXPECT_FALSE(frame.rig.views[0].missing());
     EXPECT_TRUE(frame.rig.views[1].missing());
     ASSERT_EQ(frame.damaged.size(), 1u);
     EXPECT_EQ(frame.damaged[0].view, 1u);
     EXPECT_NE(frame.damaged[0].message.find("cut.png"), std::string::npos) << frame.damaged[0].message;
-    EXPECT_TRUE(refuses([&] { io::loadViews(2, load_both, false, threads, frame); }, {path("cut.png")}));
+    options.skip_damaged = false;
+    EXPECT_TRUE(refuses([&] { io::ViewLoading(options).load(2, load_both, frame); }, {path("cut.png")}));
   }
+}
+
+TEST_F(ViewFiles, AProcessReadsTheCamerasOfItsPart) {
+  io::LoadedFrame frame;
+  frame.rig.views.resize(5);
+  frame.images.resize(5);
+  std::vector<int> read_by(5, -1);
+  io::FloatImage image;
+  image.resize(4, 3);
+  for (int part = 0; part < 2; ++part) {
+    for (fuse_flow::DepthView& view : frame.rig.views) view.depth32 = image.view();  // of the frame before
+    io::RecordingOptions options;
+    options.part = part;
+    options.parts = 2;
+    io::ViewLoading(options).load(
+        5,
+        [&](std::size_t view) {
+          EXPECT_EQ(read_by[view], -1) << "by two";
+          read_by[view] = part;
+        },
+        frame);
+    for (std::size_t view = 0; view < 5; ++view)
+      EXPECT_EQ(frame.rig.views[view].missing(), view % 2 != static_cast<std::size_t>(part));
+  }
+  EXPECT_EQ(read_by, (std::vector<int>{0, 1, 0, 1, 0}));
 }
 
 TEST_F(ViewFiles, AColorCameraHasASizeOfItsOwn) {

@@ -161,6 +161,12 @@ struct RecordingOptions {
   bool skip_damaged{false};
   /** \brief Threads that decode the images of a frame, several cameras at a time; 0: one for each core. */
   int threads{0};
+  ///@{
+  /** \brief Of several processes that share a recording: of `parts` parts, counted from 0, the number of this one's. It reads the images of every
+   *  parts-th camera, beginning with number `part`; the views of all others are missing. PCD files are read whole. */
+  int part{0};
+  int parts{1};
+  ///@}
 };
 
 /** \brief Opens a recording with the reader for its format. One path: a folder, or its rig.json. Several paths: organised PCD files, each

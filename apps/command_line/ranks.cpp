@@ -1,0 +1,87 @@
+#include "command_line/ranks.h"
+
+#include "command_line/message_of.h"
+
+#include <fuse_flow/recordings/error.h>
+
+#if defined(FUSE_FLOW_WITH_MPI)
+#include <fuse_flow/distributed/mpi_communicator.h>
+#endif
+
+#include <cstdlib>
+#include <iostream>
+
+namespace fuse_flow::command_line {
+namespace {
+
+/** \brief How many processes a launcher says that it has started: Open MPI's, or one that speaks PMI (MPICH's, Slurm's). */
+int launchedProcesses() {
+  for (const char* name : {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE"})
+    if (const char* value = std::getenv(name)) return std::atoi(value);
+  return 1;
+}
+
+#if defined(FUSE_FLOW_WITH_MPI)
+class MpiRanks : public Ranks {
+ public:
+  MpiRanks() {
+    // One thread at a time calls MPI, but not always the same: measurements are shared by whichever thread has the last of them.
+    int provided = 0;
+    MPI_Init_thread(nullptr, nullptr, MPI_THREAD_SERIALIZED, &provided);
+    if (provided < MPI_THREAD_SERIALIZED)
+      throw io::InputError("this MPI is not made for programs with threads: MPI_THREAD_SERIALIZED is needed");
+    communicator_ = std::make_unique<distributed::MpiCommunicator>();
+  }
+  ~MpiRanks() override {
+    communicator_.reset();
+    MPI_Finalize();
+  }
+
+  distributed::Communicator& communicator() override { return *communicator_; }
+
+  int guard(const std::string& tool, const std::function<int()>& run) override {
+    const std::string name = tool + ", rank " + std::to_string(rank());
+    try {
+      return run();
+    } catch (const distributed::RankError& error) {
+      if ((error.rank() + 1) % size() == rank()) std::cerr << tool << ": " << io::messageOf(error) << std::endl;
+    } catch (const pcl::PCLException& error) {
+      std::cerr << name << ": " << io::messageOf(error) << std::endl;
+    } catch (const std::bad_alloc&) {
+      std::cerr << name << ": not enough memory" << std::endl;
+    } catch (const std::exception& error) {
+      std::cerr << name << ": " << error.what() << std::endl;
+    }
+    // Whoever still waits for this rank must not wait for ever.
+    MPI_Abort(MPI_COMM_WORLD, 1);
+    return 1;
+  }
+
+ private:
+  std::unique_ptr<distributed::MpiCommunicator> communicator_;
+};
+#endif
+
+}  // namespace
+
+std::unique_ptr<Ranks> Ranks::ofThisRun() {
+  if (launchedProcesses() <= 1) return nullptr;
+#if defined(FUSE_FLOW_WITH_MPI)
+  return std::make_unique<MpiRanks>();
+#else
+  throw io::InputError(
+      "started by mpirun, but built without MPI: each process would fuse alone; install libopenmpi-dev, and build "
+      "again");
+#endif
+}
+
+RanksArgument::RanksArgument(CLI::App& app) {
+  app.add_option("--ranks", shared_,
+                 "started by mpirun: what the processes share out, the cameras of each frame, which gives each frame "
+                 "sooner, or whole "
+                 "frames, which gives more frames a second")
+      ->check(CLI::IsMember({"cameras", "frames"}))
+      ->capture_default_str();
+}
+
+}  // namespace fuse_flow::command_line

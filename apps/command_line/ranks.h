@@ -1,0 +1,47 @@
+#pragma once
+
+#include <fuse_flow/distributed/communicator.h>
+
+#include <CLI/CLI.hpp>
+
+#include <cstddef>
+#include <functional>
+#include <memory>
+#include <string>
+
+namespace fuse_flow::command_line {
+
+/** \brief The processes that mpirun has started, of which this is one. */
+class Ranks {
+ public:
+  virtual ~Ranks() = default;
+
+  /** \brief Those of this run; null where mpirun has not started it, or only one. Throws InputError where it has, and the program was built
+   *  without MPI: each process would believe that it is alone. */
+  static std::unique_ptr<Ranks> ofThisRun();
+
+  /** \brief For distributed::FuseFlow. */
+  virtual distributed::Communicator& communicator() = 0;
+
+  int rank() { return communicator().rank(); }
+  int size() { return communicator().size(); }
+  /** \brief Whether this one writes what is written once. */
+  bool isFirst() { return rank() == 0; }
+
+  /** \brief What run() returns. Of an error that all ranks have, the rank after the one at fault prints a line, and the others end without;
+   *  where ranks are silent, all are ended. \param tool its name */
+  virtual int guard(const std::string& tool, const std::function<int()>& run) = 0;
+};
+
+/** \brief "--ranks cameras|frames": what processes that mpirun starts share out. */
+class RanksArgument {
+ public:
+  explicit RanksArgument(CLI::App& app);
+  /** \brief Whether each takes whole frames, in turn; or else each has some cameras of every frame. */
+  bool shareFrames() const { return shared_ == "frames"; }
+
+ private:
+  std::string shared_{"cameras"};
+};
+
+}  // namespace fuse_flow::command_line

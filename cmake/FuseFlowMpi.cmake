@@ -1,0 +1,17 @@
+# Ranks that are processes, started by mpirun: FuseFlow::mpi where there is MPI; FUSE_FLOW_HAS_MPI says whether.
+set(FUSE_FLOW_MPI AUTO CACHE STRING "Build what runs under mpirun: ON, OFF, or AUTO: if there is MPI")
+set(FUSE_FLOW_HAS_MPI FALSE)
+if(NOT FUSE_FLOW_MPI STREQUAL "OFF")
+  find_package(MPI QUIET COMPONENTS C)
+  if(MPI_C_FOUND)
+    set(FUSE_FLOW_HAS_MPI TRUE)
+    if(NOT TARGET fuse_flow_mpi)
+      add_library(fuse_flow_mpi INTERFACE)
+      target_link_libraries(fuse_flow_mpi INTERFACE MPI::MPI_C)
+      # The C interface alone: that of C++ is in no standard any more.
+      target_compile_definitions(fuse_flow_mpi INTERFACE OMPI_SKIP_MPICXX MPICH_SKIP_MPICXX FUSE_FLOW_WITH_MPI)
+    endif()
+  elseif(FUSE_FLOW_MPI STREQUAL "ON")
+    message(FATAL_ERROR "FUSE_FLOW_MPI is ON, and no MPI was found; libopenmpi-dev has one")
+  endif()
+endif()
