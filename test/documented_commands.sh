@@ -4,6 +4,7 @@
 # documented_commands.sh SOURCE BINARY --wrong  shows that commands which do not work are found
 # Needs a display, and xdotool, which ends what opens a window with the key q.
 set -euo pipefail
+export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1  # in a container
 source=$1 binary=$2 page=$3
 [[ $page == /* || $page == --wrong ]] || page=$PWD/$page
 work=$(mktemp -d)
@@ -98,10 +99,14 @@ run() {
   cmake\ --install\ build*)  # test/consumer does
     echo "not run: $command"
     return ;;
-  build/bin/*) ;;
+  build/bin/* | mpirun\ --oversubscribe\ -n\ 2\ build/bin/*) ;;
+  diff\ *)  # of files that the commands before it have written
+    echo "$command"
+    bash -c "$command" || fail "finds a difference: $command"
+    return ;;
   *) fail "is no kind of command that is known here: $command" ;;
   esac
-  program=${command#build/bin/}
+  program=${command#*build/bin/}
   program=${program%% *}
   [[ $available == *" $program "* ]] || fail "nothing before it has built $program: $command"
   echo "$command"

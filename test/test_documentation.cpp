@@ -116,10 +116,11 @@ TEST(Documentation, ShowsOnlyCMakeThatTheExamplesAreBuiltWith) {
       ++shown;
       EXPECT_TRUE(quotes(block, examples / "CMakeLists.txt")) << page << "\n" << joined(block);
     }
-  EXPECT_EQ(shown, 4u);  // of the README, and of the pages of C++, of the GPU and of streams
+  EXPECT_EQ(shown, 5u);  // of the README, and of the pages of C++, of the GPU, of ranks and of streams
 }
 
-// What is no program, no CMake, no command and no rig.json is checked by nothing: a picture of folders, or lines of a --config file.
+// What is no program, no CMake, no command and no rig.json is checked by nothing: a picture of folders, or lines of a --config file. Nor
+// is a drawing.
 TEST(Documentation, EveryBlockIsOfALanguageThatIsChecked) {
   std::vector<fs::path> pages = guide();
   pages.push_back(root / "README.md");
@@ -132,7 +133,7 @@ TEST(Documentation, EveryBlockIsOfALanguageThatIsChecked) {
       inside = !inside;
       if (inside && line == "```text") ++unchecked;
       EXPECT_TRUE(!inside || line == "```cpp" || line == "```cmake" || line == "```sh" || line == "```json" ||
-                  line == "```text")
+                  line == "```text" || line == "```mermaid")
           << page << ": " << line;
     }
     EXPECT_FALSE(inside) << page << " has a block without an end";

@@ -45,6 +45,9 @@ class MpiRanks : public Ranks {
       return run();
     } catch (const distributed::RankError& error) {
       if ((error.rank() + 1) % size() == rank()) std::cerr << tool << ": " << io::messageOf(error) << std::endl;
+    } catch (const io::OptionError& error) {  // which all have
+      if (isFirst()) std::cerr << tool << ": " << error.what() << std::endl;
+      return 2;
     } catch (const pcl::PCLException& error) {
       std::cerr << name << ": " << io::messageOf(error) << std::endl;
     } catch (const std::bad_alloc&) {

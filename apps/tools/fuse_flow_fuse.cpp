@@ -7,12 +7,14 @@
 #include "command_line/method_arguments.h"
 #include "command_line/option_checks.h"
 #include "command_line/quality_options.h"
+#include "command_line/ranks.h"
 #include "command_line/recording_arguments.h"
 #include "command_line/stereo_arguments.h"
 #include "command_line/threads.h"
 #include "command_line/tool.h"
 #include "input_checks/estimated_depth.h"
 #include "input_checks/input_checks.h"
+#include "methods/distributed_fusion.h"
 #include "methods/plain_fusion.h"
 #include "recordings/range.h"
 #include "recordings/read_ahead.h"
@@ -56,6 +58,13 @@ struct Options {
   io::RecordingOptions recording;
   io::StereoOptions stereo;
   io::MethodOptions method_options;
+  command_line::Ranks* ranks{nullptr};  ///< null: this process alone
+  bool share_frames{false};
+
+  /** \brief Whether the ranks have some cameras each. */
+  bool sharesCameras() const { return ranks != nullptr && !share_frames; }
+  /** \brief Whether this process gets clouds, to write them. */
+  bool writes() const { return !sharesCameras() || ranks->isFirst(); }
 };
 
 /** \brief Neither may take the place of an input, nor the report that of a cloud. */
@@ -298,27 +307,81 @@ int runPlain(const Options& options, const CLI::App& app) {
   return command_line::endOfFrames("fuse_flow_fuse", done, frames.size());
 }
 
+/** \brief Of several ranks: what each reads, and what none can do. */
+void prepareRanks(Options& options, const std::string& spec) {
+  if (options.ranks == nullptr) return;
+  std::vector<std::string> said;
+  if (!options.report.empty())
+    throw io::OptionError("--report: several ranks write none; leave it out, or run one process");
+  if (options.evaluate)
+    said.push_back(options.share_frames ? "each rank has some of the frames alone: nothing is measured"
+                                        : "no rank has the images of all cameras: nothing is measured");
+  options.evaluate = false;
+  if (!options.share_frames) {
+    if (options.method != "fuse_flow")
+      throw io::OptionError("--method " + options.method + ": runs in one process only");
+    if (options.method_options.device == "gpu")
+      throw io::OptionError(
+          "--device gpu: ranks that share the cameras of a frame fuse on their CPUs; --ranks frames uses GPUs");
+    if (options.refine_extrinsics)
+      throw io::OptionError(
+          "--refine-extrinsics: needs the images of all cameras, must be --ranks frames, or one process");
+    if (spec == "stereo")
+      throw io::OptionError(
+          "--depth-source stereo: needs the images of all cameras, must be --ranks frames, or one process");
+    options.recording.part = options.ranks->rank();
+    options.recording.parts = options.ranks->size();
+  } else if (options.refine_extrinsics) {
+    said.push_back("--refine-extrinsics follows cameras through the frames of one rank alone");
+  }
+  if (options.ranks->isFirst()) command_line::printWarnings("fuse_flow_fuse", said);
+}
+
+/** \brief Those of this rank, in turn, where frames are shared. */
+std::vector<std::size_t> ownFrames(const Options& options, const std::vector<std::size_t>& all) {
+  if (options.ranks == nullptr || !options.share_frames) return all;
+  std::vector<std::size_t> own;
+  for (auto k = static_cast<std::size_t>(options.ranks->rank()); k < all.size();
+       k += static_cast<std::size_t>(options.ranks->size()))
+    own.push_back(all[k]);
+  return own;
+}
+
 int run(Options& options, const command_line::MethodArguments& arguments) {
-  std::unique_ptr<io::Method> method = io::makeMethod(options.method, options.method_options);
+  prepareRanks(options, arguments.depthSource());
+  io::DistributedMethod* distributed = nullptr;
+  const auto make = [&]() -> std::unique_ptr<io::Method> {
+    if (!options.sharesCameras()) return io::makeMethod(options.method, options.method_options);
+    auto shared = io::makeDistributedFusion(options.ranks->communicator(), options.method_options);
+    distributed = shared.get();
+    return shared;
+  };
+  std::unique_ptr<io::Method> method = make();
   const std::unique_ptr<io::Recording> recording =
       command_line::openRecording("fuse_flow_fuse", options.inputs, options.recording, options.stereo);
   const io::StereoRecording* stereo = io::stereoOf(recording.get());
   if (stereo) {  // what made the depth is known now
     options.method_options = methodOptions(options, arguments);
-    method = io::makeMethod(options.method, options.method_options);
+    if (options.sharesCameras())
+      throw io::OptionError(
+          "a recording without depth: its depth is estimated from all cameras, must be --ranks frames, or one process");
+    method = make();
   }
   command_line::printWarnings("fuse_flow_fuse",
                               io::estimatedDepthAdvice(stereo ? "stereo" : recording->kind(), options.method,
                                                        options.method_options.parameters));
-  const std::vector<std::size_t> frames = io::chooseFrames(*recording, options.frames);
+  const std::vector<std::size_t> all_frames = io::chooseFrames(*recording, options.frames);
+  const std::vector<std::size_t> frames = ownFrames(options, all_frames);
 
-  const auto files = std::make_shared<io::CloudFiles>(options.output, options.format, frames.size());
+  const auto files = std::make_shared<io::CloudFiles>(options.output, options.format, all_frames.size());
   checkOutputs(options, *recording, *files, frames);
 
   std::vector<std::string> cameras;
   for (const Camera& camera : recording->cameras()) cameras.push_back(camera.name);
   const auto report = std::make_shared<io::QualityReport>(options.method, std::move(cameras), reportOptions(options));
-  Sinks sinks({files, report}, options.overlap);
+  Sinks sinks(options.writes() ? std::vector<std::shared_ptr<io::FrameSink>>{files, report}
+                               : std::vector<std::shared_ptr<io::FrameSink>>{},
+              options.overlap);
   Frames reading(*recording, frames, options.overlap,
                  host::resolveThreads(static_cast<int>(options.method_options.threads)));
 
@@ -343,10 +406,16 @@ int run(Options& options, const command_line::MethodArguments& arguments) {
       for (const io::DamagedView& view : frame->input.ended) ended[view.view] = view.message;
       if (options.refine_extrinsics) extrinsics.place(frame->input.rig);
       checks.look(frame->input);
+      if (!options.writes())
+        for (const io::DamagedView& view : frame->input.damaged)
+          std::cerr << "fuse_flow_fuse, rank " << options.ranks->rank() << ": " << view.message << std::endl;
       for (const CameraMotion& motion : extrinsics.moved())
         std::cerr << io::describe(motion, frame->input.rig.cameras) << std::endl;
       method->fuse(frame->input.rig, frame->cloud);
     } catch (const io::InputError&) {
+      sinks.drain();
+      throw;
+    } catch (const distributed::RankError&) {
       sinks.drain();
       throw;
     } catch (const pcl::PCLException& error) {
@@ -375,7 +444,11 @@ int run(Options& options, const command_line::MethodArguments& arguments) {
     report->note("estimated_depth", std::move(depth));
   }
   const std::vector<std::string> noticed = sinks.finish();
+  const std::string shared = distributed ? distributed->summary() : "";
+  if (!options.writes()) return command_line::endOfFrames("fuse_flow_fuse", done, frames.size());
+  if (options.ranks && options.share_frames) std::cout << "rank " << options.ranks->rank() << ": ";
   std::cout << report->report().summary();
+  if (!shared.empty()) std::cout << "  " << shared << "\n";
   if (stereo) std::cout << "  " << stereo->summary() << "\n";
   for (const auto& [camera, message] : ended) std::cout << "  " << message << "\n";
   for (const std::string& complaint : checks.complaints()) std::cout << "  " << complaint << "\n";
@@ -413,7 +486,11 @@ int main(int argc, char** argv) {
   command_line::addQualityOptions(app, options.quality);
   command_line::MethodArguments method(app);
   command_line::StereoArguments stereo(app);
+  const command_line::RanksArgument shared(app);
   return command_line::runTool(app, argc, argv, [&] {
+    const std::unique_ptr<command_line::Ranks> ranks = command_line::Ranks::ofThisRun();
+    options.ranks = ranks.get();
+    options.share_frames = shared.shareFrames();
     options.frames = command_line::joinedList(options.frames);
     options.inputs = recording.inputs();
     options.recording = recording.options();
@@ -426,6 +503,12 @@ int main(int argc, char** argv) {
     options.overlap = options.overlap && options.method_options.threads != 1;
     options.config = command_line::configFileOf(app);
     command_line::requireThreads(options.method_options.threads);
-    return io::PlainClouds::are(options.inputs) ? runPlain(options, app) : run(options, method);
+    const auto fuse = [&] {
+      if (!io::PlainClouds::are(options.inputs)) return run(options, method);
+      if (ranks)
+        throw io::OptionError("clouds without their images: one process fuses them, must not be started by mpirun");
+      return runPlain(options, app);
+    };
+    return ranks ? ranks->guard("fuse_flow_fuse", fuse) : fuse();
   });
 }

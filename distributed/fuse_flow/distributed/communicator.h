@@ -3,7 +3,10 @@
 #include <pcl/exceptions.h>
 
 #include <cstddef>
+#include <memory>
+#include <new>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace fuse_flow {
@@ -24,8 +27,25 @@ class RankError : public pcl::PCLException {
   int rank_;
 };
 
+/** \brief Leaves what it makes as it finds it: a message is written as a whole, and zeros before would only take time. */
+template <typename T>
+struct Unwritten : std::allocator<T> {
+  template <typename U>
+  struct rebind {
+    using other = Unwritten<U>;
+  };
+  template <typename U, typename... Args>
+  void construct(U* place, Args&&... args) {
+    if constexpr (sizeof...(Args) == 0) {
+      ::new (static_cast<void*>(place)) U;
+    } else {
+      ::new (static_cast<void*>(place)) U(std::forward<Args>(args)...);
+    }
+  }
+};
+
 /** \brief The bytes that one rank sends to another. */
-using Message = std::vector<char>;
+using Message = std::vector<char, Unwritten<char>>;
 
 /** \brief How the ranks of a frame reach each other. Ranks are numbered from 0. MpiCommunicator has them in processes, on one machine or
  *  several; ThreadRanks in the threads of one process. Only one thread at a time may use an object. */

@@ -1,0 +1,80 @@
+#if defined(FUSE_FLOW_MPIEXEC)
+
+#include "tool_fixture.h"
+
+namespace tool_test {
+namespace {
+
+// Processes that mpirun starts: they share out the cameras of each frame, or the frames.
+class FuseUnderMpirun : public ToolTest {
+ protected:
+  void SetUp() override {
+    ToolTest::SetUp();
+    WallRecording wall{};
+    wall.cameras = 5;
+    wall.frames = 3;
+    wall.write(recording_);
+    // As root in a container, with more ranks than cores, and no look for networks: all are here. MPICH knows none of these variables.
+    for (const auto& [name, value] : {std::pair<const char*, const char*>{"OMPI_ALLOW_RUN_AS_ROOT", "1"},
+                                      {"OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1"},
+                                      {"OMPI_MCA_rmaps_base_oversubscribe", "1"},
+                                      {"OMPI_MCA_mpi_yield_when_idle", "1"},
+                                      {"OMPI_MCA_pml", "ob1"},
+                                      {"OMPI_MCA_btl", "self,vader"}})
+      setenv(name, value, 1);
+  }
+
+  ToolResult fuseWith(int ranks, std::vector<std::string> arguments) const {
+    arguments.insert(arguments.begin(), {"-n", std::to_string(ranks), FUSE_FLOW_FUSE_TOOL});
+    return runProgram(FUSE_FLOW_MPIEXEC, arguments);
+  }
+
+  /** \brief The clouds of one process. */
+  void expectSameClouds(const std::string& folder) const {
+    ASSERT_EQ(listing(folder), listing(out_));
+    for (const std::string& name : listing(out_))
+      EXPECT_EQ(readText(fs::path(folder) / name), readText(out_ / name)) << name;
+  }
+};
+
+TEST_F(FuseUnderMpirun, RanksThatShareCamerasWriteTheCloudsOfOneProcess) {
+  ASSERT_TRUE(succeeded(fuse({recording(), "-o", out()})));
+  for (const int ranks : {2, 3}) {
+    const std::string folder = out("of_" + std::to_string(ranks));
+    const ToolResult result = fuseWith(ranks, {recording(), "-o", folder});
+    ASSERT_EQ(result.exit_code, 0) << result.err;
+    EXPECT_NE(result.out.find(std::to_string(ranks) + " ranks: "), std::string::npos) << result.out;
+    EXPECT_NE(result.err.find("nothing is measured"), std::string::npos) << result.err;
+    expectSameClouds(folder);
+  }
+}
+
+TEST_F(FuseUnderMpirun, RanksThatShareFramesWriteTheCloudsOfOneProcess) {
+  ASSERT_TRUE(succeeded(fuse({recording(), "-o", out()})));
+  ASSERT_EQ(fuseWith(2, {recording(), "-o", out("shared"), "--ranks", "frames"}).exit_code, 0);
+  expectSameClouds(out("shared"));
+}
+
+TEST_F(FuseUnderMpirun, AnImageThatOneRankCannotReadIsNamedByThatRank) {
+  writeText(depthFile(recording_, 1, 1), "damaged");
+  const ToolResult result = fuseWith(2, {recording(), "-o", out()});
+  EXPECT_NE(result.exit_code, 0);
+  EXPECT_NE(result.err.find("fuse_flow_fuse, rank 1: " + depthFile(recording_, 1, 1).string()), std::string::npos)
+      << result.err;
+  EXPECT_TRUE(fs::exists(out_ / "000000.ply"));
+  EXPECT_FALSE(fs::exists(out_ / "000001.ply"));
+}
+
+TEST_F(FuseUnderMpirun, WhatNoRankCanDoIsRefusedOnce) {
+  const ToolResult result = fuseWith(2, {recording(), "-o", out(), "--refine-extrinsics"});
+  EXPECT_NE(result.exit_code, 0);
+  const std::size_t said = result.err.find("--refine-extrinsics: needs the images of all cameras");
+  ASSERT_NE(said, std::string::npos) << result.err;
+  EXPECT_EQ(result.err.find("--refine-extrinsics: needs", said + 1), std::string::npos) << result.err;
+  EXPECT_FALSE(fs::exists(out_));
+}
+
+}  // namespace
+}  // namespace tool_test
+
+#endif
