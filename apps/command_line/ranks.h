@@ -28,8 +28,8 @@ class Ranks {
   /** \brief Whether this one writes what is written once. */
   bool isFirst() { return rank() == 0; }
 
-  /** \brief What run() returns. Of an error that all ranks have, the rank after the one at fault prints a line, and the others end without;
-   *  where ranks are silent, all are ended. \param tool its name */
+  /** \brief What run() returns. Of the fault of one rank, the rank after it prints a line, and the others end without one; where ranks are
+   *  silent, all are ended. \param tool its name */
   virtual int guard(const std::string& tool, const std::function<int()>& run) = 0;
 };
 

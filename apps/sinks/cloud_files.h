@@ -16,6 +16,8 @@ class CloudFiles : public FrameSink {
 
   /** \brief Where the cloud of a frame goes. */
   std::string pathOf(std::size_t frame) const;
+  /** \brief The cloud of a frame comes from another process of this run. */
+  void leaveToAnother(std::size_t frame) { left_.insert(pathOf(frame)); }
   void take(const std::shared_ptr<const FusedFrame>& frame) override;
   /** \brief Clouds in the folder that an earlier run has left and this one has not replaced: a reader of the folder would take them for
    *  frames of this recording. */
@@ -28,7 +30,7 @@ class CloudFiles : public FrameSink {
   std::string format_;
   bool names_file_{false};
   bool times_;
-  std::set<std::string> written_;
+  std::set<std::string> written_, left_;
 };
 
 }  // namespace fuse_flow::io

@@ -29,6 +29,7 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <filesystem>
 #include <map>
@@ -375,6 +376,8 @@ int run(Options& options, const command_line::MethodArguments& arguments) {
 
   const auto files = std::make_shared<io::CloudFiles>(options.output, options.format, all_frames.size());
   checkOutputs(options, *recording, *files, frames);
+  for (const std::size_t frame : all_frames)
+    if (options.share_frames && !std::binary_search(frames.begin(), frames.end(), frame)) files->leaveToAnother(frame);
 
   std::vector<std::string> cameras;
   for (const Camera& camera : recording->cameras()) cameras.push_back(camera.name);
