@@ -29,7 +29,6 @@
 
 #include <unistd.h>
 
-#include <algorithm>
 #include <chrono>
 #include <filesystem>
 #include <map>
@@ -376,8 +375,9 @@ int run(Options& options, const command_line::MethodArguments& arguments) {
 
   const auto files = std::make_shared<io::CloudFiles>(options.output, options.format, all_frames.size());
   checkOutputs(options, *recording, *files, frames);
+  const std::set<std::size_t> own_frames(frames.begin(), frames.end());
   for (const std::size_t frame : all_frames)
-    if (options.share_frames && !std::binary_search(frames.begin(), frames.end(), frame)) files->leaveToAnother(frame);
+    if (own_frames.count(frame) == 0) files->leaveToAnother(frame);
 
   std::vector<std::string> cameras;
   for (const Camera& camera : recording->cameras()) cameras.push_back(camera.name);
