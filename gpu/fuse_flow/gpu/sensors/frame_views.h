@@ -20,10 +20,37 @@
 namespace fuse_flow {
 namespace gpu {
 
+/** \brief A view of a frame that is not here but elsewhere: see FrameViews::add(). */
+struct RemoteView {
+  std::uint32_t view;
+  /** \brief 0: that of the model. */
+  float noise_scale;
+  bool has_color, has_confidence;
+};
+
+/** \brief What is known of the views of a frame once others are known too. What has been measured here stays. */
+struct AddViews {
+  const DeviceView* known;
+  DeviceView* views;
+
+  FUSE_FLOW_HD void operator()(std::uint32_t i) const {
+    DeviceView view = known[i];
+    if (views[i].present) {
+      view.noise = views[i].noise;
+      view.slope = views[i].slope;
+    }
+    views[i] = view;
+  }
+};
+
 /** \brief Cameras and images of a frame on the device. Geometry is uploaded when the calibration changes; images that are on
  *  the device stay where they are, pinned ones are fetched by the copy engine, others go through a pinned staging buffer. */
 class FrameViews {
  public:
+  /** \brief Whether the frame is a part of one: its missing cameras may have views elsewhere, and their pixels have numbers. Views of others
+   *  are known from add() on; nothing but what a view has measured itself can be asked before. */
+  bool number_missing{false};
+
   /** \brief Returns at once on CUDA; the frame's images must stay alive until the stream has passed. \param confidence null: the noise of
    *  cameras without a model of their own is not known */
   void assign(Execution& run, const RigFrame& frame, const ConfidenceParameters* confidence, bool with_color,
@@ -32,13 +59,14 @@ class FrameViews {
     // A frame that ran out of memory here may have left half of it: then all is uploaded again.
     const bool calibrated = rig_.update(frame) || !geometry_uploaded_;
     geometry_uploaded_ = false;
-    if (calibrated) {
-      uploadTables(
-          run, [](const auto& view) -> const auto& { return view.rays(); }, ray_offsets_, rays_);
-      uploadTables(
-          run, [](const auto& view) -> const auto& { return view.corrections(); }, correction_offsets_, corrections_);
+    if (calibrated) uploadGeometry(run);
+    if (number_missing) {
+      if (calibrated) present_.clear();
+      neighbour_counts_.resize(n);
+      neighbours_.resize(n * (n - 1));
+    } else if (updatePresence([&](std::size_t i) { return !frame.views[i].missing(); }) || calibrated) {
+      uploadNeighbours(run);
     }
-    if (updatePresence(frame) || calibrated) uploadNeighbours(run);
     geometry_uploaded_ = true;
     views_.resize(n);
     has_multipath_ = false;
@@ -47,11 +75,7 @@ class FrameViews {
       DeviceView& view = views_.data()[i];
       const host::ViewGeometry& geometry = rig_[i];
       view = {};
-      view.model = geometry;
-      view.rays = geometry.ideal ? nullptr : rays_.data() + ray_offsets_[i];
-      view.corrections = geometry.corrections().empty() ? nullptr : corrections_.data() + correction_offsets_[i];
-      view.neighbours = neighbours_.data() + i * (n - 1);
-      view.neighbour_count = neighbour_counts_[i];
+      setGeometry(i);
       if (confidence != nullptr) {
         view.noise = viewNoise(*confidence, geometry.ownNoise());
         view.slope = slopeScale(*confidence, 1.0f / geometry.intrinsics.fx, view.noise);
@@ -63,7 +87,7 @@ class FrameViews {
       has_multipath_ |= view.present && geometry.multipath.modulation_frequency > 0;
     }
     offsets_.resize(2 * (n + 1));
-    const GridSize size = layOutPixels(views_.data(), n, offsets_.data());
+    const GridSize size = layOutPixels(views_.data(), n, offsets_.data(), number_missing);
     if (size.pixels > kMaxPixels) throw pcl::PCLException("fuse_flow::gpu: a frame has more than 2^27 pixels");
     pixels_ = static_cast<std::uint32_t>(size.pixels);
     tiles_ = size.tiles;
@@ -73,6 +97,31 @@ class FrameViews {
     device_offsets_.resize(2 * (n + 1));
     run.copySmall(device_views_.data(), std::as_const(views_).data(), n);
     run.copySmall(device_offsets_.data(), std::as_const(offsets_).data(), 2 * (n + 1));
+  }
+
+  /** \brief Of a frame whose missing cameras are numbered: the views that others have. The stream must have been waited for; so must it be
+   *  before the next frame. \param colors of all pixels by their numbers, null: without  \param confidences likewise */
+  void add(Execution& run, const std::vector<RemoteView>& remote, const Rgb8* colors, const float* confidences) {
+    const std::size_t n = rig_.size();
+    bool tabulated = false;
+    for (const RemoteView& of : remote) {
+      tabulated |= !rig_[of.view].hasTables();
+      rig_.tabulate(of.view);
+      DeviceView& view = views_.data()[of.view];
+      view.present = true;
+      if (of.noise_scale > 0) view.noise.scale = of.noise_scale;
+      const Intrinsics& K = view.model.intrinsics;
+      if (colors != nullptr && of.has_color)
+        view.color = {colors + view.offset, K.width, K.height, view.pitch * sizeof(Rgb8)};
+      if (confidences != nullptr && of.has_confidence)
+        view.confidence = {confidences + view.offset, K.width, K.height, view.pitch * sizeof(float)};
+    }
+    geometry_uploaded_ = false;
+    if (tabulated) uploadGeometry(run);
+    if (updatePresence([&](std::size_t i) { return views_.data()[i].present; })) uploadNeighbours(run);
+    geometry_uploaded_ = true;
+    for (std::size_t i = 0; i < n; ++i) setGeometry(i);
+    run.forEach(n, AddViews{views_.data(), device_views_.data()});
   }
 
   static constexpr std::size_t kMaxPixels = std::size_t{1} << 27;
@@ -121,16 +170,35 @@ class FrameViews {
     });
   }
 
+  /** \brief What a view looks like from its calibration, and whom its points ask. */
+  void setGeometry(std::size_t i) {
+    DeviceView& view = views_.data()[i];
+    const host::ViewGeometry& geometry = rig_[i];
+    view.model = geometry;
+    view.rays = geometry.ideal ? nullptr : rays_.data() + ray_offsets_[i];
+    view.corrections = geometry.corrections().empty() ? nullptr : corrections_.data() + correction_offsets_[i];
+    view.neighbours = neighbours_.data() + i * (rig_.size() - 1);
+    view.neighbour_count = neighbour_counts_[i];
+  }
+
   /** \brief Whether the cameras that are there have changed. */
-  bool updatePresence(const RigFrame& frame) {
-    bool changed = present_.size() != frame.views.size();
-    present_.resize(frame.views.size());
-    for (std::size_t i = 0; i < frame.views.size(); ++i) {
-      const std::uint8_t present = frame.views[i].missing() ? 0 : 1;
+  template <typename IsThere>
+  bool updatePresence(const IsThere& is_there) {
+    bool changed = present_.size() != rig_.size();
+    present_.resize(rig_.size());
+    for (std::size_t i = 0; i < rig_.size(); ++i) {
+      const std::uint8_t present = is_there(i) ? 1 : 0;
       changed |= present_[i] != present;
       present_[i] = present;
     }
     return changed;
+  }
+
+  void uploadGeometry(Execution& run) {
+    uploadTables(
+        run, [](const auto& view) -> const auto& { return view.rays(); }, ray_offsets_, rays_);
+    uploadTables(
+        run, [](const auto& view) -> const auto& { return view.corrections(); }, correction_offsets_, corrections_);
   }
 
   /** \brief Tables of all views, one after the other, of what geometry knows of each pixel; most views have none. */
