@@ -40,7 +40,7 @@ struct EnterPoints {
 /** \brief Points of own views in cells that the rank fuses, a chunk at a time. */
 struct EnterOwnPoints {
   EnterPoints points;
-  gpu::PixelGrid grid;
+  gpu::TileGrid tiles;               ///< of own views alone
   const std::uint32_t* block_slots;  ///< of each pixel's point; kNone: no point
   const std::int32_t* owners;        ///< of each slot
   std::int32_t own;
@@ -51,8 +51,8 @@ struct EnterOwnPoints {
   }
   FUSE_FLOW_HD void operator()(std::uint32_t chunk) const {
     const std::uint32_t begin = chunk * gpu::kChunk;
-    const std::uint32_t view = grid.viewOf(begin);
-    if (grid.views[view].present)
+    const std::uint32_t view = tiles.pixels.viewOf(begin);
+    if (tiles.offsets[view] < tiles.offsets[view + 1])
       points.enter(view, begin, gpu::kChunk, [this](std::uint32_t index) { return wants(index); });
   }
 };
@@ -75,8 +75,8 @@ struct EnterReceivedPoints {
 #if FUSE_FLOW_CUDA
 /** \brief EnterOwnPoints, one block a tile. */
 static __global__ void __launch_bounds__(gpu::kTileThreads)
-    enterOwnPointsKernel(const EnterOwnPoints step, const gpu::TileGrid tiles) {
-  gpu::forEachPixelOfTile(tiles, [&step](const gpu::PixelAddress& a, std::uint32_t index) {
+    enterOwnPointsKernel(const EnterOwnPoints step) {
+  gpu::forEachPixelOfTile(step.tiles, [&step](const gpu::PixelAddress& a, std::uint32_t index) {
     const bool enters = step.wants(index);
     const std::uint64_t key = enters ? step.points.keyOf(index) : gpu::CellTableView::kEmpty;
     step.points.slots[index] = gpu::slotOfWarp(step.points.cells, key, a.view, index);
@@ -104,16 +104,15 @@ static __global__ void __launch_bounds__(kEnterThreads)
 
 /** \brief Own and received points into the coarse cells of a table.
  *  \param chunks of all pixels  \param groups of the received windows */
-inline void enterPoints(gpu::Execution& run, const EnterOwnPoints& own, const gpu::TileGrid& tiles, std::size_t chunks,
+inline void enterPoints(gpu::Execution& run, const EnterOwnPoints& own, std::size_t chunks,
                         const EnterReceivedPoints& received, std::size_t groups) {
 #if FUSE_FLOW_CUDA
   (void)chunks;
-  run.launch("enterOwnPointsKernel", enterOwnPointsKernel, tiles.count, gpu::kTileThreads, own, tiles);
+  run.launch("enterOwnPointsKernel", enterOwnPointsKernel, own.tiles.count, gpu::kTileThreads, own);
   run.launch("enterReceivedPointsKernel", enterReceivedPointsKernel,
              static_cast<unsigned int>((groups * kPixelGroup + kEnterThreads - 1) / kEnterThreads), kEnterThreads,
              received, static_cast<std::uint32_t>(groups));
 #else
-  (void)tiles;
   run.forEach(chunks, own);
   run.forEach(groups, received);
 #endif

@@ -59,8 +59,8 @@ struct PackWindows {
                                      const WindowList::Place& at, Pixel* to) {
     const Pixel* const from = image.row(at.v) + at.u;
     const int left = view.model.intrinsics.width - at.u;
-    if (left >= static_cast<int>(kPixelGroup) && (reinterpret_cast<std::uintptr_t>(from) & 15u) % sizeof(Pixel) == 0 &&
-        (reinterpret_cast<std::uintptr_t>(from) & (sizeof(Pixel) == 3 ? 7u : 15u)) == 0) {
+    constexpr std::uintptr_t aligned = sizeof(Pixel) == sizeof(Rgb8) ? alignof(GroupOfColors) : alignof(GroupOfFloats);
+    if (left >= static_cast<int>(kPixelGroup) && reinterpret_cast<std::uintptr_t>(from) % aligned == 0) {
       moveGroup(from, to);
       return;
     }
