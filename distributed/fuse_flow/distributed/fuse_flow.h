@@ -110,9 +110,7 @@ class FuseFlow<PointT, device::Host> {
   void shareRefined();
   void exchangeWindows();
   void fuseCells(PointCloud& output);
-  void exchange(const std::vector<Message>& out) {
-    exchangeWithAll(*communicator_, out, in_, part_statistics_);
-  }
+  void exchange(const std::vector<Message>& out) { exchangeWithAll(*communicator_, out, in_, part_statistics_); }
 
   Communicator* communicator_;
   detail::OneThread one_thread_;

@@ -24,9 +24,9 @@ using Gpu = fuse_flow::FuseFlow<PointFused, fuse_flow::device::Thrust>;
 using Ranks = fuse_flow::distributed::FuseFlow<PointFused, fuse_flow::device::Thrust>;
 using Setup = std::function<void(Ranks&)>;
 
-/** \brief The bytes of points that mean something, in an order of their own. */
-using PointBytes = std::array<char, offsetof(PointFused, view_count) + sizeof(PointFused::view_count)>;
+using PointBytes = std::array<char, sizeof(PointFused)>;
 
+/** \brief The points in an order that follows from their bytes alone. */
 std::vector<PointBytes> bytesOf(const Cloud& cloud) {
   std::vector<PointBytes> bytes(cloud.size());
   for (std::size_t k = 0; k < cloud.size(); ++k)
@@ -35,10 +35,9 @@ std::vector<PointBytes> bytesOf(const Cloud& cloud) {
   return bytes;
 }
 
-Cloud fuseOnOne(const RigFrame& frame, const FuseFlowParameters& parameters = {}, bool normals = false) {
+Cloud fuseOnOne(const RigFrame& frame, const FuseFlowParameters& parameters = {}) {
   Gpu fusion;
   fusion.setParameters(parameters);
-  fusion.setComputeNormals(normals);
   Cloud cloud;
   fusion.fuse(frame, cloud);
   return cloud;
@@ -153,9 +152,8 @@ TEST(DistributedGpu, WeighsContradictionsByTheConfidenceOfViewsOfOthers) {
   }
   FuseFlowParameters parameters;
   parameters.consistency.weigh_contradictions = true;
-  expectSamePoints(
-      fuseOnRanks({scene.rig}, inTurn(6, 3), 3, [&](Ranks& fusion) { fusion.setParameters(parameters); }),
-      fuseOnOne(scene.rig, parameters), "weighed");
+  expectSamePoints(fuseOnRanks({scene.rig}, inTurn(6, 3), 3, [&](Ranks& fusion) { fusion.setParameters(parameters); }),
+                   fuseOnOne(scene.rig, parameters), "weighed");
 }
 
 TEST(DistributedGpu, LetsARankThatDoesNotFuseGiveItsViews) {

@@ -142,9 +142,12 @@ class WindowBatch {
       };
       const PlanesOfView& with = planes[of.view];
       DeviceWindow& to = host_table_.data()[k];
-      to = {of.view, of.window.left, of.window.top, static_cast<std::uint32_t>(of.window.width() / kPixelGroup),
-            of.rank, 0,              nullptr,       nullptr,
-            nullptr, nullptr,        nullptr};
+      to = {of.view,       of.window.left,
+            of.window.top, static_cast<std::uint32_t>(of.window.width() / kPixelGroup),
+            of.rank,       0,
+            nullptr,       nullptr,
+            nullptr,       nullptr,
+            nullptr};
       to.depth = plane(true);
       to.refined = plane(with.refined);
       to.weights = plane(true);

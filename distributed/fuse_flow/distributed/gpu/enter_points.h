@@ -74,8 +74,7 @@ struct EnterReceivedPoints {
 
 #if FUSE_FLOW_CUDA
 /** \brief EnterOwnPoints, one block a tile. */
-static __global__ void __launch_bounds__(gpu::kTileThreads)
-    enterOwnPointsKernel(const EnterOwnPoints step) {
+static __global__ void __launch_bounds__(gpu::kTileThreads) enterOwnPointsKernel(const EnterOwnPoints step) {
   gpu::forEachPixelOfTile(step.tiles, [&step](const gpu::PixelAddress& a, std::uint32_t index) {
     const bool enters = step.wants(index);
     const std::uint64_t key = enters ? step.points.keyOf(index) : gpu::CellTableView::kEmpty;

@@ -134,11 +134,11 @@ class FuseFlow<PointT, device::Thrust> {
   void prepare() {
     DevicePartPipeline& pipeline = lane_->pipeline;
     pipeline.threads = gpu::copyThreads(threads_);
-    pipeline.settings = FrameDigest()
-                            .add(pipeline.parameters)
-                            .addAll(pipeline.ownership, lane_->compute_normals, lane_->weight_in_intensity,
-                                    sizeof(PointT), kDeviceTag)
-                            .value();
+    pipeline.settings =
+        FrameDigest()
+            .add(pipeline.parameters)
+            .addAll(pipeline.ownership, lane_->compute_normals, lane_->weight_in_intensity, sizeof(PointT), kDeviceTag)
+            .value();
   }
 
   /** \brief What ranks with GPUs send is not what those without do: so their settings differ. */

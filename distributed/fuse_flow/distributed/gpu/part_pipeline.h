@@ -30,25 +30,16 @@ class DevicePartPipeline : public gpu::FramePipeline {
   std::uint64_t settings{0};
   PartStatistics part_statistics;
 
-  DevicePartPipeline() { views_.number_missing = true; }
+  DevicePartPipeline() { views_.number_missing = views_.defer_colors = true; }
 
   /** \brief As in gpu::FramePipeline, of the cells of this rank. */
   std::size_t fuse(const RigFrame& frame, bool with_color, gpu::CamerasWanted wanted) {
-    const Clock::time_point start = Clock::now();
-    part_statistics = {};
-    if (!complete_) run.wait();  // for what an unfinished frame has launched
-    complete_ = false;
-    meet(frame, with_color, wanted);
-    part_statistics.summary_ms = milliseconds(start, Clock::now());
-    const Clock::time_point met = Clock::now();
-    shareOut();
-    exchangeWindows();
-    enter();
-    part_statistics.exchange_ms = milliseconds(met, Clock::now());
-    aggregate();
-    countPoints();
-    complete_ = true;
-    return point_count_;
+    try {
+      return fuseParts(frame, with_color, wanted);
+    } catch (...) {
+      views_.stopUpload(run);
+      throw;
+    }
   }
 
   /** \brief The latest of the ranks' frames, microseconds. */
@@ -68,6 +59,21 @@ class DevicePartPipeline : public gpu::FramePipeline {
   int ranks() const { return communicator->size(); }
   std::size_t cameras() const { return views_.rig().size(); }
   PartSummary& summary() { return parts_[static_cast<std::size_t>(own())]; }
+
+  std::size_t fuseParts(const RigFrame& frame, bool with_color, gpu::CamerasWanted wanted) {
+    const Clock::time_point start = Clock::now();
+    part_statistics = {};
+    meet(frame, with_color, wanted);
+    part_statistics.summary_ms = milliseconds(start, Clock::now());
+    const Clock::time_point met = Clock::now();
+    shareOut();
+    exchangeWindows();
+    enter();
+    part_statistics.exchange_ms = milliseconds(met, Clock::now());
+    aggregate();
+    countPoints();
+    return point_count_;
+  }
 
   /** \brief This rank's part, and what the others say of theirs. */
   void meet(const RigFrame& frame, bool with_color, gpu::CamerasWanted wanted) {
@@ -102,11 +108,11 @@ class DevicePartPipeline : public gpu::FramePipeline {
   void measure(const RigFrame& frame, bool with_color, gpu::CamerasWanted wanted) {
     start(frame, with_color, wanted);
     checkSupported(frame, with_color);
+    summary().rig = FrameDigest().add(frame.cameras).value();  // while images are uploaded
     block_slots_.resize(views_.pixels());
     generate(block_table_.table(), block_table_.capacity(), [this](std::size_t capacity) {
       gpu::Counters* const counters = counters_.device(run);
-      const BlocksOfViews blocks =
-          block_table_.start(run, capacity, &counters->cells, &counters->table_too_full);
+      const BlocksOfViews blocks = block_table_.start(run, capacity, &counters->cells, &counters->table_too_full);
       launchGenerate(blocks, block_slots_.data());
       block_table_.gather(run);
     });
@@ -127,7 +133,6 @@ class DevicePartPipeline : public gpu::FramePipeline {
 
   void summarise(const RigFrame& frame, bool with_color) {
     PartSummary& part = summary();
-    part.rig = FrameDigest().add(frame.cameras).value();
     part.stamp = frame.stamp;
     part.gated = statistics.gated_points;
     own_views_.clear();
@@ -186,7 +191,10 @@ class DevicePartPipeline : public gpu::FramePipeline {
   /** \brief What the cells of others look at goes to them, and what this rank's cells look at comes. */
   void exchangeWindows() {
     received_.layOut(run, {}, planes_);
-    if (ranks() == 1) return;
+    if (ranks() == 1) {
+      views_.waitForColors(run);
+      return;
+    }
     const float side = static_cast<float>(1 << kBlockBits) * parameters.aggregation.cell_size;
     search_.find(run, views_.rig(), summary().rig, owners_, own_views_,
                  askersOfViews(views_.rig(), origin_, parameters), own(), ranks(), side, lookingMargin(parameters),
@@ -198,6 +206,8 @@ class DevicePartPipeline : public gpu::FramePipeline {
     sent_.layOut(run, windows_to_send_, planes_);
     received_.layOut(run, windows_to_receive_, planes_);
     times.mark("tables");
+    views_.waitForColors(run);
+    times.mark("colours");
     run.forEach(sent_.groups(), PackWindows{sent_.list(), views_.grid().views, maps_.measured(), maps_.refined(),
                                             points_.data(), block_slots_.data(), block_table_.owners()});
     times.mark("pack", 2.0 * static_cast<double>(sent_.bytesOfMessages()));
@@ -219,8 +229,7 @@ class DevicePartPipeline : public gpu::FramePipeline {
     std::size_t capacity = std::max(table_.capacity(), std::size_t{views_.pixels()} / 64);
     for (;;) {
       startTable(capacity);
-      const EnterPoints points{
-          {table_view_}, 1.0f / parameters.aggregation.cell_size, points_.data(), slots_.data()};
+      const EnterPoints points{{table_view_}, 1.0f / parameters.aggregation.cell_size, points_.data(), slots_.data()};
       enterPoints(run, {points, views_.tiles(), block_slots_.data(), block_table_.owners(), own()}, chunks(),
                   {points, views_.grid().views, received_.list()}, received_.groups());
       times.mark("cells");
@@ -241,7 +250,6 @@ class DevicePartPipeline : public gpu::FramePipeline {
     part_statistics.bytes_of_points = given * (2 * sizeof(float) + (color ? sizeof(Rgb8) : 0));
   }
 
-  bool complete_{true};             ///< the last frame
   std::vector<PartSummary> parts_;  ///< by rank
   std::vector<int> origin_;         ///< whose view that of each camera is
   std::vector<std::uint32_t> own_views_;

@@ -202,7 +202,8 @@ class FramePipeline {
                                       measured_.data(),
                                       counts};
 #if FUSE_FLOW_CUDA
-    run.launch("generatePointsKernel", generatePointsKernel<Places>, views_.tiles().count, kTileThreads, step, views_.tiles());
+    run.launch("generatePointsKernel", generatePointsKernel<Places>, views_.tiles().count, kTileThreads, step,
+               views_.tiles());
 #else
     run.forEach(chunks(), step);
 #endif

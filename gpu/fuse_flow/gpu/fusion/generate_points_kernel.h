@@ -46,8 +46,7 @@ static __global__ void __launch_bounds__(kTileThreads)
     step.points[index] = point;
     measured_points += __popc(__ballot_sync(0xffffffffu, measured));
     gated_points += __popc(__ballot_sync(0xffffffffu, point.C > 0));
-    if (step.use_cells)
-      step.slots[index] = slotOfWarp(step.places, step.keyOf(point, a.view, index), a.view, index);
+    if (step.use_cells) step.slots[index] = slotOfWarp(step.places, step.keyOf(point, a.view, index), a.view, index);
   });
   if (threadIdx.x % kChunk == 0) {
     atomicAdd(&sums[0], measured_points);

@@ -50,6 +50,9 @@ class FrameViews {
   /** \brief Whether the frame is a part of one: its missing cameras may have views elsewhere, and their pixels have numbers. Views of others
    *  are known from add() on; nothing but what a view has measured itself can be asked before. */
   bool number_missing{false};
+  /** \brief Whether colours are uploaded after all depth and beside what follows, on a stream of their own; nobody may ask for them before
+   *  waitForColors(). */
+  bool defer_colors{false};
 
   /** \brief Returns at once on CUDA; the frame's images must stay alive until the stream has passed. \param confidence null: the noise of
    *  cameras without a model of their own is not known */
@@ -121,7 +124,22 @@ class FrameViews {
     if (updatePresence([&](std::size_t i) { return views_.data()[i].present; })) uploadNeighbours(run);
     geometry_uploaded_ = true;
     for (std::size_t i = 0; i < n; ++i) setGeometry(i);
-    run.forEach(n, AddViews{views_.data(), device_views_.data()});
+    known_views_.resize(n);
+    run.copySmall(known_views_.data(), std::as_const(views_).data(), n);
+    run.forEach(n, AddViews{known_views_.data(), device_views_.data()});
+  }
+
+  /** \brief What is launched from now on finds the colours. */
+  void waitForColors(Execution& run) {
+    if (!colors_under_way_) return;
+    color_upload_->order.put(color_upload_->run.stream, run.stream);
+    colors_under_way_ = false;
+  }
+  /** \brief Of a frame that ends early: the host waits until nothing reads its images any more. */
+  void stopUpload(Execution& run) {
+    run.wait();
+    if (color_upload_) color_upload_->run.wait();
+    colors_under_way_ = false;
   }
 
   static constexpr std::size_t kMaxPixels = std::size_t{1} << 27;
@@ -146,8 +164,8 @@ class FrameViews {
   std::size_t uploadedBytes() const { return uploaded_; }
   const host::RigGeometry& rig() const { return rig_; }
   std::size_t bytes() const {
-    return device_views_.bytes() + rays_.bytes() + corrections_.bytes() + neighbours_.bytes() + images_.bytes() +
-           device_offsets_.bytes() + color_depth_.bytes();
+    return device_views_.bytes() + known_views_.bytes() + rays_.bytes() + corrections_.bytes() + neighbours_.bytes() +
+           images_.bytes() + device_offsets_.bytes() + color_depth_.bytes();
   }
 
  private:
@@ -239,10 +257,19 @@ class FrameViews {
       if (view.depth16) visit(view.depth16, views_.data()[i].depth16);
       if (view.depth32) visit(view.depth32, views_.data()[i].depth32);
       if (view.confidence) visit(view.confidence, views_.data()[i].confidence);
-      if (view.color && with_color) visit(view.color, views_.data()[i].color);
+      if (view.color && with_color && !defer_colors) visit(view.color, views_.data()[i].color);
     }
+    for (std::size_t i = 0; defer_colors && with_color && i < frame.views.size(); ++i)
+      if (!frame.views[i].missing() && frame.views[i].color) visit(frame.views[i].color, views_.data()[i].color);
   }
 
+  /** \brief Where colours are uploaded that are deferred. */
+  struct ColorUpload {
+    OwnStream stream;
+    StreamOrder order;
+    Execution run;
+    ColorUpload() { run.stream = stream.get(); }
+  };
   struct Transfer {
     const char* from;
     std::size_t row_bytes, rows, stride;
@@ -287,9 +314,26 @@ class FrameViews {
       on_device.data = reinterpret_cast<decltype(image.data)>(images_.data() + transfer.place);
       on_device.row_stride = transfer.row_bytes;
     });
-    for (std::size_t k = 0; k < transfers_.size();) {
+    const std::size_t colors = defer_colors ? firstColor(frame, with_color) : transfers_.size();
+    uploadSome(run, 0, colors, threads);
+    if (colors == transfers_.size()) return;
+    if (!color_upload_) color_upload_ = std::make_unique<ColorUpload>();
+    color_upload_->order.put(run.stream, color_upload_->run.stream);
+    colors_under_way_ = true;
+    uploadSome(color_upload_->run, colors, transfers_.size(), threads);
+  }
+
+  /** \brief Of the transfers; colours come last. */
+  std::size_t firstColor(const RigFrame& frame, bool with_color) const {
+    std::size_t colors = 0;
+    for (const DepthView& view : frame.views) colors += with_color && !view.missing() && view.color ? 1 : 0;
+    return transfers_.size() - colors;
+  }
+
+  void uploadSome(Execution& run, std::size_t begin, std::size_t end, int threads) {
+    for (std::size_t k = begin; k < end;) {
       if (transfers_[k].memory == Memory::Pageable) {
-        k = uploadThroughStaging(run, k, threads);
+        k = uploadThroughStaging(run, k, end, threads);
       } else {
         upload(run, transfers_[k++]);
       }
@@ -311,10 +355,10 @@ class FrameViews {
 #endif
   }
 
-  /** \brief Pageable images, from number first on, by all threads, some megabytes after the other: the calling thread sends off what has been
+  /** \brief Pageable images, from number first on and before end, by all threads, some megabytes after the other: the calling thread sends off what has been
    *  staged, while the others go on. \return the number of the image after them */
-  std::size_t uploadThroughStaging(Execution& run, std::size_t first, int threads) {
-    const std::size_t next = cutIntoPieces(first);
+  std::size_t uploadThroughStaging(Execution& run, std::size_t first, std::size_t end, int threads) {
+    const std::size_t next = cutIntoPieces(first, end);
     std::size_t sent = 0;
     const auto send = [&] {
       for (; sent < pieces_.size() && pieces_left_[sent].load(std::memory_order_acquire) == 0; ++sent)
@@ -330,14 +374,14 @@ class FrameViews {
     return next;
   }
 
-  /** \brief Consecutive pageable images, from number first on, as blocks for a thread each and pieces for the bus. \return the number of
+  /** \brief Consecutive pageable images, from number first on and before end, as blocks for a thread each and pieces for the bus. \return the number of
    *  the image after them */
-  std::size_t cutIntoPieces(std::size_t first) {
+  std::size_t cutIntoPieces(std::size_t first, std::size_t end) {
     constexpr std::size_t piece = 2 << 20, block = 1 << 17;
     blocks_.clear();
     pieces_.clear();
     std::size_t next = first;
-    for (; next < transfers_.size() && transfers_[next].memory == Memory::Pageable; ++next) {
+    for (; next < end && transfers_[next].memory == Memory::Pageable; ++next) {
       const Transfer& image = transfers_[next];
       if (pieces_.empty() || image.place >= pieces_.back().begin + piece) pieces_.push_back({image.place, 0, 0});
       const std::size_t rows = std::max<std::size_t>(1, block / image.row_bytes);
@@ -368,6 +412,8 @@ class FrameViews {
   }
 
   host::RigGeometry rig_;
+  std::unique_ptr<ColorUpload> color_upload_;
+  bool colors_under_way_{false};
   bool geometry_uploaded_{false}, has_multipath_{false};
   std::vector<std::size_t> ray_offsets_, correction_offsets_;
   std::vector<std::uint8_t> present_;
@@ -381,7 +427,7 @@ class FrameViews {
   PinnedBuffer<DeviceView> views_;
   PinnedBuffer<std::uint32_t> offsets_;
   PinnedBuffer<char> staging_;
-  DeviceBuffer<DeviceView> device_views_;
+  DeviceBuffer<DeviceView> device_views_, known_views_;
   DeviceBuffer<std::uint32_t> device_offsets_, neighbours_;
   DeviceBuffer<Ray> rays_;
   DeviceBuffer<DepthCorrectionTerms> corrections_;
