@@ -137,8 +137,8 @@ std::vector<PointBytes> bytesOf(const PointSpan& points) {
 /** \brief At rank 0 the points of all ranks. */
 std::vector<PointBytes> gather(const PointSpan& points) {
   std::vector<PointBytes> all = bytesOf(points);
-  constexpr std::size_t piece = 1 << 24;
-  const auto count = [](std::size_t begin, std::size_t size) {
+  const std::size_t piece = 1 << 24;
+  const auto count = [=](std::size_t begin, std::size_t size) {
     return static_cast<int>(std::min(piece, size - begin) * sizeof(Point));
   };
   std::uint64_t size = points.size;

@@ -101,19 +101,24 @@ static __global__ void __launch_bounds__(kEnterThreads)
 }
 #endif
 
-/** \brief Own and received points into the coarse cells of a table.
- *  \param chunks of all pixels  \param groups of the received windows */
-inline void enterPoints(gpu::Execution& run, const EnterOwnPoints& own, std::size_t chunks,
-                        const EnterReceivedPoints& received, std::size_t groups) {
+/** \param chunks of all pixels */
+inline void enterOwnPoints(gpu::Execution& run, const EnterOwnPoints& step, std::size_t chunks) {
 #if FUSE_FLOW_CUDA
   (void)chunks;
-  run.launch("enterOwnPointsKernel", enterOwnPointsKernel, own.tiles.count, gpu::kTileThreads, own);
-  run.launch("enterReceivedPointsKernel", enterReceivedPointsKernel,
-             static_cast<unsigned int>((groups * kPixelGroup + kEnterThreads - 1) / kEnterThreads), kEnterThreads,
-             received, static_cast<std::uint32_t>(groups));
+  run.launch("enterOwnPointsKernel", enterOwnPointsKernel, step.tiles.count, gpu::kTileThreads, step);
 #else
-  run.forEach(chunks, own);
-  run.forEach(groups, received);
+  run.forEach(chunks, step);
+#endif
+}
+
+/** \param groups of the received windows */
+inline void enterReceivedPoints(gpu::Execution& run, const EnterReceivedPoints& step, std::size_t groups) {
+#if FUSE_FLOW_CUDA
+  const std::size_t blocks = (groups * kPixelGroup + kEnterThreads - 1) / kEnterThreads;
+  run.launch("enterReceivedPointsKernel", enterReceivedPointsKernel, static_cast<unsigned int>(blocks), kEnterThreads,
+             step, static_cast<std::uint32_t>(groups));
+#else
+  run.forEach(groups, step);
 #endif
 }
 

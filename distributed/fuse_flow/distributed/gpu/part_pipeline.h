@@ -38,6 +38,7 @@ class DevicePartPipeline : public gpu::FramePipeline {
       return fuseParts(frame, with_color, wanted);
     } catch (...) {
       views_.stopUpload(run);
+      exchange_stream_.run.wait();
       throw;
     }
   }
@@ -67,8 +68,14 @@ class DevicePartPipeline : public gpu::FramePipeline {
     part_statistics.summary_ms = milliseconds(start, Clock::now());
     const Clock::time_point met = Clock::now();
     shareOut();
-    exchangeWindows();
-    enter();
+    if (ranks() > 1) {
+      exchangeWindows();
+    } else {
+      received_.layOut(run, {}, planes_);
+      views_.waitForColors(run);
+      enterOwn(usualCapacity());
+    }
+    enterReceived();
     part_statistics.exchange_ms = milliseconds(met, Clock::now());
     aggregate();
     countPoints();
@@ -190,11 +197,6 @@ class DevicePartPipeline : public gpu::FramePipeline {
 
   /** \brief What the cells of others look at goes to them, and what this rank's cells look at comes. */
   void exchangeWindows() {
-    received_.layOut(run, {}, planes_);
-    if (ranks() == 1) {
-      views_.waitForColors(run);
-      return;
-    }
     const float side = static_cast<float>(1 << kBlockBits) * parameters.aggregation.cell_size;
     search_.find(run, views_.rig(), summary().rig, owners_, own_views_,
                  askersOfViews(views_.rig(), origin_, parameters), own(), ranks(), side, lookingMargin(parameters),
@@ -211,7 +213,10 @@ class DevicePartPipeline : public gpu::FramePipeline {
     run.forEach(sent_.groups(), PackWindows{sent_.list(), views_.grid().views, maps_.measured(), maps_.refined(),
                                             points_.data(), block_slots_.data(), block_table_.owners()});
     times.mark("pack", 2.0 * static_cast<double>(sent_.bytesOfMessages()));
-    exchange->exchange(run, sent_.messages(), received_.messages());
+    exchange_stream_.leave(run.stream);
+    enterOwn(usualCapacity());  // while pixels are on their way
+    exchange->exchange(exchange_stream_.run, sent_.messages(), received_.messages());
+    exchange_stream_.join(run.stream);
     times.mark("exchange", 2.0 * static_cast<double>(received_.bytesOfMessages()));
     run.forEach(received_.groups(),
                 UnpackWindows{received_.list(), views_.grid().views, maps_.measuredToFill(), maps_.refinedToFill(),
@@ -222,19 +227,28 @@ class DevicePartPipeline : public gpu::FramePipeline {
     part_statistics.bytes_received += received_.bytesOfMessages();
   }
 
-  /** \brief The points of the rank's cells, its own and those that have come, into these cells. */
-  void enter() {
+  std::size_t usualCapacity() const { return std::max(table_.capacity(), std::size_t{views_.pixels()} / 64); }
+
+  EnterPoints enterStep() {
+    return {{table_view_}, 1.0f / parameters.aggregation.cell_size, points_.data(), slots_.data()};
+  }
+
+  /** \brief The points of the rank's own views that lie in its cells, into these cells. \param capacity of their table */
+  void enterOwn(std::size_t capacity) {
     slots_.resize(views_.pixels());
     run.fill(slots_.data(), views_.pixels(), 0xff);
-    std::size_t capacity = std::max(table_.capacity(), std::size_t{views_.pixels()} / 64);
+    startTable(capacity);
+    enterOwnPoints(run, {enterStep(), views_.tiles(), block_slots_.data(), block_table_.owners(), own()}, chunks());
+    times.mark("own cells");
+  }
+
+  /** \brief After them the points that have come; all again where the table was too small. */
+  void enterReceived() {
     for (;;) {
-      startTable(capacity);
-      const EnterPoints points{{table_view_}, 1.0f / parameters.aggregation.cell_size, points_.data(), slots_.data()};
-      enterPoints(run, {points, views_.tiles(), block_slots_.data(), block_table_.owners(), own()}, chunks(),
-                  {points, views_.grid().views, received_.list()}, received_.groups());
-      times.mark("cells");
+      enterReceivedPoints(run, {enterStep(), views_.grid().views, received_.list()}, received_.groups());
+      times.mark("received cells");
       if (counters_.read(run).table_too_full == 0) return;
-      capacity = 4 * table_.capacity();
+      enterOwn(4 * table_.capacity());
     }
   }
 
@@ -263,6 +277,7 @@ class DevicePartPipeline : public gpu::FramePipeline {
   gpu::DeviceBuffer<std::uint32_t> block_slots_;
   WindowSearch search_;
   WindowBatch sent_, received_;
+  gpu::SideStream exchange_stream_;
   gpu::DeviceBuffer<Rgb8> received_colors_;
   gpu::DeviceBuffer<float> received_confidences_;
 };

@@ -3,6 +3,7 @@
 #include <fuse_flow/gpu/runtime/copy_threads.h>
 #include <fuse_flow/gpu/runtime/execution.h>
 #include <fuse_flow/gpu/runtime/memory_of.h>
+#include <fuse_flow/gpu/runtime/side_stream.h>
 #include <fuse_flow/gpu/runtime/stream_copy.h>
 #include <fuse_flow/gpu/sensors/device_view.h>
 #include <fuse_flow/gpu/sensors/tiles.h>
@@ -132,7 +133,7 @@ class FrameViews {
   /** \brief What is launched from now on finds the colours. */
   void waitForColors(Execution& run) {
     if (!colors_under_way_) return;
-    color_upload_->order.put(color_upload_->run.stream, run.stream);
+    color_upload_->join(run.stream);
     colors_under_way_ = false;
   }
   /** \brief Of a frame that ends early: the host waits until nothing reads its images any more. */
@@ -263,13 +264,6 @@ class FrameViews {
       if (!frame.views[i].missing() && frame.views[i].color) visit(frame.views[i].color, views_.data()[i].color);
   }
 
-  /** \brief Where colours are uploaded that are deferred. */
-  struct ColorUpload {
-    OwnStream stream;
-    StreamOrder order;
-    Execution run;
-    ColorUpload() { run.stream = stream.get(); }
-  };
   struct Transfer {
     const char* from;
     std::size_t row_bytes, rows, stride;
@@ -317,8 +311,8 @@ class FrameViews {
     const std::size_t colors = defer_colors ? firstColor(frame, with_color) : transfers_.size();
     uploadSome(run, 0, colors, threads);
     if (colors == transfers_.size()) return;
-    if (!color_upload_) color_upload_ = std::make_unique<ColorUpload>();
-    color_upload_->order.put(run.stream, color_upload_->run.stream);
+    if (!color_upload_) color_upload_ = std::make_unique<SideStream>();
+    color_upload_->leave(run.stream);
     colors_under_way_ = true;
     uploadSome(color_upload_->run, colors, transfers_.size(), threads);
   }
@@ -412,7 +406,7 @@ class FrameViews {
   }
 
   host::RigGeometry rig_;
-  std::unique_ptr<ColorUpload> color_upload_;
+  std::unique_ptr<SideStream> color_upload_;  ///< of colours that are deferred
   bool colors_under_way_{false};
   bool geometry_uploaded_{false}, has_multipath_{false};
   std::vector<std::size_t> ray_offsets_, correction_offsets_;
