@@ -107,7 +107,8 @@ TEST(DistributedGpu, KeepsNothingFromFrameToFrame) {
 }
 
 TEST(DistributedGpu, GivesThePointsOfOneGpuForOtherParameters) {
-  const Scene scene = noisyRoom(6, 6);
+  Scene scene = noisyRoom(7, 6);
+  scene.rig.views[2] = {};  // a missing camera is no candidate
   std::vector<FuseFlowParameters> variants(10);
   variants[0].crop_box = Eigen::AlignedBox3f(Eigen::Vector3f(-0.5f, -0.4f, 0.8f), Eigen::Vector3f(0.6f, 0.4f, 2.0f));
   variants[1].smoothing.passes = 0;
@@ -124,8 +125,22 @@ TEST(DistributedGpu, GivesThePointsOfOneGpuForOtherParameters) {
     const Cloud one = fuseOnOne(scene.rig, variants[v]);
     ASSERT_GT(one.size(), 300u) << v;
     expectSamePoints(
-        fuseOnRanks({scene.rig}, inTurn(6, 3), 3, [&](Ranks& fusion) { fusion.setParameters(variants[v]); }), one,
+        fuseOnRanks({scene.rig}, inTurn(7, 3), 3, [&](Ranks& fusion) { fusion.setParameters(variants[v]); }), one,
         "variant " + std::to_string(v));
+  }
+}
+
+TEST(DistributedGpu, AsksTheNearestViewThatIsThereAndNoMore) {
+  FuseFlowParameters parameters;
+  parameters.consistency.max_views = 2;
+  parameters.consistency.max_candidates = 1;
+  for (std::size_t missing = 0; missing < 7; ++missing) {
+    Scene scene = noisyRoom(7, 20 + static_cast<unsigned int>(missing));
+    scene.rig.views[missing] = {};
+    scene.rig.views[(missing + 2) % 7] = {};
+    expectSamePoints(
+        fuseOnRanks({scene.rig}, inTurn(7, 7), 7, [&](Ranks& fusion) { fusion.setParameters(parameters); }),
+        fuseOnOne(scene.rig, parameters), "without camera " + std::to_string(missing));
   }
 }
 
