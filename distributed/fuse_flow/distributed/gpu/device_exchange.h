@@ -9,9 +9,9 @@ namespace distributed {
 
 /** \brief Bytes in device memory that go to another rank, or come from it. */
 struct DeviceMessage {
-  int rank;
-  char* data;
-  std::size_t bytes;
+  int rank;           ///< the other
+  char* data;         ///< in device memory
+  std::size_t bytes;  ///< how many
 };
 
 /** \brief How the large part of a frame gets from the memory of one device to that of another. */

@@ -22,12 +22,18 @@ namespace distributed {
  *  of one process, whoever measured it; of the views of others only what has come is ever touched. */
 class DevicePartPipeline : public gpu::FramePipeline {
  public:
+  ///@{
+  /** \brief Of the same ranks: for small messages, and for pixels. */
   Communicator* communicator{nullptr};
   DeviceExchange* exchange{nullptr};
+  ///@}
+  /** \brief Who fuses which cells; the same on all ranks. */
   Ownership ownership{Ownership::Curve};
+  /** \brief Whether this rank takes a share of them. */
   bool fusing{true};
   /** \brief Of the settings that must be the same on all ranks, parameters among them. */
   std::uint64_t settings{0};
+  /** \brief Of the last frame. */
   PartStatistics part_statistics;
 
   DevicePartPipeline() { views_.number_missing = views_.defer_colors = true; }
