@@ -27,9 +27,17 @@ class ViewSet {
   explicit ViewSet(std::size_t views = 0) : words_((views + 63) / 64, 0) {}
   void add(std::size_t view) { words_[view / 64] |= std::uint64_t{1} << view % 64; }
   bool has(std::size_t view) const { return (words_[view / 64] >> view % 64 & 1) != 0; }
-  void add(const ViewSet& other) {
-    for (std::size_t k = 0; k < words_.size(); ++k) words_[k] |= other.words_[k];
+  /** \brief Views group · kViewsOfGroup + k for all bits k. */
+  void add(std::uint32_t group, std::uint64_t bits) { words_[group] |= bits; }
+  /** \brief Whether any view is in both. */
+  bool meets(const ViewSet& other) const {
+    for (std::size_t k = 0; k < words_.size(); ++k)
+      if ((words_[k] & other.words_[k]) != 0) return true;
+    return false;
   }
+  void clear() { std::fill(words_.begin(), words_.end(), 0); }
+  /** \brief A word for each group of kViewsOfGroup views. */
+  const std::vector<std::uint64_t>& words() const { return words_; }
 
  private:
   std::vector<std::uint64_t> words_;
@@ -43,12 +51,12 @@ class BlockOwners {
     std::uint64_t key{0};
     std::uint32_t points{0};
     int owner{0};
-    std::vector<std::uint32_t> views;  ///< that have points there
+    ViewSet views;  ///< that have points there
   };
 
-  /** \param parts of all ranks, by rank  \param how by what */
-  void assign(const std::vector<PartSummary>& parts, Ownership how) {
-    collect(parts);
+  /** \param parts of all ranks, by rank  \param cameras of the rig  \param how by what */
+  void assign(const std::vector<PartSummary>& parts, std::size_t cameras, Ownership how) {
+    collect(parts, cameras);
     fusing_.clear();
     for (std::size_t r = 0; r < parts.size(); ++r)
       if (parts[r].fuses) fusing_.push_back(static_cast<int>(r));
@@ -68,6 +76,16 @@ class BlockOwners {
   /** \brief Who fuses a coarse cell that holds a point of the frame. */
   int ownerOf(std::uint64_t cell_key) const { return blocks_[table_.find(blockOfCell(cell_key))].owner; }
 
+  /** \brief Calls visit(who fuses it) for PartSummary::blocks of a rank, one after the other. */
+  template <typename Visit>
+  void forEachOwner(int rank, const Visit& visit) const {
+    for (const Origin& origin : origins_)
+      if (origin.rank == rank) visit(blocks_[origin.block].owner);
+  }
+
+  /** \brief Points that a rank fuses. */
+  std::uint64_t pointsOf(int rank) const { return points_of_rank_[static_cast<std::size_t>(rank)]; }
+
   /** \brief Points that the busiest rank fuses, over the mean of those that fuse; 1: all the same. */
   double imbalance() const {
     const auto total =
@@ -77,7 +95,9 @@ class BlockOwners {
   }
 
  private:
-  void collect(const std::vector<PartSummary>& parts) {
+  void collect(const std::vector<PartSummary>& parts, std::size_t cameras) {
+    if (cameras != cameras_) blocks_.clear();
+    cameras_ = cameras;
     table_.clear();
     std::size_t used = 0;
     origins_.clear();
@@ -85,14 +105,14 @@ class BlockOwners {
       for (const BlockPoints& points : parts[r].blocks) {
         const std::uint32_t b = table_.findOrAdd(points.block);
         if (b == used) {
-          if (blocks_.size() == used) blocks_.emplace_back();
+          if (blocks_.size() == used) blocks_.push_back({0, 0, 0, ViewSet(cameras)});
           Block& fresh = blocks_[used++];
           fresh.key = points.block;
           fresh.points = 0;
           fresh.views.clear();
         }
         blocks_[b].points += points.points;
-        blocks_[b].views.push_back(points.view);
+        blocks_[b].views.add(points.group, points.views);
         origins_.push_back({b, static_cast<int>(r), points.points});
       }
     blocks_.resize(used);
@@ -164,6 +184,7 @@ class BlockOwners {
   };
 
   host::CellTable table_;
+  std::size_t cameras_{0};
   std::vector<Block> blocks_;
   std::vector<Origin> origins_;
   std::vector<int> fusing_;

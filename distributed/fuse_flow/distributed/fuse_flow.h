@@ -1,6 +1,7 @@
 #pragma once
 
 #include <fuse_flow/distributed/gathered_cells.h>
+#include <fuse_flow/distributed/part_meeting.h>
 #include <fuse_flow/distributed/part_statistics.h>
 #include <fuse_flow/distributed/refined_messages.h>
 #include <fuse_flow/distributed/window_messages.h>
@@ -81,7 +82,7 @@ class FuseFlow<PointT, device::Host> {
     meet(frame);
     part_statistics_.summary_ms = host::FramePipeline::since(start);
     const auto met = Clock::now();
-    owners_.assign(parts_, ownership_);
+    owners_.assign(parts_, pipeline_.cameraCount(), ownership_);
     part_statistics_.imbalance = owners_.imbalance();
     exchangeWindows();
     part_statistics_.exchange_ms = host::FramePipeline::since(met);
@@ -107,10 +108,9 @@ class FuseFlow<PointT, device::Host> {
 
   void meet(const RigFrame& frame);
   void shareRefined();
-  void checkParts() const;
   void exchangeWindows();
   void fuseCells(PointCloud& output);
-  void exchange(const std::vector<Message>& out);
+  void exchange(const std::vector<Message>& out) { exchangeWithAll(*communicator_, out, in_, part_statistics_); }
 
   Communicator* communicator_;
   detail::OneThread one_thread_;

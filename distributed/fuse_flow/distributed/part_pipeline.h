@@ -1,7 +1,9 @@
 #pragma once
 
+#include <fuse_flow/distributed/asked_views.h>
 #include <fuse_flow/distributed/block_owners.h>
 #include <fuse_flow/distributed/frame_digest.h>
+#include <fuse_flow/distributed/part_meeting.h>
 #include <fuse_flow/distributed/pixel_window.h>
 #include <fuse_flow/impl/fusion/frame_pipeline.hpp>
 
@@ -38,42 +40,26 @@ class PartPipeline : public host::FramePipeline {
 
   /** \brief What the other ranks have. \param parts of all ranks, by rank  \param own of this rank */
   void meet(const std::vector<PartSummary>& parts, int own) {
-    origin_.assign(rig_.size(), -1);
-    for (std::size_t r = 0; r < parts.size(); ++r)
+    findOrigins(parts, whole_.cameras, origin_);
+    for (std::size_t r = 0; r < parts.size(); ++r) {
+      if (static_cast<int>(r) == own) continue;
       for (const PartSummary::View& view : parts[r].views) {
-        if (origin_[view.view] >= 0)
-          throw RankError(static_cast<int>(r), "has a view of camera '" + whole_.cameras[view.view].name +
-                                                   "', and so has rank " + std::to_string(origin_[view.view]));
-        origin_[view.view] = static_cast<int>(r);
-        if (static_cast<int>(r) == own) continue;
         rig_.tabulate(view.view);
         depths_.setNoiseScale(view.view, view.noise_scale);
         Received& received = received_[view.view];
         received.has_color = with_color && view.has_color;
         received.has_confidence = view.has_confidence != 0;
       }
-    combineStatistics(parts);
+    }
+    combineStatistics(parts, origin_, statistics);
   }
 
   /** \brief Whose view it is; −1: nobody's. */
   int originOf(std::size_t view) const { return origin_[view]; }
   const std::vector<Camera>& cameras() const { return whole_.cameras; }
 
-  /** \brief Which views a point that a view measured may ask, itself among them: eq. 7 looks no farther. */
-  ViewSet askedBy(std::size_t view) const {
-    ViewSet asked(rig_.size());
-    asked.add(view);
-    int candidates = 0;
-    for (const std::uint32_t j : rig_[view].neighbours) {
-      if (origin_[j] < 0) continue;
-      if (++candidates > parameters.consistency.max_candidates || !parameters.use_distance_consistency) break;
-      asked.add(j);
-    }
-    return asked;
-  }
-
-  /** \brief Pixels around a point that its fusion reads: for silhouettes, normals and between pixels. */
-  int margin() const { return std::max(parameters.consistency.silhouette_radius, kWideNormalSpacing) + 2; }
+  std::vector<ViewSet> askers() const { return askersOfViews(rig_, origin_, parameters); }
+  int margin() const { return lookingMargin(parameters); }
 
   /** \brief Of one of the rank's own views. */
   const BoxProjection& projection(std::size_t view) {
@@ -288,8 +274,9 @@ class PartPipeline : public host::FramePipeline {
     summary.gated = statistics.gated_points;
     summary.views.clear();
     summary.blocks.clear();
-    host::CellTable blocks;
-    std::vector<std::uint32_t> points;
+    host::CellTable blocks;  // of a group of views
+    std::size_t first = 0;   // of the group's in the summary
+    std::uint32_t group = 0;
     for (std::size_t i = 0; i < part.views.size(); ++i) {
       if (part.views[i].missing()) continue;
       PartSummary::View view;
@@ -304,35 +291,19 @@ class PartPipeline : public host::FramePipeline {
           view.range = range;
         }
       summary.views.push_back(view);
-      blocks.clear();
-      points.clear();
-      forEachRun(i, [&](std::uint32_t, std::uint32_t count, std::uint64_t cell) {
-        const std::uint32_t b = blocks.findOrAdd(blockOfCell(cell));
-        if (b == points.size()) points.push_back(0);
-        points[b] += count;
-      });
-      for (std::size_t b = 0; b < points.size(); ++b)
-        summary.blocks.push_back({blocks.key(b), static_cast<std::uint32_t>(i), points[b]});
-    }
-  }
-
-  /** \brief Of the whole frame. */
-  void combineStatistics(const std::vector<PartSummary>& parts) {
-    statistics.measured_points = statistics.gated_points = 0;
-    statistics.missing_cameras.clear();
-    statistics.out_of_range.clear();
-    for (const PartSummary& part : parts) {
-      statistics.gated_points += static_cast<std::size_t>(part.gated);
-      for (const PartSummary::View& view : part.views) {
-        statistics.measured_points += view.measured;
-        statistics.noise_scales[view.view] = view.noise_scale;
-        if (view.out_of_range) statistics.out_of_range.push_back(view.range);
+      if (i / kViewsOfGroup != group) {
+        blocks.clear();
+        first = summary.blocks.size();
+        group = static_cast<std::uint32_t>(i / kViewsOfGroup);
       }
+      forEachRun(i, [&](std::uint32_t, std::uint32_t count, std::uint64_t cell) {
+        const std::uint64_t block = blockOfCell(cell);
+        const std::size_t b = first + blocks.findOrAdd(block);
+        if (b == summary.blocks.size()) summary.blocks.push_back({block, 0, group, 0});
+        summary.blocks[b].views |= std::uint64_t{1} << i % kViewsOfGroup;
+        summary.blocks[b].points += count;
+      });
     }
-    std::sort(statistics.out_of_range.begin(), statistics.out_of_range.end(),
-              [](const DepthOutOfRange& a, const DepthOutOfRange& b) { return a.camera < b.camera; });
-    for (std::size_t i = 0; i < origin_.size(); ++i)
-      if (origin_[i] < 0) statistics.missing_cameras.push_back(i);
   }
 
   RigFrame whole_;  ///< the frame with what has come of the views of others

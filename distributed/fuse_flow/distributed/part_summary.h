@@ -15,18 +15,25 @@ namespace distributed {
  *  about a cell depends on the rest of its block. */
 constexpr int kBlockBits = 2;
 
-/** \brief The key of the block that a coarse cell lies in. */
-inline std::uint64_t blockOfCell(std::uint64_t cell_key) {
-  const CellIndex c = cellOfKey(cell_key);
-  return cellKey({c.x >> kBlockBits, c.y >> kBlockBits, c.z >> kBlockBits});
+/** \brief The block that a coarse cell lies in. */
+FUSE_FLOW_HD CellIndex blockOf(const CellIndex& cell) {
+  return {cell.x >> kBlockBits, cell.y >> kBlockBits, cell.z >> kBlockBits};
 }
 
-/** \brief Points of one view in one block. */
+/** \brief The key of the block that a coarse cell lies in. */
+inline std::uint64_t blockOfCell(std::uint64_t cell_key) { return cellKey(blockOf(cellOfKey(cell_key))); }
+
+/** \brief Views that share a BlockPoints. */
+constexpr std::uint32_t kViewsOfGroup = 64;
+
+/** \brief Points of some views in one block. */
 struct BlockPoints {
   std::uint64_t block;  ///< its key
-  std::uint32_t view;
-  std::uint32_t points;
+  std::uint64_t views;  ///< which have points there: bit k for view group · kViewsOfGroup + k
+  std::uint32_t group;
+  std::uint32_t points;  ///< of all of them
 };
+static_assert(sizeof(BlockPoints) == 24, "goes over the wire as it lies in memory");
 
 /** \brief What a rank tells all others about its part of a frame, before anything large is sent. */
 struct PartSummary {
@@ -40,7 +47,7 @@ struct PartSummary {
   };
 
   /** \brief Of what is sent; changes with every change of it. */
-  static constexpr std::uint32_t kVersion = 1;
+  static constexpr std::uint32_t kVersion = 2;
 
   std::uint64_t rig{0};         ///< FrameDigest of the cameras
   std::uint64_t parameters{0};  ///< of the parameters and settings
@@ -75,11 +82,7 @@ struct PartSummary {
       out.put(view.range.farthest);
     }
     out.put(static_cast<std::uint32_t>(blocks.size()));
-    for (const BlockPoints& block : blocks) {
-      out.put(block.block);
-      out.put(block.view);
-      out.put(block.points);
-    }
+    out.put(blocks.data(), blocks.size());
   }
 
   /** \brief Of another rank. \param cameras how many the rig has \throws RankError if the message is none, or of another version */
@@ -111,14 +114,13 @@ struct PartSummary {
       if (view.view >= cameras) in.fail("a view of a camera that the rig does not have");
     }
     const auto block_count = in.get<std::uint32_t>();
-    const char* bytes = in.take(block_count, 16);
+    const char* bytes = in.take(block_count, sizeof(BlockPoints));
     blocks.resize(block_count);
-    for (BlockPoints& block : blocks) {
-      std::memcpy(&block.block, bytes, 8);
-      std::memcpy(&block.view, bytes + 8, 4);
-      std::memcpy(&block.points, bytes + 12, 4);
-      bytes += 16;
-      if (block.view >= cameras) in.fail("points of a camera that the rig does not have");
+    if (block_count > 0) std::memcpy(blocks.data(), bytes, block_count * sizeof(BlockPoints));
+    for (const BlockPoints& block : blocks) {
+      const std::size_t first = std::size_t{block.group} * kViewsOfGroup;
+      const bool fits = first < cameras && (cameras - first >= kViewsOfGroup || block.views >> (cameras - first) == 0);
+      if (!fits) in.fail("points of a camera that the rig does not have");
     }
     in.finish();
   }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <fuse_flow/impl/sensors/rig_geometry.hpp>
+#include <fuse_flow/math/cell.h>
 
 #include <algorithm>
 #include <cstddef>
@@ -14,7 +15,7 @@ namespace distributed {
 struct PixelWindow {
   std::int32_t left{0}, top{0}, right{0}, bottom{0};
 
-  bool empty() const { return left >= right || top >= bottom; }
+  FUSE_FLOW_HD bool empty() const { return left >= right || top >= bottom; }
   std::size_t width() const { return static_cast<std::size_t>(right - left); }
   std::size_t height() const { return static_cast<std::size_t>(bottom - top); }
   std::size_t pixels() const { return empty() ? 0 : width() * height(); }
@@ -28,8 +29,74 @@ struct PixelWindow {
   }
 };
 
+/** \brief Holds all points of the cells of a block. \param side of a block, metres */
+FUSE_FLOW_HD host::Bounds blockBounds(std::uint64_t block, float side) {
+  // Points lie in their cells within the rounding of floats.
+  const float half = 0.5f * side * 1.001f;
+  const Vec3 centre = cellCorner(block, side) + 0.5f * Vec3{side, side, side};
+  const float rounding = 1e-5f * (std::fabs(centre.x) + std::fabs(centre.y) + std::fabs(centre.z));
+  return {centre, {half + rounding, half + rounding, half + rounding}};
+}
+
+/** \brief Of x/z, or y/z, of rays. */
+struct RayInterval {
+  float low{INFINITY}, high{-INFINITY};
+  FUSE_FLOW_HD void add(float value) {
+    low = value < low ? value : low;
+    high = value > high ? value : high;
+  }
+};
+
 /** \brief Which pixels of a view see something of a box: from the rays of the pixels, whatever the lens, so that nothing has to be
- *  assumed of how a lens bends straight edges. */
+ *  assumed of how a lens bends straight edges. Plain pointers, for the device too. */
+struct BoxProjector {
+  RigidTransform T_camera_world;
+  int width, height;
+  const RayInterval *columns, *rows;  ///< of kStrip of them each
+
+  static constexpr int kStrip = 8;  ///< columns, or rows, that share an interval
+  FUSE_FLOW_HD static int strips(int pixels) { return (pixels + kStrip - 1) / kStrip; }
+
+  /** \brief Holds every pixel that a point of the box falls on, and as many around them. \param margin pixels */
+  FUSE_FLOW_HD PixelWindow operator()(const host::Bounds& box, int margin) const {
+    RayInterval x, y;
+    bool before = false, behind = false;
+    for (int corner = 0; corner < 8; ++corner) {
+      const Vec3 sign{corner & 1 ? 1.0f : -1.0f, corner & 2 ? 1.0f : -1.0f, corner & 4 ? 1.0f : -1.0f};
+      const Vec3 p = T_camera_world * Vec3{box.centre.x + sign.x * box.half.x, box.centre.y + sign.y * box.half.y,
+                                           box.centre.z + sign.z * box.half.z};
+      constexpr float nearest = 1e-3f;  // metres; nearer there is no direction to speak of
+      if (p.z <= nearest) {
+        behind = true;
+        continue;
+      }
+      before = true;
+      x.add(p.x / p.z);
+      y.add(p.y / p.z);
+    }
+    if (!before) return {};
+    if (behind) return {0, 0, width, height};  // the camera is in it, or beside it
+    PixelWindow window;
+    reach(columns, x, width, margin, window.left, window.right);
+    reach(rows, y, height, margin, window.top, window.bottom);
+    return window.empty() ? PixelWindow{} : window;
+  }
+
+ private:
+  FUSE_FLOW_HD static void reach(const RayInterval* strips_of, const RayInterval& box, int pixels, int margin,
+                                 std::int32_t& begin, std::int32_t& end) {
+    begin = pixels;
+    end = 0;
+    for (int s = 0; s < strips(pixels); ++s) {
+      if (strips_of[s].high < box.low || strips_of[s].low > box.high) continue;
+      const int from = s * kStrip - margin, to = s * kStrip + kStrip + margin;
+      if (from < begin) begin = from > 0 ? from : 0;
+      if (to > end) end = to < pixels ? to : pixels;
+    }
+  }
+};
+
+/** \brief A BoxProjector and what it points to. */
 class BoxProjection {
  public:
   /** \param view whose rays are there */
@@ -52,68 +119,26 @@ class BoxProjection {
     widen(rows_, 1.0f / view.intrinsics.fy);
   }
 
-  /** \brief Holds every pixel that a point of the box falls on, and as many around them. \param margin pixels */
-  PixelWindow operator()(const host::Bounds& box, int margin) const {
-    Interval x, y;
-    bool before = false, behind = false;
-    for (int corner = 0; corner < 8; ++corner) {
-      const Vec3 sign{corner & 1 ? 1.0f : -1.0f, corner & 2 ? 1.0f : -1.0f, corner & 4 ? 1.0f : -1.0f};
-      const Vec3 p = T_camera_world_ * Vec3{box.centre.x + sign.x * box.half.x, box.centre.y + sign.y * box.half.y,
-                                            box.centre.z + sign.z * box.half.z};
-      constexpr float nearest = 1e-3f;  // metres; nearer there is no direction to speak of
-      if (p.z <= nearest) {
-        behind = true;
-        continue;
-      }
-      before = true;
-      x.add(p.x / p.z);
-      y.add(p.y / p.z);
-    }
-    if (!before) return {};
-    if (behind) return {0, 0, width_, height_};  // the camera is in it, or beside it
-    PixelWindow window;
-    reach(columns_, x, width_, margin, window.left, window.right);
-    reach(rows_, y, height_, margin, window.top, window.bottom);
-    return window.empty() ? PixelWindow{} : window;
-  }
+  BoxProjector projector() const { return {T_camera_world_, width_, height_, columns_.data(), rows_.data()}; }
+  PixelWindow operator()(const host::Bounds& box, int margin) const { return projector()(box, margin); }
+  const std::vector<RayInterval>& columns() const { return columns_; }
+  const std::vector<RayInterval>& rows() const { return rows_; }
 
  private:
-  /** \brief Of x/z, or y/z, of rays. */
-  struct Interval {
-    float low{INFINITY}, high{-INFINITY};
-    void add(float value) {
-      low = std::min(low, value);
-      high = std::max(high, value);
-    }
-  };
-
-  static constexpr int kStrip = 8;  ///< columns, or rows, that share an interval
-  static std::size_t strips(int pixels) { return static_cast<std::size_t>((pixels + kStrip - 1) / kStrip); }
-  static std::size_t stripOf(int pixel) { return static_cast<std::size_t>(pixel / kStrip); }
+  static std::size_t strips(int pixels) { return static_cast<std::size_t>(BoxProjector::strips(pixels)); }
+  static std::size_t stripOf(int pixel) { return static_cast<std::size_t>(pixel / BoxProjector::kStrip); }
 
   /** \brief A pixel reaches half a pixel beyond its ray; a whole one leaves room for rounding and for how lenses stretch. */
-  static void widen(std::vector<Interval>& strips, float pixel) {
-    for (Interval& strip : strips) {
+  static void widen(std::vector<RayInterval>& strips, float pixel) {
+    for (RayInterval& strip : strips) {
       strip.low -= pixel;
       strip.high += pixel;
     }
   }
 
-  static void reach(const std::vector<Interval>& strips, const Interval& box, int pixels, int margin,
-                    std::int32_t& begin, std::int32_t& end) {
-    begin = pixels;
-    end = 0;
-    for (std::size_t s = 0; s < strips.size(); ++s) {
-      if (strips[s].high < box.low || strips[s].low > box.high) continue;
-      const int first = static_cast<int>(s) * kStrip;
-      begin = std::min(begin, std::max(0, first - margin));
-      end = std::max(end, std::min(pixels, first + kStrip + margin));
-    }
-  }
-
   RigidTransform T_camera_world_;
   int width_, height_;
-  std::vector<Interval> columns_, rows_;
+  std::vector<RayInterval> columns_, rows_;
 };
 
 }  // namespace distributed

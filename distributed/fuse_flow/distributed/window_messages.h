@@ -91,30 +91,16 @@ class WindowWriter {
 
   /** \brief Of each view, what the cells of each rank ask for. */
   void findWindows(const BlockOwners& owners, int own) {
-    std::vector<ViewSet> asked_by;
-    for (std::size_t i = 0; i < pipeline_->cameras().size(); ++i) asked_by.push_back(pipeline_->askedBy(i));
+    const std::vector<ViewSet> askers = pipeline_->askers();
     const float side = static_cast<float>(1 << kBlockBits) * pipeline_->parameters.aggregation.cell_size;
-    // Points lie in their cells within the rounding of floats.
-    const float half = 0.5f * side * 1.001f;
-    std::vector<const BlockOwners::Block*> foreign;
-    std::vector<ViewSet> asked;
-    for (const BlockOwners::Block& block : owners.blocks()) {
-      if (block.owner == own) continue;
-      foreign.push_back(&block);
-      asked.emplace_back(asked_by.size());
-      for (const std::uint32_t view : block.views) asked.back().add(asked_by[view]);
-    }
     host::parallelFor(pipeline_->resolvedThreads(), views_.size(), [&](std::size_t k, int) {
       const std::size_t view = views_[k];
       const BoxProjection& project = pipeline_->projection(view);
-      for (std::size_t b = 0; b < foreign.size(); ++b) {
-        if (!asked[b].has(view)) continue;
-        const Vec3 corner = cellCorner(foreign[b]->key, side);
-        const Vec3 centre = corner + 0.5f * Vec3{side, side, side};
-        const float rounding = 1e-5f * (std::fabs(centre.x) + std::fabs(centre.y) + std::fabs(centre.z));
-        const host::Bounds box{centre, {half + rounding, half + rounding, half + rounding}};
+      for (const BlockOwners::Block& block : owners.blocks()) {
+        if (block.owner == own || !block.views.meets(askers[view])) continue;
+        const host::Bounds box = blockBounds(block.key, side);
         if (pipeline_->geometry(view).frustum.mayShow(box))
-          windowOf(k, foreign[b]->owner).header.window.add(project(box, pipeline_->margin()));
+          windowOf(k, block.owner).header.window.add(project(box, pipeline_->margin()));
       }
     });
   }

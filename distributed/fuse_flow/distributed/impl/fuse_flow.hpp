@@ -6,21 +6,6 @@
 namespace fuse_flow {
 namespace distributed {
 
-/** \brief Sends a message to every other rank, and waits for theirs. */
-template <typename PointT>
-void FuseFlow<PointT, device::Host>::exchange(const std::vector<Message>& out) {
-  const std::vector<int> others = otherRanks(*communicator_);
-  std::vector<Communicator::Outgoing> outgoing;
-  for (const int r : others) {
-    const Message& message = out[out.size() == 1 ? 0 : static_cast<std::size_t>(r)];
-    outgoing.push_back({r, message.data(), message.size()});
-    part_statistics_.bytes_sent += message.size();
-    ++part_statistics_.messages;
-  }
-  communicator_->exchange(outgoing, others, in_);
-  for (const Message& message : in_) part_statistics_.bytes_received += message.size();
-}
-
 /** \brief D^r of all views to all ranks. */
 template <typename PointT>
 void FuseFlow<PointT, device::Host>::shareRefined() {
@@ -68,21 +53,8 @@ void FuseFlow<PointT, device::Host>::meet(const RigFrame& frame) {
   const std::vector<int> others = otherRanks(*communicator_);
   for (std::size_t k = 0; k < others.size(); ++k)
     parts_[static_cast<std::size_t>(others[k])].read(in_[k], others[k], frame.cameras.size());
-  checkParts();
+  checkParts(parts_, own());
   pipeline_.meet(parts_, own());
-}
-
-template <typename PointT>
-void FuseFlow<PointT, device::Host>::checkParts() const {
-  const PartSummary& mine = parts_[static_cast<std::size_t>(own())];
-  for (std::size_t r = 0; r < parts_.size(); ++r) {
-    const int rank = static_cast<int>(r);
-    if (!parts_[r].error.empty()) throw RankError(rank, "cannot do its part of the frame: " + parts_[r].error);
-    const std::string than = " than rank " + std::to_string(own());
-    if (parts_[r].rig != mine.rig)
-      throw RankError(rank, "has other cameras" + than + ": all must have the same calibration");
-    if (parts_[r].parameters != mine.parameters) throw RankError(rank, "has other parameters" + than);
-  }
 }
 
 /** \brief What the cells of others look at goes to them, and what this rank's cells look at comes. */

@@ -12,14 +12,15 @@
 namespace fuse_flow {
 namespace gpu {
 
-/** \brief A frame pipeline with its output: one lane fuses one frame at a time, with memory and a stream of its own. */
-template <typename PointT>
+/** \brief A frame pipeline with its output: one lane fuses one frame at a time, with memory and a stream of its own. \tparam Pipeline
+ *  FramePipeline, or what is one */
+template <typename PointT, typename Pipeline = FramePipeline>
 class FrameLane {
  public:
   using Layout = PointLayout<PointT>;
   using Words = typename Layout::Words;
 
-  FramePipeline pipeline;
+  Pipeline pipeline;
   bool compute_normals{false};
   bool weight_in_intensity{false};
 

@@ -30,17 +30,7 @@ class FramePipeline {
 
   /** \brief Everything up to the fused points; returns how many there are. \param wanted what of the cameras of each point */
   std::size_t fuse(const RigFrame& frame, bool with_color, CamerasWanted wanted) {
-    checkRigFrame(frame);
-    detail::checkGivenConfidence(parameters, frame);
-    detail::checkAgreement(parameters, frame);
-    start_ = last_ = Clock::now();
-    startStatistics(frame);
-    times.start(run.stream);
-    views_.assign(run, frame, &parameters.confidence, with_color, threads);
-    times.mark("upload", 2.0 * static_cast<double>(views_.uploadedBytes()));
-    statistics.preprocess_ms = lap();
-    point_count_ = 0;
-    cameras_wanted_ = wanted;
+    start(frame, with_color, wanted);
     if (views_.pixels() == 0) return 0;
     generate();
     if (parameters.use_spatial_hash) {
@@ -80,8 +70,23 @@ class FramePipeline {
            gated_.bytes() + measured_.bytes() + aggregation_.bytes() + fused_.bytes() + run.scratchBytes();
   }
 
- private:
+ protected:
   using Clock = std::chrono::steady_clock;
+
+  /** \brief Checks a frame, and has its images uploaded. */
+  void start(const RigFrame& frame, bool with_color, CamerasWanted wanted) {
+    checkRigFrame(frame);
+    detail::checkGivenConfidence(parameters, frame);
+    detail::checkAgreement(parameters, frame);
+    start_ = last_ = Clock::now();
+    startStatistics(frame);
+    times.start(run.stream);
+    views_.assign(run, frame, &parameters.confidence, with_color, threads);
+    times.mark("upload", 2.0 * static_cast<double>(views_.uploadedBytes()));
+    statistics.preprocess_ms = lap();
+    point_count_ = 0;
+    cameras_wanted_ = wanted;
+  }
 
   static double milliseconds(Clock::time_point from, Clock::time_point to) {
     return std::chrono::duration<double, std::milli>(to - from).count();
@@ -111,20 +116,28 @@ class FramePipeline {
 
   /** \brief Depth maps; eq. 3, 8, 9; and the coarse cells. */
   void generate() {
+    slots_.resize(views_.pixels());
+    const std::size_t capacity =
+        parameters.use_spatial_hash ? std::max(table_.capacity(), std::size_t{views_.pixels()} / 64) : 1;
+    generate(table_, capacity, [this](std::size_t slots) { generateInto(slots); });
+  }
+
+  /** \brief The same with other places than coarse cells. \param table that counts the points of each  \param into launches what puts
+   *  points into it, given room for so many */
+  template <typename Into>
+  void generate(const CellTable& table, std::size_t capacity, const Into& into) {
     const std::size_t pixels = views_.pixels();
     points_.resize(pixels);
-    slots_.resize(pixels);
     if (weighsFirst()) weights_.resize(pixels);
     counters_.device(run);  // the first time it starts something of its own
     measured_.resize(views_.grid().view_count);
     measured_on_host_.resize(views_.grid().view_count);
-    const std::size_t capacity = parameters.use_spatial_hash ? std::max(table_.capacity(), pixels / 64) : 1;
     const auto launches = [&] {
       maps_.make(run, times, views_,
                  {parameters.preprocessing, parameters.smoothing, parameters.confidence, parameters.adapt_noise});
       if (weighsFirst()) weigh();
       if (detail::asksForAgreement(parameters)) keepAgreed();
-      generateInto(capacity);
+      into(capacity);
     };
     if (times.enabled || parameters.preprocessing.bilateral) {  // which wait in between
       launches();
@@ -133,7 +146,7 @@ class FramePipeline {
     }
     run.wait();
     while (counters_.host().table_too_full > 0) {
-      generateInto(4 * table_.capacity());
+      into(4 * table.capacity());
       run.wait();
     }
     const Counters& counted = counters_.host();
@@ -159,28 +172,38 @@ class FramePipeline {
 
   /** \brief Into a table of at least that capacity, which may be too small for the frame's cells. */
   void generateInto(std::size_t capacity) {
-    const CellTableView table =
-        table_.start(run, capacity, &counters_.device(run)->cells, &counters_.device(run)->table_too_full);
+    startTable(capacity);
+    launchGenerate(CoarseCells{table_view_}, slots_.data());
+  }
+
+  /** \brief An empty table of coarse cells. */
+  void startTable(std::size_t capacity) {
+    table_view_ = table_.start(run, capacity, &counters_.device(run)->cells, &counters_.device(run)->table_too_full);
+  }
+
+  /** \brief Eq. 8 and 9, and where each point belongs. */
+  template <typename Places>
+  void launchGenerate(const Places& places, std::uint32_t* slots) {
     const std::size_t pixels = views_.pixels();
-    table_view_ = table;
     PointCounts* counts = &counters_.device(run)->points;
     run.fill(counts, 1, 0);
     run.fill(&counts->too_far, 1, 0xff);
     run.fill(measured_.data(), views_.grid().view_count, 0);
-    const GeneratePoints step{views_.grid(),
-                              measurement(),
-                              weighsFirst() ? weights_.data() : nullptr,
-                              detail::asksForSupport(parameters) ? parameters.min_support : 0,
-                              parameters.use_spatial_hash,
-                              1.0f / parameters.aggregation.cell_size,
-                              detail::cropBox(parameters),
-                              table,
-                              points_.data(),
-                              slots_.data(),
-                              measured_.data(),
-                              counts};
+    const GeneratePoints<Places> step{views_.grid(),
+                                      measurement(),
+                                      weighsFirst() ? weights_.data() : nullptr,
+                                      detail::asksForSupport(parameters) ? parameters.min_support : 0,
+                                      parameters.use_spatial_hash,
+                                      1.0f / parameters.aggregation.cell_size,
+                                      detail::cropBox(parameters),
+                                      places,
+                                      points_.data(),
+                                      slots,
+                                      measured_.data(),
+                                      counts};
 #if FUSE_FLOW_CUDA
-    run.launch("generatePointsKernel", generatePointsKernel, views_.tiles().count, kTileThreads, step, views_.tiles());
+    run.launch("generatePointsKernel", generatePointsKernel<Places>, views_.tiles().count, kTileThreads, step,
+               views_.tiles());
 #else
     run.forEach(chunks(), step);
 #endif

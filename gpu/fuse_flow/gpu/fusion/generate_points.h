@@ -63,11 +63,26 @@ struct WeighMeasurements {
     const bool there = a.u < view.model.intrinsics.width && measurement.z[index] > 0;
     weights[index] = there ? measurement.weight(view, a.u, a.v, index) : 0.0f;
   }
-  FUSE_FLOW_HD void operator()(std::uint32_t index) const { weigh(measurement.grid.addressOf(index), index); }
+  FUSE_FLOW_HD void operator()(std::uint32_t index) const {
+    const PixelAddress a = measurement.grid.addressOf(index);
+    if (measurement.grid.views[a.view].present) weigh(a, index);
+  }
 };
 
-/** \brief Eq. 3, 8, 9 and the coarse cell of every pixel. As a step of forEach() it works on one chunk of pixels; the CUDA
- *  kernel, one warp a chunk, gives the same. */
+/** \brief Where points are put: into their coarse cells. */
+struct CoarseCells {
+  CellTableView table;
+
+  FUSE_FLOW_HD std::uint64_t keyOf(const CellIndex& cell, std::uint32_t) const { return cellKey(cell); }
+  /** \brief count points of one view, of which the first has number index. */
+  FUSE_FLOW_HD void addPoints(std::uint32_t slot, std::uint32_t, std::uint32_t index, std::uint32_t count) const {
+    table.addPoints(slot, index, count);
+  }
+};
+
+/** \brief Eq. 3, 8, 9 and the place of every pixel. As a step of forEach() it works on one chunk of pixels; the CUDA
+ *  kernel, one warp a chunk, gives the same. \tparam Places CoarseCells, or what else a table can count points by */
+template <typename Places>
 struct GeneratePoints {
   PixelGrid grid;
   WeighMeasurement measurement;
@@ -77,10 +92,10 @@ struct GeneratePoints {
   bool use_cells;
   float inverse_cell_size;
   Box crop_box;
-  CellTableView table;
+  Places places;
 
   WeightedPoint* points;
-  /** \brief Slot of each point's coarse cell in the table; kNone: no point. */
+  /** \brief Slot of each point's place in the table; kNone: no point. */
   std::uint32_t* slots;
   /** \brief Measurements of each view. */
   std::uint32_t* measured_of_view;
@@ -113,11 +128,11 @@ struct GeneratePoints {
     return {p, own};
   }
 
-  /** \brief Key of a point's coarse cell; kEmpty for none, and for a point too far out, whose number is reported. */
-  FUSE_FLOW_HD std::uint64_t keyOf(const WeightedPoint& point, std::uint32_t index) const {
+  /** \brief Key of a point's place; kEmpty for none, and for a point too far out, whose number is reported. */
+  FUSE_FLOW_HD std::uint64_t keyOf(const WeightedPoint& point, std::uint32_t view, std::uint32_t index) const {
     if (!(point.C > 0)) return CellTableView::kEmpty;
     const Vec3 cells = inverse_cell_size * point.p;
-    if (fitsCellKey(cells)) return cellKey(cellIndex(cells));
+    if (fitsCellKey(cells)) return places.keyOf(cellIndex(cells), view);
     atomicMinTo(&counts->too_far, index);
     return CellTableView::kEmpty;
   }
@@ -125,6 +140,7 @@ struct GeneratePoints {
   FUSE_FLOW_HD void operator()(std::uint32_t chunk) const {
     const std::uint32_t begin = chunk * kChunk;
     const PixelAddress a = grid.addressOf(begin);
+    if (!grid.views[a.view].present) return;
     std::uint32_t measured_points = 0, gated_points = 0;
     std::uint64_t run_key = CellTableView::kEmpty;
     std::uint32_t run_begin = begin, run_slot = CellTableView::kNone;
@@ -135,16 +151,16 @@ struct GeneratePoints {
       measured_points += measured ? 1 : 0;
       gated_points += point.C > 0 ? 1 : 0;
       if (!use_cells) continue;
-      const std::uint64_t key = keyOf(point, index);
+      const std::uint64_t key = keyOf(point, a.view, index);
       if (key != run_key) {
-        if (run_key != CellTableView::kEmpty) table.addPoints(run_slot, run_begin, index - run_begin);
+        if (run_key != CellTableView::kEmpty) places.addPoints(run_slot, a.view, run_begin, index - run_begin);
         run_key = key;
         run_begin = index;
-        run_slot = key != CellTableView::kEmpty ? table.findOrAdd(key) : CellTableView::kNone;
+        run_slot = key != CellTableView::kEmpty ? places.table.findOrAdd(key) : CellTableView::kNone;
       }
       slots[index] = run_slot;
     }
-    if (run_key != CellTableView::kEmpty) table.addPoints(run_slot, run_begin, begin + kChunk - run_begin);
+    if (run_key != CellTableView::kEmpty) places.addPoints(run_slot, a.view, run_begin, begin + kChunk - run_begin);
     if (measured_points > 0) atomicAddTo(measured_of_view + a.view, measured_points);
     if (gated_points > 0) atomicAddTo(&counts->gated, gated_points);
   }

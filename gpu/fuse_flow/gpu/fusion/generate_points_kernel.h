@@ -8,9 +8,10 @@
 namespace fuse_flow {
 namespace gpu {
 
-/** \brief The slot of a point's coarse cell. Neighbouring pixels nearly always share a cell: the first lane of each run asks
- *  the table for all of it. Whole warps. */
-__device__ inline std::uint32_t slotOfWarp(const GeneratePoints& step, std::uint64_t key, std::uint32_t index) {
+/** \brief The slot of a point's place. Neighbouring pixels nearly always share a cell: the first lane of each run asks
+ *  the table for all of it. Whole warps, whose points of one place ascend. */
+template <typename Places>
+__device__ std::uint32_t slotOfWarp(const Places& places, std::uint64_t key, std::uint32_t view, std::uint32_t index) {
   constexpr unsigned int all = 0xffffffffu;
   const unsigned int lane = threadIdx.x % kChunk;
   const std::uint64_t before = __shfl_up_sync(all, key, 1);
@@ -18,9 +19,9 @@ __device__ inline std::uint32_t slotOfWarp(const GeneratePoints& step, std::uint
   const unsigned int heads = __ballot_sync(all, head);
   std::uint32_t slot = CellTableView::kNone;
   if (head && key != CellTableView::kEmpty) {
-    slot = step.table.findOrAdd(key);
+    slot = places.table.findOrAdd(key);
     const unsigned int later = lane == 31 ? 0u : heads >> (lane + 1);
-    step.table.addPoints(slot, index, later == 0 ? kChunk - lane : static_cast<unsigned int>(__ffs(later)));
+    places.addPoints(slot, view, index, later == 0 ? kChunk - lane : static_cast<unsigned int>(__ffs(later)));
   }
   const unsigned int upto = heads & (all >> (31 - lane));
   return __shfl_sync(all, slot, 31 - __clz(upto));
@@ -33,8 +34,9 @@ static __global__ void __launch_bounds__(kTileThreads)
 }
 
 /** \brief GeneratePoints, one block a tile. */
+template <typename Places>
 static __global__ void __launch_bounds__(kTileThreads)
-    generatePointsKernel(const GeneratePoints step, const TileGrid tiles) {
+    generatePointsKernel(const GeneratePoints<Places> step, const TileGrid tiles) {
   __shared__ std::uint32_t sums[2];
   if (threadIdx.x < 2) sums[threadIdx.x] = 0;
   std::uint32_t measured_points = 0, gated_points = 0;  // of the warp
@@ -44,7 +46,7 @@ static __global__ void __launch_bounds__(kTileThreads)
     step.points[index] = point;
     measured_points += __popc(__ballot_sync(0xffffffffu, measured));
     gated_points += __popc(__ballot_sync(0xffffffffu, point.C > 0));
-    if (step.use_cells) step.slots[index] = slotOfWarp(step, step.keyOf(point, index), index);
+    if (step.use_cells) step.slots[index] = slotOfWarp(step.places, step.keyOf(point, a.view, index), a.view, index);
   });
   if (threadIdx.x % kChunk == 0) {
     atomicAdd(&sums[0], measured_points);

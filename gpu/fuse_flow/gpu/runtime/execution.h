@@ -46,11 +46,11 @@ class Execution {
     if (note_) note_->clear();
   }
 
-  /** \brief A kernel of our own. */
+  /** \brief A kernel of our own; nothing where there are no blocks. */
   template <typename... Parameters, typename... Arguments>
   void launch(const char* name, void (*kernel)(Parameters...), dim3 blocks, unsigned int threads,
               const Arguments&... arguments) {
-    if (noted(kernel, blocks, threads, static_cast<Parameters>(arguments)...)) return;
+    if (blocks.x == 0 || noted(kernel, blocks, threads, static_cast<Parameters>(arguments)...)) return;
     kernel<<<blocks, threads, 0, stream>>>(arguments...);
     check(cudaGetLastError(), name);
   }

@@ -217,9 +217,10 @@ FUSE_FLOW_HD std::uint64_t atomicExchangeIf(std::uint64_t* where, std::uint64_t 
 #endif
 }
 
-FUSE_FLOW_HD std::uint64_t atomicLoad(const std::uint64_t* where) {
+template <typename Value>
+FUSE_FLOW_HD Value atomicLoad(const Value* where) {
 #if defined(__CUDA_ARCH__)
-  return *reinterpret_cast<const volatile std::uint64_t*>(where);
+  return *reinterpret_cast<const volatile Value*>(where);
 #else
   return __atomic_load_n(where, __ATOMIC_RELAXED);
 #endif

@@ -26,6 +26,7 @@ struct ConvertDepth {
     const std::uint32_t index = group * kPixels;
     const PixelAddress a = grid.addressOf(index);
     const DeviceView& view = grid.views[a.view];
+    if (!view.present) return;  // its pixels have numbers where others have it: see FrameViews::number_missing
     Metres out;
     if (view.depth16) {
       const Raw16 raw = read(view.depth16.row(a.v) + a.u, view.model.intrinsics.width - a.u);

@@ -104,6 +104,7 @@ struct CorrectMultipath {
   FUSE_FLOW_HD void operator()(std::uint32_t index) const {
     const PixelAddress a = tiles.pixels.addressOf(index);
     const DeviceView& view = tiles.pixels.views[a.view];
+    if (!view.present) return;
     float value = z[index];
     if (hasMultipath(view) && value > 0) {
       value = corrected(view, tiles.offsets[a.view], a, value);

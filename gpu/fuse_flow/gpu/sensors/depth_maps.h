@@ -40,6 +40,11 @@ class DepthMaps {
 
   const float* measured() const { return z_.data(); }
   const float* refined() const { return passes_ == 0 ? z_.data() : maps_[refined_].data(); }
+  ///@{
+  /** \brief The same, for what comes of views that others have; they are one map where nothing is smoothed. */
+  float* measuredToFill() { return z_.data(); }
+  float* refinedToFill() { return passes_ == 0 ? z_.data() : maps_[refined_].data(); }
+  ///@}
   /** \brief Noise scale of each view, if it was measured, once the stream has been waited for. */
   const float* noiseScales() const { return noise_.scales(); }
 

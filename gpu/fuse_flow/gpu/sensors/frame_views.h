@@ -3,6 +3,7 @@
 #include <fuse_flow/gpu/runtime/copy_threads.h>
 #include <fuse_flow/gpu/runtime/execution.h>
 #include <fuse_flow/gpu/runtime/memory_of.h>
+#include <fuse_flow/gpu/runtime/side_stream.h>
 #include <fuse_flow/gpu/runtime/stream_copy.h>
 #include <fuse_flow/gpu/sensors/device_view.h>
 #include <fuse_flow/gpu/sensors/tiles.h>
@@ -20,10 +21,40 @@
 namespace fuse_flow {
 namespace gpu {
 
+/** \brief A view of a frame that is not here but elsewhere: see FrameViews::add(). */
+struct RemoteView {
+  std::uint32_t view;
+  /** \brief 0: that of the model. */
+  float noise_scale;
+  bool has_color, has_confidence;
+};
+
+/** \brief What is known of the views of a frame once others are known too. What has been measured here stays. */
+struct AddViews {
+  const DeviceView* known;
+  DeviceView* views;
+
+  FUSE_FLOW_HD void operator()(std::uint32_t i) const {
+    DeviceView view = known[i];
+    if (views[i].present) {
+      view.noise = views[i].noise;
+      view.slope = views[i].slope;
+    }
+    views[i] = view;
+  }
+};
+
 /** \brief Cameras and images of a frame on the device. Geometry is uploaded when the calibration changes; images that are on
  *  the device stay where they are, pinned ones are fetched by the copy engine, others go through a pinned staging buffer. */
 class FrameViews {
  public:
+  /** \brief Whether the frame is a part of one: its missing cameras may have views elsewhere, and their pixels have numbers. Views of others
+   *  are known from add() on; nothing but what a view has measured itself can be asked before. */
+  bool number_missing{false};
+  /** \brief Whether colours are uploaded after all depth and beside what follows, on a stream of their own; nobody may ask for them before
+   *  waitForColors(). */
+  bool defer_colors{false};
+
   /** \brief Returns at once on CUDA; the frame's images must stay alive until the stream has passed. \param confidence null: the noise of
    *  cameras without a model of their own is not known */
   void assign(Execution& run, const RigFrame& frame, const ConfidenceParameters* confidence, bool with_color,
@@ -32,13 +63,14 @@ class FrameViews {
     // A frame that ran out of memory here may have left half of it: then all is uploaded again.
     const bool calibrated = rig_.update(frame) || !geometry_uploaded_;
     geometry_uploaded_ = false;
-    if (calibrated) {
-      uploadTables(
-          run, [](const auto& view) -> const auto& { return view.rays(); }, ray_offsets_, rays_);
-      uploadTables(
-          run, [](const auto& view) -> const auto& { return view.corrections(); }, correction_offsets_, corrections_);
+    if (calibrated) uploadGeometry(run);
+    if (number_missing) {
+      if (calibrated) present_.clear();
+      neighbour_counts_.resize(n);
+      neighbours_.resize(n * (n - 1));
+    } else if (updatePresence([&](std::size_t i) { return !frame.views[i].missing(); }) || calibrated) {
+      uploadNeighbours(run);
     }
-    if (updatePresence(frame) || calibrated) uploadNeighbours(run);
     geometry_uploaded_ = true;
     views_.resize(n);
     has_multipath_ = false;
@@ -47,11 +79,7 @@ class FrameViews {
       DeviceView& view = views_.data()[i];
       const host::ViewGeometry& geometry = rig_[i];
       view = {};
-      view.model = geometry;
-      view.rays = geometry.ideal ? nullptr : rays_.data() + ray_offsets_[i];
-      view.corrections = geometry.corrections().empty() ? nullptr : corrections_.data() + correction_offsets_[i];
-      view.neighbours = neighbours_.data() + i * (n - 1);
-      view.neighbour_count = neighbour_counts_[i];
+      setGeometry(i);
       if (confidence != nullptr) {
         view.noise = viewNoise(*confidence, geometry.ownNoise());
         view.slope = slopeScale(*confidence, 1.0f / geometry.intrinsics.fx, view.noise);
@@ -63,7 +91,7 @@ class FrameViews {
       has_multipath_ |= view.present && geometry.multipath.modulation_frequency > 0;
     }
     offsets_.resize(2 * (n + 1));
-    const GridSize size = layOutPixels(views_.data(), n, offsets_.data());
+    const GridSize size = layOutPixels(views_.data(), n, offsets_.data(), number_missing);
     if (size.pixels > kMaxPixels) throw pcl::PCLException("fuse_flow::gpu: a frame has more than 2^27 pixels");
     pixels_ = static_cast<std::uint32_t>(size.pixels);
     tiles_ = size.tiles;
@@ -73,6 +101,46 @@ class FrameViews {
     device_offsets_.resize(2 * (n + 1));
     run.copySmall(device_views_.data(), std::as_const(views_).data(), n);
     run.copySmall(device_offsets_.data(), std::as_const(offsets_).data(), 2 * (n + 1));
+  }
+
+  /** \brief Of a frame whose missing cameras are numbered: the views that others have. The stream must have been waited for; so must it be
+   *  before the next frame. \param colors of all pixels by their numbers, null: without  \param confidences likewise */
+  void add(Execution& run, const std::vector<RemoteView>& remote, const Rgb8* colors, const float* confidences) {
+    const std::size_t n = rig_.size();
+    bool tabulated = false;
+    for (const RemoteView& of : remote) {
+      tabulated |= !rig_[of.view].hasTables();
+      rig_.tabulate(of.view);
+      DeviceView& view = views_.data()[of.view];
+      view.present = true;
+      if (of.noise_scale > 0) view.noise.scale = of.noise_scale;
+      const Intrinsics& K = view.model.intrinsics;
+      if (colors != nullptr && of.has_color)
+        view.color = {colors + view.offset, K.width, K.height, view.pitch * sizeof(Rgb8)};
+      if (confidences != nullptr && of.has_confidence)
+        view.confidence = {confidences + view.offset, K.width, K.height, view.pitch * sizeof(float)};
+    }
+    geometry_uploaded_ = false;
+    if (tabulated) uploadGeometry(run);
+    if (updatePresence([&](std::size_t i) { return views_.data()[i].present; })) uploadNeighbours(run);
+    geometry_uploaded_ = true;
+    for (std::size_t i = 0; i < n; ++i) setGeometry(i);
+    known_views_.resize(n);
+    run.copySmall(known_views_.data(), std::as_const(views_).data(), n);
+    run.forEach(n, AddViews{known_views_.data(), device_views_.data()});
+  }
+
+  /** \brief What is launched from now on finds the colours. */
+  void waitForColors(Execution& run) {
+    if (!colors_under_way_) return;
+    color_upload_->join(run.stream);
+    colors_under_way_ = false;
+  }
+  /** \brief Of a frame that ends early: the host waits until nothing reads its images any more. */
+  void stopUpload(Execution& run) {
+    run.wait();
+    if (color_upload_) color_upload_->run.wait();
+    colors_under_way_ = false;
   }
 
   static constexpr std::size_t kMaxPixels = std::size_t{1} << 27;
@@ -97,8 +165,8 @@ class FrameViews {
   std::size_t uploadedBytes() const { return uploaded_; }
   const host::RigGeometry& rig() const { return rig_; }
   std::size_t bytes() const {
-    return device_views_.bytes() + rays_.bytes() + corrections_.bytes() + neighbours_.bytes() + images_.bytes() +
-           device_offsets_.bytes() + color_depth_.bytes();
+    return device_views_.bytes() + known_views_.bytes() + rays_.bytes() + corrections_.bytes() + neighbours_.bytes() +
+           images_.bytes() + device_offsets_.bytes() + color_depth_.bytes();
   }
 
  private:
@@ -121,16 +189,35 @@ class FrameViews {
     });
   }
 
+  /** \brief What a view looks like from its calibration, and whom its points ask. */
+  void setGeometry(std::size_t i) {
+    DeviceView& view = views_.data()[i];
+    const host::ViewGeometry& geometry = rig_[i];
+    view.model = geometry;
+    view.rays = geometry.ideal ? nullptr : rays_.data() + ray_offsets_[i];
+    view.corrections = geometry.corrections().empty() ? nullptr : corrections_.data() + correction_offsets_[i];
+    view.neighbours = neighbours_.data() + i * (rig_.size() - 1);
+    view.neighbour_count = neighbour_counts_[i];
+  }
+
   /** \brief Whether the cameras that are there have changed. */
-  bool updatePresence(const RigFrame& frame) {
-    bool changed = present_.size() != frame.views.size();
-    present_.resize(frame.views.size());
-    for (std::size_t i = 0; i < frame.views.size(); ++i) {
-      const std::uint8_t present = frame.views[i].missing() ? 0 : 1;
+  template <typename IsThere>
+  bool updatePresence(const IsThere& is_there) {
+    bool changed = present_.size() != rig_.size();
+    present_.resize(rig_.size());
+    for (std::size_t i = 0; i < rig_.size(); ++i) {
+      const std::uint8_t present = is_there(i) ? 1 : 0;
       changed |= present_[i] != present;
       present_[i] = present;
     }
     return changed;
+  }
+
+  void uploadGeometry(Execution& run) {
+    uploadTables(
+        run, [](const auto& view) -> const auto& { return view.rays(); }, ray_offsets_, rays_);
+    uploadTables(
+        run, [](const auto& view) -> const auto& { return view.corrections(); }, correction_offsets_, corrections_);
   }
 
   /** \brief Tables of all views, one after the other, of what geometry knows of each pixel; most views have none. */
@@ -171,8 +258,10 @@ class FrameViews {
       if (view.depth16) visit(view.depth16, views_.data()[i].depth16);
       if (view.depth32) visit(view.depth32, views_.data()[i].depth32);
       if (view.confidence) visit(view.confidence, views_.data()[i].confidence);
-      if (view.color && with_color) visit(view.color, views_.data()[i].color);
+      if (view.color && with_color && !defer_colors) visit(view.color, views_.data()[i].color);
     }
+    for (std::size_t i = 0; defer_colors && with_color && i < frame.views.size(); ++i)
+      if (!frame.views[i].missing() && frame.views[i].color) visit(frame.views[i].color, views_.data()[i].color);
   }
 
   struct Transfer {
@@ -219,9 +308,26 @@ class FrameViews {
       on_device.data = reinterpret_cast<decltype(image.data)>(images_.data() + transfer.place);
       on_device.row_stride = transfer.row_bytes;
     });
-    for (std::size_t k = 0; k < transfers_.size();) {
+    const std::size_t colors = defer_colors ? firstColor(frame, with_color) : transfers_.size();
+    uploadSome(run, 0, colors, threads);
+    if (colors == transfers_.size()) return;
+    if (!color_upload_) color_upload_ = std::make_unique<SideStream>();
+    color_upload_->leave(run.stream);
+    colors_under_way_ = true;
+    uploadSome(color_upload_->run, colors, transfers_.size(), threads);
+  }
+
+  /** \brief Of the transfers; colours come last. */
+  std::size_t firstColor(const RigFrame& frame, bool with_color) const {
+    std::size_t colors = 0;
+    for (const DepthView& view : frame.views) colors += with_color && !view.missing() && view.color ? 1 : 0;
+    return transfers_.size() - colors;
+  }
+
+  void uploadSome(Execution& run, std::size_t begin, std::size_t end, int threads) {
+    for (std::size_t k = begin; k < end;) {
       if (transfers_[k].memory == Memory::Pageable) {
-        k = uploadThroughStaging(run, k, threads);
+        k = uploadThroughStaging(run, k, end, threads);
       } else {
         upload(run, transfers_[k++]);
       }
@@ -243,10 +349,10 @@ class FrameViews {
 #endif
   }
 
-  /** \brief Pageable images, from number first on, by all threads, some megabytes after the other: the calling thread sends off what has been
+  /** \brief Pageable images, from number first on and before end, by all threads, some megabytes after the other: the calling thread sends off what has been
    *  staged, while the others go on. \return the number of the image after them */
-  std::size_t uploadThroughStaging(Execution& run, std::size_t first, int threads) {
-    const std::size_t next = cutIntoPieces(first);
+  std::size_t uploadThroughStaging(Execution& run, std::size_t first, std::size_t end, int threads) {
+    const std::size_t next = cutIntoPieces(first, end);
     std::size_t sent = 0;
     const auto send = [&] {
       for (; sent < pieces_.size() && pieces_left_[sent].load(std::memory_order_acquire) == 0; ++sent)
@@ -262,14 +368,14 @@ class FrameViews {
     return next;
   }
 
-  /** \brief Consecutive pageable images, from number first on, as blocks for a thread each and pieces for the bus. \return the number of
+  /** \brief Consecutive pageable images, from number first on and before end, as blocks for a thread each and pieces for the bus. \return the number of
    *  the image after them */
-  std::size_t cutIntoPieces(std::size_t first) {
+  std::size_t cutIntoPieces(std::size_t first, std::size_t end) {
     constexpr std::size_t piece = 2 << 20, block = 1 << 17;
     blocks_.clear();
     pieces_.clear();
     std::size_t next = first;
-    for (; next < transfers_.size() && transfers_[next].memory == Memory::Pageable; ++next) {
+    for (; next < end && transfers_[next].memory == Memory::Pageable; ++next) {
       const Transfer& image = transfers_[next];
       if (pieces_.empty() || image.place >= pieces_.back().begin + piece) pieces_.push_back({image.place, 0, 0});
       const std::size_t rows = std::max<std::size_t>(1, block / image.row_bytes);
@@ -300,6 +406,8 @@ class FrameViews {
   }
 
   host::RigGeometry rig_;
+  std::unique_ptr<SideStream> color_upload_;  ///< of colours that are deferred
+  bool colors_under_way_{false};
   bool geometry_uploaded_{false}, has_multipath_{false};
   std::vector<std::size_t> ray_offsets_, correction_offsets_;
   std::vector<std::uint8_t> present_;
@@ -313,7 +421,7 @@ class FrameViews {
   PinnedBuffer<DeviceView> views_;
   PinnedBuffer<std::uint32_t> offsets_;
   PinnedBuffer<char> staging_;
-  DeviceBuffer<DeviceView> device_views_;
+  DeviceBuffer<DeviceView> device_views_, known_views_;
   DeviceBuffer<std::uint32_t> device_offsets_, neighbours_;
   DeviceBuffer<Ray> rays_;
   DeviceBuffer<DepthCorrectionTerms> corrections_;

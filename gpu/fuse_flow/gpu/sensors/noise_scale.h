@@ -27,7 +27,7 @@ struct CountNoise {
 
   FUSE_FLOW_HD void operator()(std::uint32_t chunk) const {
     const PixelAddress a = grid.addressOf(chunk * kChunk);
-    if (a.v % kNoiseStride != kNoiseStride / 2) return;
+    if (!grid.views[a.view].present || a.v % kNoiseStride != kNoiseStride / 2) return;
     std::uint32_t* own = counts + a.view * kNoiseBins;
     for (int u = a.u + kNoiseStride / 2; u < a.u + static_cast<int>(kChunk); u += kNoiseStride)
       forEachBin(grid.views[a.view], u, a.v, [own](int bin) { atomicAddTo(own + bin, 1u); });

@@ -37,7 +37,7 @@ struct SmoothDepth {
 
   FUSE_FLOW_HD void operator()(std::uint32_t index) const {
     const PixelAddress a = grid.addressOf(index);
-    out[index] = smoothed(grid.views[a.view], a, index);
+    if (grid.views[a.view].present) out[index] = smoothed(grid.views[a.view], a, index);
   }
 };
 

@@ -34,8 +34,9 @@ struct GridSize {
 };
 
 /** \brief Numbers the pixels of views that know their size and whether they are present. \param offsets n + 1 of pixels, then
- *  n + 1 of tiles; right if the number of pixels has 32 bits */
-inline GridSize layOutPixels(DeviceView* views, std::size_t n, std::uint32_t* offsets) {
+ *  n + 1 of tiles; right if the number of pixels has 32 bits  \param number_missing whether the pixels of missing views have
+ *  numbers too, as if they were there; tiles they have none */
+inline GridSize layOutPixels(DeviceView* views, std::size_t n, std::uint32_t* offsets, bool number_missing = false) {
   GridSize size{0, 0};
   for (std::size_t i = 0; i < n; ++i) {
     DeviceView& view = views[i];
@@ -44,7 +45,7 @@ inline GridSize layOutPixels(DeviceView* views, std::size_t n, std::uint32_t* of
     view.pitch = (static_cast<std::uint32_t>(K.width) + kChunk - 1) / kChunk * kChunk;
     offsets[i] = view.offset;
     offsets[n + 1 + i] = size.tiles;
-    if (!view.present) continue;
+    if (!view.present && !number_missing) continue;
     size.pixels += std::size_t{view.pitch} * static_cast<std::size_t>(K.height);
     size.tiles += tilesOf(view);
   }

@@ -43,7 +43,7 @@ class ViewFrustum {
 
   /** \brief False where the view sees nothing of the box; where it does, true, and in places where it does not. Leaves room for the
    *  rounding of ViewModel::locate(). */
-  bool mayShow(const Bounds& box) const {
+  FUSE_FLOW_HD bool mayShow(const Bounds& box) const {
     const Vec3 &c = box.centre, &h = box.half;
     const float rounding = 1e-5f * (std::fabs(c.x) + std::fabs(c.y) + std::fabs(c.z));
     bool inside = true;
