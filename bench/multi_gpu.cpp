@@ -5,8 +5,8 @@
 //   --interleaved  camera i at rank i mod RANKS; otherwise each rank has cameras that stand beside each other
 //   --frames       instead: every rank fuses every RANKS-th frame, all of it, several in flight; frames a second of all ranks
 
-#include "../gpu_in_flight.h"
-#include "../gpu_stages.h"
+#include "gpu_in_flight.h"
+#include "gpu_stages.h"
 
 #include <fuse_flow/distributed/gpu/fuse_flow.h>
 #include <fuse_flow/distributed/mpi_communicator.h>
