@@ -11,7 +11,7 @@
 #include <fuse_flow/distributed/gpu/fuse_flow.h>
 #include <fuse_flow/distributed/mpi_communicator.h>
 
-#if __has_include(<nccl.h>)
+#if defined(FUSE_FLOW_WITH_NCCL)
 #include <fuse_flow/distributed/gpu/nccl_exchange.h>
 #define FUSE_FLOW_BENCH_NCCL 1
 #else
