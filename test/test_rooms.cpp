@@ -23,10 +23,9 @@ struct Header {
 };
 
 /** \brief A room may include what is in rooms below it, and its own. */
-const std::map<std::string, int> kLevels = {{"math", 0},        {"host", 1},    {"runtime", 2}, {"live", 3},
-                                            {"sensors", 3},     {"stereo", 3},  {"fusion", 4},  {"frames", 5},
-                                            {"calibration", 5}, {"filters", 5}, {"quality", 5},
-                                            {"impl", 6},        {"gpu", 6}};
+const std::map<std::string, int> kLevels = {
+    {"math", 0},   {"host", 1},        {"runtime", 2}, {"live", 3},    {"sensors", 3}, {"stereo", 3}, {"fusion", 4},
+    {"frames", 5}, {"calibration", 5}, {"filters", 5}, {"quality", 5}, {"impl", 6},    {"gpu", 6}};
 
 Header headerOf(const std::string& include) {
   Header header{"include", ""};

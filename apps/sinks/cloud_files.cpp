@@ -74,8 +74,7 @@ std::vector<std::string> CloudFiles::finish() {
     const std::string stem = fs::path(name).stem().string(), extension = fs::path(name).extension().string();
     const bool numbered = stem.size() >= 6 && stem.find_first_not_of("0123456789") == std::string::npos;
     if (!numbered || (extension != ".ply" && extension != ".pcd") ||
-        written_.count((fs::path(output_) / name).string()) > 0 ||
-        left_.count((fs::path(output_) / name).string()) > 0)
+        written_.count((fs::path(output_) / name).string()) > 0 || left_.count((fs::path(output_) / name).string()) > 0)
       continue;
     if (count++ == 0) first = name;
   }
