@@ -110,19 +110,20 @@ void printHead(const char* what) {
       what);
 }
 
-/** \brief 64 cameras around one room, more and more ranks. \param in_turn neighbours are of different ranks  */
-void strong(int width, int height, bool in_turn, Ownership ownership, const char* what) {
-  const bench::Room room(64, width, height);
+/** \brief Cameras around one room, more and more ranks. \param in_turn neighbours are of different ranks */
+void strong(int cameras, int width, int height, bool in_turn, Ownership ownership, const char* what) {
+  const bench::Room room(cameras, width, height);
   std::vector<char> memory(room.bytes());
   const RigFrame frame = room.render(memory.data(), 1);
   printHead(what);
   double alone = 0;
   for (const int ranks : {1, 2, 4, 8, 16}) {
+    if (ranks > cameras) break;
     std::vector<int> rank_of;
-    for (int i = 0; i < 64; ++i) rank_of.push_back(in_turn ? i % ranks : i * ranks / 64);
+    for (int i = 0; i < cameras; ++i) rank_of.push_back(in_turn ? i % ranks : i * ranks / cameras);
     const std::vector<Share> shares = measure(frame, rank_of, ranks, ownership);
     if (ranks == 1) alone = shares[0].work;
-    print(ranks, 64, shares, alone / ranks);
+    print(ranks, cameras, shares, alone / ranks);
   }
 }
 
@@ -158,9 +159,11 @@ void weak(int width, int height) {
 int main(int argc, char** argv) {
   const int width = argc > 2 ? std::atoi(argv[1]) : 320, height = argc > 2 ? std::atoi(argv[2]) : 240;
   std::printf("Images of %dx%d; one thread a rank\n", width, height);
-  strong(width, height, false, Ownership::Curve,
+  strong(8, width, height, false, Ownership::Curve,
+         "8 cameras around one room, neighbours at one rank, cells by the curve");
+  strong(64, width, height, false, Ownership::Curve,
          "64 cameras around one room, neighbours at one rank, cells by the curve");
-  strong(width, height, true, Ownership::Curve, "The same, neighbours at different ranks");
-  strong(width, height, false, Ownership::Hash, "Neighbours at one rank, cells by the hash");
+  strong(64, width, height, true, Ownership::Curve, "The same, neighbours at different ranks");
+  strong(64, width, height, false, Ownership::Hash, "Neighbours at one rank, cells by the hash");
   weak(width, height);
 }
