@@ -1,0 +1,19 @@
+#pragma once
+
+#include <pybind11/pybind11.h>
+
+/** \file
+ *  \brief The parts of the module, one source each. */
+
+namespace fuse_flow::python {
+
+void bindErrors(pybind11::module_& module);
+void bindCameras(pybind11::module_& module);
+void bindFrames(pybind11::module_& module);
+void bindParameters(pybind11::module_& module);
+void bindStatistics(pybind11::module_& module);
+void bindClouds(pybind11::module_& module);
+void bindFusion(pybind11::module_& module);
+void bindRecordings(pybind11::module_& module);
+
+}  // namespace fuse_flow::python

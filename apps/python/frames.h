@@ -1,0 +1,59 @@
+#pragma once
+
+#include <fuse_flow/rig_frame.h>
+
+#include <pybind11/pybind11.h>
+
+#include <cstdint>
+#include <vector>
+
+namespace fuse_flow::python {
+
+/** \brief DepthView of Python: the arrays that its images are in; None where there is no image. */
+struct ViewArrays {
+  pybind11::object depth, color, confidence;
+
+  /** \brief As C++ reads it. The arrays are looked at each time, since they may have changed. */
+  DepthView view() const;
+
+  template <typename Visit>
+  int visit(const Visit& with) {
+    for (pybind11::object* object : {&depth, &color, &confidence})
+      if (const int result = with(*object)) return result;
+    return 0;
+  }
+};
+
+/** \brief RigFrame of Python: lists of Camera, and of DepthView or None. */
+struct FrameLists {
+  pybind11::object cameras, views;
+  std::uint64_t stamp{0};
+
+  template <typename Visit>
+  int visit(const Visit& with) {
+    for (pybind11::object* object : {&cameras, &views})
+      if (const int result = with(*object)) return result;
+    return 0;
+  }
+};
+
+/** \brief A frame of Python as C++ reads it, from when this is filled: the lists may change meanwhile, and the arrays are kept. To be used
+ *  with the interpreter's lock, but for reading the frame. */
+class FrameInput {
+ public:
+  FrameInput() = default;
+  /** \throws pybind11::type_error, or pybind11::value_error for an array that does not fit */
+  explicit FrameInput(const FrameLists& lists) { fill(lists); }
+
+  /** \brief Reuses memory. \throws as the constructor */
+  void fill(const FrameLists& lists);
+  /** \brief Lets go of the arrays. */
+  void release() { kept_.clear(); }
+
+  RigFrame frame;
+
+ private:
+  std::vector<pybind11::object> kept_;
+};
+
+}  // namespace fuse_flow::python

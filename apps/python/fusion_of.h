@@ -1,0 +1,60 @@
+#pragma once
+
+#include "fusion.h"
+#include "point_types.h"
+#include "pool.h"
+
+#include <fuse_flow/fuse_flow.h>
+
+#include <pcl/point_cloud.h>
+#include <pcl/type_traits.h>
+
+#include <memory>
+
+namespace fuse_flow::python {
+
+template <typename PointT>
+PointLayout layoutOf() {
+  namespace fields = pcl::fields;
+  PointLayout layout;
+  layout.size = sizeof(PointT);
+  layout.rgba = pcl::traits::offset<PointT, fields::rgba>::value;
+  layout.confidence = pcl::traits::offset<PointT, fields::confidence>::value;
+  layout.view_count = pcl::traits::offset<PointT, fields::view_count>::value;
+  if constexpr (pcl::traits::has_field<PointT, fields::normal_x>::value)
+    layout.normal = pcl::traits::offset<PointT, fields::normal_x>::value;
+  if constexpr (pcl::traits::has_field<PointT, fields::camera_mask>::value)
+    layout.camera_mask = pcl::traits::offset<PointT, fields::camera_mask>::value;
+  return layout;
+}
+
+/** \brief A FuseFlow with clouds in host memory. */
+template <typename PointT, typename Device>
+class FusionOf : public Fusion {
+ public:
+  FusionOf() { fusion_.setComputeNormals(pcl::traits::has_field<PointT, pcl::fields::normal_x>::value); }
+  void setParameters(const FuseFlowParameters& parameters) override { fusion_.setParameters(parameters); }
+  void setNumberOfThreads(unsigned int threads) override { fusion_.setNumberOfThreads(threads); }
+  FrameStatistics statistics() const override { return fusion_.getStatistics(); }
+
+  Cloud fuse(const RigFrame& frame) override {
+    const std::shared_ptr<pcl::PointCloud<PointT>> points = pool_->take();
+    fusion_.fuse(frame, *points);
+    return {points, reinterpret_cast<std::byte*>(points->data()), points->size(), layoutOf<PointT>(), frame.stamp};
+  }
+
+ private:
+  FuseFlow<PointT, Device> fusion_;
+  std::shared_ptr<Pool<pcl::PointCloud<PointT>>> pool_ = std::make_shared<Pool<pcl::PointCloud<PointT>>>();
+};
+
+/** \brief With the points that have what is asked for. */
+template <typename Device>
+std::unique_ptr<Fusion> makeFusion(const PointExtras& extras) {
+  if (extras.normals && extras.camera_mask) return std::make_unique<FusionOf<PointFusedNormalCameras, Device>>();
+  if (extras.normals) return std::make_unique<FusionOf<io::PointFusedNormal, Device>>();
+  if (extras.camera_mask) return std::make_unique<FusionOf<PointFusedCameras, Device>>();
+  return std::make_unique<FusionOf<PointFused, Device>>();
+}
+
+}  // namespace fuse_flow::python
