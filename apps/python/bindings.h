@@ -15,5 +15,13 @@ void bindStatistics(pybind11::module_& module);
 void bindClouds(pybind11::module_& module);
 void bindFusion(pybind11::module_& module);
 void bindRecordings(pybind11::module_& module);
+void bindFilters(pybind11::module_& module);
+void bindQuality(pybind11::module_& module);
+void bindExtrinsics(pybind11::module_& module);
+void bindCoarseAlignment(pybind11::module_& module);
+void bindDepthCorrection(pybind11::module_& module);
+void bindTracking(pybind11::module_& module);
+void bindSynchronizer(pybind11::module_& module);
+void bindStereo(pybind11::module_& module);
 
 }  // namespace fuse_flow::python

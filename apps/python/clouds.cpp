@@ -56,7 +56,7 @@ py::array structured(const py::object& self) {
   return py::array(typeOf(cloud.layout), shape, {static_cast<py::ssize_t>(cloud.layout.size)}, cloud.points, self);
 }
 
-const PointLayout& layoutOf(const py::object& self) { return py::cast<const Cloud&>(self).layout; }
+const PointLayout& layoutIn(const py::object& self) { return py::cast<const Cloud&>(self).layout; }
 
 py::object optionalField(const py::object& self, const std::optional<std::size_t>& offset, const char* how,
                          py::array (*field)(const py::object&, std::size_t)) {
@@ -78,20 +78,20 @@ void bindClouds(py::module_& module) {
           "(N, 3) float32: x, y, z in the world frame, metres.")
       // PCL packs blue, green, red, alpha.
       .def_property_readonly(
-          "colors", [](const py::object& self) { return fieldOf<std::uint8_t>(self, layoutOf(self).rgba + 2, 3, -1); },
+          "colors", [](const py::object& self) { return fieldOf<std::uint8_t>(self, layoutIn(self).rgba + 2, 3, -1); },
           "(N, 3) uint8: red, green, blue; black without colour images. PyTorch wants a copy of it, as its strides are "
           "negative.")
       .def_property_readonly(
-          "confidence", [](const py::object& self) { return fieldOf<float>(self, layoutOf(self).confidence); },
+          "confidence", [](const py::object& self) { return fieldOf<float>(self, layoutIn(self).confidence); },
           (std::string("(N,) float32: ") + doc("PointFused::confidence")).c_str())
       .def_property_readonly(
-          "view_count", [](const py::object& self) { return fieldOf<std::uint32_t>(self, layoutOf(self).view_count); },
+          "view_count", [](const py::object& self) { return fieldOf<std::uint32_t>(self, layoutIn(self).view_count); },
           "(N,) uint32: the number of cameras that contributed.")
       .def_property_readonly(
           "normals",
           [](const py::object& self) {
             return optionalField(
-                self, layoutOf(self).normal, "this cloud has no normals: FuseFlow(normals=True) makes them",
+                self, layoutIn(self).normal, "this cloud has no normals: FuseFlow(normals=True) makes them",
                 [](const py::object& cloud, std::size_t offset) { return fieldOf<float>(cloud, offset, 3); });
           },
           "(N, 3) float32, of length 1, facing the cameras; NaN where none is known. Only of FuseFlow(normals=True).")
@@ -99,7 +99,7 @@ void bindClouds(py::module_& module) {
           "camera_mask",
           [](const py::object& self) {
             return optionalField(
-                self, layoutOf(self).camera_mask, "this cloud has no camera_mask: FuseFlow(camera_mask=True) makes it",
+                self, layoutIn(self).camera_mask, "this cloud has no camera_mask: FuseFlow(camera_mask=True) makes it",
                 [](const py::object& cloud, std::size_t offset) { return fieldOf<std::uint32_t>(cloud, offset, 2); });
           },
           (std::string("(N, 2) uint32. ") + doc("PointFusedCameras::camera_mask") +

@@ -45,6 +45,8 @@ void translate(std::exception_ptr thrown) {
     if (thrown) std::rethrow_exception(thrown);
   } catch (const io::OptionError& error) {
     set(PyExc_ValueError, optionMessageOf(error));
+  } catch (const io::OutputError& error) {
+    set(PyExc_OSError, messageOf(error));
   } catch (const io::InputError& error) {
     set(PyExc_ValueError, messageOf(error));
   } catch (const pcl::BadArgumentException& error) {

@@ -13,8 +13,9 @@
 
 namespace fuse_flow::python {
 
+/** \brief Where the fields lie that are asked for. */
 template <typename PointT>
-PointLayout layoutOf() {
+PointLayout layoutOf(const PointExtras& extras = {}) {
   namespace fields = pcl::fields;
   PointLayout layout;
   layout.size = sizeof(PointT);
@@ -22,9 +23,9 @@ PointLayout layoutOf() {
   layout.confidence = pcl::traits::offset<PointT, fields::confidence>::value;
   layout.view_count = pcl::traits::offset<PointT, fields::view_count>::value;
   if constexpr (pcl::traits::has_field<PointT, fields::normal_x>::value)
-    layout.normal = pcl::traits::offset<PointT, fields::normal_x>::value;
+    if (extras.normals) layout.normal = pcl::traits::offset<PointT, fields::normal_x>::value;
   if constexpr (pcl::traits::has_field<PointT, fields::camera_mask>::value)
-    layout.camera_mask = pcl::traits::offset<PointT, fields::camera_mask>::value;
+    if (extras.camera_mask) layout.camera_mask = pcl::traits::offset<PointT, fields::camera_mask>::value;
   return layout;
 }
 
@@ -32,7 +33,7 @@ PointLayout layoutOf() {
 template <typename PointT, typename Device>
 class FusionOf : public Fusion {
  public:
-  FusionOf() { fusion_.setComputeNormals(pcl::traits::has_field<PointT, pcl::fields::normal_x>::value); }
+  explicit FusionOf(const PointExtras& extras) : extras_(extras) { fusion_.setComputeNormals(extras.normals); }
   void setParameters(const FuseFlowParameters& parameters) override { fusion_.setParameters(parameters); }
   void setNumberOfThreads(unsigned int threads) override { fusion_.setNumberOfThreads(threads); }
   FrameStatistics statistics() const override { return fusion_.getStatistics(); }
@@ -40,21 +41,21 @@ class FusionOf : public Fusion {
   Cloud fuse(const RigFrame& frame) override {
     const std::shared_ptr<pcl::PointCloud<PointT>> points = pool_->take();
     fusion_.fuse(frame, *points);
-    return {points, reinterpret_cast<std::byte*>(points->data()), points->size(), layoutOf<PointT>(), frame.stamp};
+    return {points, reinterpret_cast<std::byte*>(points->data()), points->size(), layoutOf<PointT>(extras_),
+            frame.stamp};
   }
 
  private:
+  PointExtras extras_;
   FuseFlow<PointT, Device> fusion_;
   std::shared_ptr<Pool<pcl::PointCloud<PointT>>> pool_ = std::make_shared<Pool<pcl::PointCloud<PointT>>>();
 };
 
-/** \brief With the points that have what is asked for. */
+/** \brief With points that have at least what is asked for: two kinds, as each takes long to compile for a GPU. */
 template <typename Device>
 std::unique_ptr<Fusion> makeFusion(const PointExtras& extras) {
-  if (extras.normals && extras.camera_mask) return std::make_unique<FusionOf<PointFusedNormalCameras, Device>>();
-  if (extras.normals) return std::make_unique<FusionOf<io::PointFusedNormal, Device>>();
-  if (extras.camera_mask) return std::make_unique<FusionOf<PointFusedCameras, Device>>();
-  return std::make_unique<FusionOf<PointFused, Device>>();
+  if (extras.normals || extras.camera_mask) return std::make_unique<FusionOf<PointFusedNormalCameras, Device>>(extras);
+  return std::make_unique<FusionOf<PointFused, Device>>(extras);
 }
 
 }  // namespace fuse_flow::python

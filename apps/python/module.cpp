@@ -13,4 +13,12 @@ PYBIND11_MODULE(_fuse_flow, module) {
   bindClouds(module);
   bindFusion(module);
   bindRecordings(module);
+  bindFilters(module);
+  bindQuality(module);
+  bindExtrinsics(module);
+  bindCoarseAlignment(module);
+  bindDepthCorrection(module);
+  bindTracking(module);
+  bindSynchronizer(module);
+  bindStereo(module);
 }

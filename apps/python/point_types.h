@@ -1,7 +1,5 @@
 #pragma once
 
-#include "methods/point_fused_normal.h"
-
 #include <fuse_flow/point_types.h>
 
 namespace fuse_flow::python {

@@ -6,6 +6,7 @@
 #include "pool.h"
 
 #include <fuse_flow/recordings/recording.h>
+#include <fuse_flow/recordings/rig_json.h>
 
 #include <pybind11/stl.h>
 
@@ -110,6 +111,31 @@ std::shared_ptr<Frames> open(const py::object& paths, const io::RecordingOptions
   return std::make_shared<Frames>(std::move(recording));
 }
 
+/** \brief The cameras of a rig.json. What of it no Camera has is said: open() takes it into account. */
+std::vector<Camera> readRig(const py::object& path) {
+  const io::RigDescription rig = io::readRigJson(py::str(py::module_::import("os").attr("fspath")(path)));
+  for (const std::string& warning : rig.warnings) warn(warning);
+  std::vector<Camera> cameras;
+  for (const io::RigCamera& camera : rig.cameras) {
+    cameras.push_back(camera.camera);
+    if (!camera.depth.isZ() || camera.confidence_scale)
+      warn("camera '" + camera.camera.name +
+           "': what its depth or confidence images mean is no part of a Camera; fuse_flow.open() reads them right");
+  }
+  return cameras;
+}
+
+void writeRig(const py::object& path, const std::vector<Camera>& cameras,
+              const std::optional<double>& frames_per_second) {
+  io::RigDescription rig;
+  rig.frames_per_second = frames_per_second;
+  for (const Camera& camera : cameras) {
+    checkCamera(camera);
+    rig.cameras.emplace_back().camera = camera;
+  }
+  io::writeRigJson(py::str(py::module_::import("os").attr("fspath")(path)), rig);
+}
+
 std::string optionDocs() {
   std::string text =
       "Opens a recording: a folder, or its rig.json, or files of recorders, or several organised PCD files. Iterating "
@@ -155,6 +181,13 @@ void bindRecordings(py::module_& module) {
           "cameras", [](Frames& frames) { return frames.recording().cameras(); }, doc("Recording::cameras"))
       .def_property_readonly(
           "warnings", [](Frames& frames) { return frames.recording().warnings(); }, doc("Recording::warnings"));
+
+  module.def("read_rig", &readRig, py::arg("path"),
+             "Reads the cameras of a rig.json.\n\nRaises ValueError, naming the file, the camera, the key and what is "
+             "expected.");
+  module.def("write_rig", &writeRig, py::arg("path"), py::arg("cameras"), py::arg("frames_per_second") = py::none(),
+             "Writes a rig.json, the calibration that all tools read. Reading it gives the same numbers.\n\n"
+             "frames_per_second: rate at which all cameras take their frames, Hz; default not given.");
 
   const io::RecordingOptions defaults;
   module.def(

@@ -31,7 +31,7 @@ ARGUMENTS = {
                           "confidence: Optional[ArrayLike] = None",
     "RigFrame.__init__": "cameras: Sequence[Camera], views: Sequence[Optional[DepthView]], stamp: int = 0",
 }
-NAMES = {"path": "Union[str, PathLike[str], Sequence[Union[str, PathLike[str]]]]", "object": "ArrayLike", "handle": "ArrayLike"}
+PATHS = "Union[str, PathLike[str], Sequence[Union[str, PathLike[str]]]]"
 
 
 def annotation(text):
@@ -48,7 +48,7 @@ def arguments(text):
     text = annotation(text)
     text = re.sub(r"<(\w+)\.(\w+): -?\d+>", r"\1.\2", text)  # the default of an enumeration
     text = re.sub(r"= <[^>]*>|= Distortion\(\)|= [\w.]+ object at \w+", "= ...", text)
-    text = re.sub(r"\bpath: (object|handle)", "path: " + NAMES["path"], text)
+    text = re.sub(r"\bpath: (object|handle)", "path: " + PATHS, text)
     text = re.sub(r": (object|handle) = None", ": Optional[ArrayLike] = None", text)
     text = re.sub(r": (object|handle)\b", ": ArrayLike", text)
     text = re.sub(r"\*\*kwargs", "**values: Any", text)
