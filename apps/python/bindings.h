@@ -13,6 +13,7 @@ void bindFrames(pybind11::module_& module);
 void bindParameters(pybind11::module_& module);
 void bindStatistics(pybind11::module_& module);
 void bindClouds(pybind11::module_& module);
+void bindDeviceClouds(pybind11::module_& module);
 void bindFusion(pybind11::module_& module);
 void bindRecordings(pybind11::module_& module);
 void bindFilters(pybind11::module_& module);

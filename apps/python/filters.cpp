@@ -27,13 +27,13 @@ namespace {
 
 namespace py = pybind11;
 
-// One measurement: the arrays that a view is in, and the camera.
+/** \brief What one camera measured, and what keeps the arrays. */
 struct CameraView {
   Camera camera;
-  ViewArrays arrays;
+  std::vector<py::object> kept;
   DepthView view;
 
-  CameraView(const Camera& c, const ViewArrays& a) : camera(c), arrays(a), view(a.view()) {
+  CameraView(const Camera& c, const ViewArrays& arrays) : camera(c), view(arrays.view(kept)) {
     checkRigFrame(RigFrame{{camera}, {view}, 0});
     if (view.missing()) throw py::value_error("fuse_flow.DepthView of camera '" + c.name + "': has no depth");
   }

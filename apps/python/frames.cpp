@@ -7,24 +7,43 @@
 
 #include <string>
 #include <utility>
+#include <vector>
 
 namespace fuse_flow::python {
 namespace {
 
 namespace py = pybind11;
 
-py::object imageOf(const py::object& object, const char* what) {
-  if (object.is_none()) return object;
-  return arrayOf(object, what);
+py::object imageOf(const py::object& object) {
+  if (object.is_none() || (!py::isinstance<py::array>(object) && onDevice(object))) return object;
+  return arrayOf(object);
 }
 
-py::array asArray(const py::object& object) { return py::reinterpret_borrow<py::array>(object); }
+/** \brief What imageOf() has let in, as an array. */
+py::array asArray(const py::object& object, const char* what, std::vector<py::object>& kept, DeviceReader* reader) {
+  if (!py::isinstance<py::array>(object)) {
+    if (reader == nullptr)
+      throw py::value_error("fuse_flow.DepthView: " + std::string(what) +
+                            " is in the memory of a GPU: FuseFlow(device='gpu') reads it there, nothing else does");
+    kept.push_back(addressesOf(object, what, *reader));
+    return py::reinterpret_borrow<py::array>(kept.back());
+  }
+  kept.push_back(object);
+  return py::reinterpret_borrow<py::array>(object);
+}
+
+/** \brief Whether all arrays fit, wherever they are. */
+void checkImages(const ViewArrays& arrays) {
+  std::vector<py::object> kept;
+  DeviceReader anywhere{-1, 0, {}};
+  arrays.view(kept, &anywhere);
+}
 
 /** \brief Checks an array as it is set, so that what is wrong is said where it happens. */
-void setImage(ViewArrays& arrays, py::object ViewArrays::*member, const py::object& value, const char* what) {
-  const py::object before = std::exchange(arrays.*member, imageOf(value, what));
+void setImage(ViewArrays& arrays, py::object ViewArrays::*member, const py::object& value) {
+  const py::object before = std::exchange(arrays.*member, imageOf(value));
   try {
-    arrays.view();
+    checkImages(arrays);
   } catch (...) {
     arrays.*member = before;
     throw;
@@ -68,15 +87,16 @@ std::string describeFrame(const FrameLists& lists) {
 
 }  // namespace
 
-DepthView ViewArrays::view() const {
+DepthView ViewArrays::view(std::vector<py::object>& kept, DeviceReader* reader) const {
   DepthView view;
-  if (!depth.is_none()) setDepth(asArray(depth), view);
-  if (!color.is_none()) view.color = colorImageOf(asArray(color));
-  if (!confidence.is_none()) view.confidence = floatImageOf(asArray(confidence), "confidence");
+  if (!depth.is_none()) setDepth(asArray(depth, "depth", kept, reader), view);
+  if (!color.is_none()) view.color = colorImageOf(asArray(color, "color", kept, reader));
+  if (!confidence.is_none())
+    view.confidence = floatImageOf(asArray(confidence, "confidence", kept, reader), "confidence");
   return view;
 }
 
-void FrameInput::fill(const FrameLists& lists) {
+void FrameInput::fill(const FrameLists& lists, DeviceReader* reader) {
   kept_.clear();
   frame.stamp = lists.stamp;
   frame.cameras.resize(py::len(lists.cameras));
@@ -91,9 +111,7 @@ void FrameInput::fill(const FrameLists& lists) {
   for (const py::handle element : lists.views) {
     if (i == frame.views.size()) break;
     if (!element.is_none()) {
-      const auto& arrays = elementOf<ViewArrays>(element, "views", i, kView);
-      frame.views[i] = arrays.view();
-      kept_.insert(kept_.end(), {arrays.depth, arrays.color, arrays.confidence});
+      frame.views[i] = elementOf<ViewArrays>(element, "views", i, kView).view(kept_, reader);
     }
     ++i;
   }
@@ -103,30 +121,30 @@ void bindFrames(py::module_& module) {
   py::class_<ViewArrays>(
       module, "DepthView",
       "What one camera measured at one instant: arrays, which are not copied.\n\n"
-      "They may be numpy arrays, read-only too, or whatever numpy makes one of without a copy. Rows may be any "
+      "They may be numpy arrays, read-only too, whatever numpy makes one of without a copy, or, for "
+      "FuseFlow(device='gpu'), "
+      "tensors of a GPU that know DLPack or __cuda_array_interface__. Rows may be any "
       "number of bytes apart. 0, 65535, NaN and ±inf mean \"no measurement\". Without depth the camera is missing "
       "from this frame, which is not an error.",
       collected<ViewArrays>())
       .def(py::init([](const py::object& depth, const py::object& color, const py::object& confidence) {
-             ViewArrays arrays{imageOf(depth, "depth"), imageOf(color, "color"), imageOf(confidence, "confidence")};
-             arrays.view();
+             ViewArrays arrays{imageOf(depth), imageOf(color), imageOf(confidence)};
+             checkImages(arrays);
              return arrays;
            }),
            py::arg("depth") = py::none(), py::arg("color") = py::none(), py::arg("confidence") = py::none())
       .def_property(
           "depth", [](const ViewArrays& arrays) { return arrays.depth; },
-          [](ViewArrays& arrays, const py::object& value) { setImage(arrays, &ViewArrays::depth, value, "depth"); },
+          [](ViewArrays& arrays, const py::object& value) { setImage(arrays, &ViewArrays::depth, value); },
           "(height, width): uint16 in units of Camera.depth_scale, or float32 in metres.")
       .def_property(
           "color", [](const ViewArrays& arrays) { return arrays.color; },
-          [](ViewArrays& arrays, const py::object& value) { setImage(arrays, &ViewArrays::color, value, "color"); },
+          [](ViewArrays& arrays, const py::object& value) { setImage(arrays, &ViewArrays::color, value); },
           "(height, width, 3) uint8: red, green, blue. Of the size of the depth image, or of the colour camera if the "
           "Camera has one.")
       .def_property(
           "confidence", [](const ViewArrays& arrays) { return arrays.confidence; },
-          [](ViewArrays& arrays, const py::object& value) {
-            setImage(arrays, &ViewArrays::confidence, value, "confidence");
-          },
+          [](ViewArrays& arrays, const py::object& value) { setImage(arrays, &ViewArrays::confidence, value); },
           doc("DepthView::confidence"))
       .def_property_readonly(
           "missing", [](const ViewArrays& arrays) { return arrays.depth.is_none(); }, doc("DepthView::missing"));

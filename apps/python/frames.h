@@ -1,5 +1,7 @@
 #pragma once
 
+#include "gpu/device_images.h"
+
 #include <fuse_flow/rig_frame.h>
 
 #include <pybind11/pybind11.h>
@@ -9,12 +11,13 @@
 
 namespace fuse_flow::python {
 
-/** \brief DepthView of Python: the arrays that its images are in; None where there is no image. */
+/** \brief DepthView of Python: the arrays, or tensors of a GPU, that its images are in; None where there is no image. */
 struct ViewArrays {
   pybind11::object depth, color, confidence;
 
-  /** \brief As C++ reads it. The arrays are looked at each time, since they may have changed. */
-  DepthView view() const;
+  /** \brief As C++ reads it. The arrays are looked at each time, since they may have changed. \param kept receives what keeps them
+   *  \param reader who reads what is on a GPU; null: nobody can, which is an error */
+  DepthView view(std::vector<pybind11::object>& kept, DeviceReader* reader = nullptr) const;
 
   template <typename Visit>
   int visit(const Visit& with) {
@@ -45,8 +48,8 @@ class FrameInput {
   /** \throws pybind11::type_error, or pybind11::value_error for an array that does not fit */
   explicit FrameInput(const FrameLists& lists) { fill(lists); }
 
-  /** \brief Reuses memory. \throws as the constructor */
-  void fill(const FrameLists& lists);
+  /** \brief Reuses memory. \param reader as for ViewArrays::view() \throws as the constructor */
+  void fill(const FrameLists& lists, DeviceReader* reader = nullptr);
   /** \brief Lets go of the arrays. */
   void release() { kept_.clear(); }
 

@@ -63,11 +63,8 @@ py::array pixelsOf(const ImageView<Pixel>& image, const py::object& owner, bool 
 
 }  // namespace
 
-py::array arrayOf(const py::object& object, const char* what) {
+py::array arrayOf(const py::object& object) {
   if (py::isinstance<py::array>(object)) return py::reinterpret_borrow<py::array>(object);
-  if (py::hasattr(object, "__cuda_array_interface__"))
-    throw py::value_error("fuse_flow.DepthView: " + std::string(what) +
-                          " is in the memory of a GPU, must be in host memory");
   return py::array::ensure(py::module_::import("numpy").attr("asarray")(object));
 }
 

@@ -7,8 +7,8 @@
 namespace fuse_flow::python {
 
 /** \brief What Python gave, as an array that has the same memory. A numpy array stays what it is; of anything else, such as a memoryview or a
- *  tensor in host memory, numpy makes one. \param what its name in messages */
-pybind11::array arrayOf(const pybind11::object& object, const char* what);
+ *  tensor in host memory, numpy makes one. */
+pybind11::array arrayOf(const pybind11::object& object);
 
 ///@{
 /** \brief An array as an image, without a copy: rows may be any number of bytes apart, pixels of a row must follow each other.

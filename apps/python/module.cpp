@@ -11,6 +11,7 @@ PYBIND11_MODULE(_fuse_flow, module) {
   bindStatistics(module);
   bindParameters(module);
   bindClouds(module);
+  bindDeviceClouds(module);
   bindFusion(module);
   bindRecordings(module);
   bindFilters(module);

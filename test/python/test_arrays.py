@@ -93,12 +93,37 @@ def test_an_attribute_that_is_refused_stays_what_it_was():
     assert view.depth.dtype == numpy.uint16
 
 
-def test_memory_of_a_gpu_is_refused_by_name():
-    class OnGpu:
-        __cuda_array_interface__ = {}
+class OnGpu:
+    """A tensor, as its library describes it. Nobody reads its memory here."""
 
-    with pytest.raises(ValueError, match="depth is in the memory of a GPU"):
-        fuse_flow.DepthView(OnGpu())
+    def __init__(self, typestr="<u2", shape=(HEIGHT, WIDTH), strides=None):
+        self.__cuda_array_interface__ = {"version": 3, "typestr": typestr, "shape": shape, "strides": strides, "data": (4096, True), "stream": 1}
+
+
+def test_a_tensor_of_a_gpu_is_for_a_fusion_on_a_gpu():
+    view = fuse_flow.DepthView(OnGpu())
+    frame = fuse_flow.RigFrame([fuse_flow.Camera(intrinsics())], [view])
+    for use in (fuse_flow.FuseFlow().fuse, fuse_flow.ExtrinsicEstimation().add_frame, lambda frame: frame.check()):
+        with pytest.raises(ValueError, match=r"depth is in the memory of a GPU: FuseFlow\(device='gpu'\) reads it there"):
+            use(frame)
+
+
+def test_a_tensor_of_a_gpu_that_does_not_fit_is_refused_as_an_array_is():
+    with pytest.raises(ValueError, match="depth is float64"):
+        fuse_flow.DepthView(OnGpu("<f8"))
+    with pytest.raises(ValueError, match="depth has strides"):
+        fuse_flow.DepthView(OnGpu(strides=(2, 2 * HEIGHT)))
+
+
+def test_a_device_that_is_not_there_is_named():
+    with pytest.raises(ValueError, match="device is 'tpu', must be 'cpu' or 'gpu'"):
+        fuse_flow.FuseFlow("tpu")
+    with pytest.raises(ValueError, match=r"FuseFlow\(device='gpu'\), and this one is on the CPU"):
+        fuse_flow.FuseFlow().fuse_on_device(wall_frame())
+    try:
+        fuse_flow.FuseFlow("gpu")
+    except RuntimeError as error:
+        assert "device='gpu': " in str(error)
 
 
 def test_an_array_that_changes_its_shape_is_looked_at_again():
