@@ -24,5 +24,7 @@ void bindDepthCorrection(pybind11::module_& module);
 void bindTracking(pybind11::module_& module);
 void bindSynchronizer(pybind11::module_& module);
 void bindStereo(pybind11::module_& module);
+/** \brief Where the module was built with streams. */
+void bindStreams(pybind11::module_& module);
 
 }  // namespace fuse_flow::python

@@ -12,6 +12,8 @@
 #include <fuse_flow/filters/multi_view_consistency.h>
 #include <fuse_flow/recordings/organized_cloud.h>
 
+#include <pybind11/stl.h>
+
 #include <cstring>
 #include <memory>
 #include <optional>

@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <string>
 #include <thread>
+#include <vector>
 
 namespace fuse_flow::python {
 namespace {
@@ -16,6 +17,7 @@ struct State {
   std::mutex mutex;
   std::condition_variable changed;
   std::size_t count{0};
+  std::vector<void (*)()> last;           ///< what is done before the interpreter ends
   std::optional<std::thread::id> ending;  ///< the thread that ends the interpreter, which may still fuse
 };
 
@@ -26,10 +28,13 @@ State& state() {
 }
 
 void waitForAll() {
-  const pybind11::gil_scoped_release release;
-  std::unique_lock<std::mutex> lock(state().mutex);
-  state().ending = std::this_thread::get_id();
-  state().changed.wait(lock, [] { return state().count == 0; });
+  {
+    const pybind11::gil_scoped_release release;
+    std::unique_lock<std::mutex> lock(state().mutex);
+    state().ending = std::this_thread::get_id();
+    state().changed.wait(lock, [] { return state().count == 0; });
+  }
+  for (void (*work)() : state().last) work();
 }
 
 }  // namespace
@@ -52,6 +57,8 @@ InFlight::~InFlight() {
 }
 
 void finishBeforeExit() { pybind11::module_::import("atexit").attr("register")(pybind11::cpp_function(waitForAll)); }
+
+void beforeExit(void (*work)()) { state().last.push_back(work); }
 
 Busy::Inside::Inside(Busy& busy, const char* what) : busy_(busy) {
   if (busy.busy_)

@@ -22,6 +22,8 @@ class InFlight {
 
 /** \brief Has the interpreter wait for what is in flight, as it ends. */
 void finishBeforeExit();
+/** \brief Has it then do this, with its lock, while nothing is in flight any more. */
+void beforeExit(void (*work)());
 
 /** \brief Whether a thread uses an object: objects are for one thread at a time. Read and written with the interpreter's lock. */
 class Busy {

@@ -22,4 +22,7 @@ PYBIND11_MODULE(_fuse_flow, module) {
   bindTracking(module);
   bindSynchronizer(module);
   bindStereo(module);
+#ifdef FUSE_FLOW_WITH_STREAM
+  bindStreams(module);
+#endif
 }

@@ -128,7 +128,7 @@ void bindTracking(py::module_& module) {
           "min_interval", [](Tracking& t) { return t.tracking().getMinInterval(); },
           [](Tracking& t, std::uint64_t microseconds) { t.tracking().setMinInterval(microseconds); },
           doc("ExtrinsicTracking::setMinInterval"));
-  py::module_::import("atexit").attr("register")(py::cpp_function(&Tracking::finishAll));
+  beforeExit(&Tracking::finishAll);
 }
 
 }  // namespace fuse_flow::python

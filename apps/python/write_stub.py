@@ -9,10 +9,14 @@ import fuse_flow._fuse_flow as module  # noqa: E402
 
 HEAD = '''"""%s"""
 
+import collections.abc
+import datetime
+import typing
 from os import PathLike
 from typing import Any, ClassVar, Iterator, Optional, Sequence, Union
 
 import numpy
+import numpy.typing
 from numpy.typing import ArrayLike
 '''
 
@@ -51,6 +55,7 @@ def arguments(text):
     text = re.sub(r"\bpath: (object|handle)", "path: " + PATHS, text)
     text = re.sub(r": (object|handle) = None", ": Optional[ArrayLike] = None", text)
     text = re.sub(r": (object|handle)\b", ": ArrayLike", text)
+    text = re.sub(r": (\w+) = None", r": Optional[\1] = None", text)
     text = re.sub(r"\*\*kwargs", "**values: Any", text)
     return text
 

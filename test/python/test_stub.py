@@ -44,8 +44,9 @@ def test_the_examples_pass_a_strict_type_check(tmp_path):
         "points: numpy.ndarray = cloud.points\n"
         "for frame in fuse_flow.open('recording', views='0,1'):\n"
         "    stamp: int = frame.stamp\n")
-    check = [sys.executable, "-m", "mypy", "--strict", "--allow-any-generics", "--cache-dir", str(tmp_path), str(program)]
-    run = subprocess.run(check, capture_output=True, text=True)
-    assert run.returncode == 0, run.stdout
+    check = [sys.executable, "-m", "mypy", "--strict", "--allow-any-generics", "--cache-dir", str(tmp_path)]
+    for file in (program, PACKAGE / "__init__.pyi"):
+        run = subprocess.run([*check, str(file)], capture_output=True, text=True)
+        assert run.returncode == 0, run.stdout
     program.write_text("import fuse_flow\nfuse_flow.FuseFlow().parameters.confidence.treshold = 0.5\n")
-    assert subprocess.run(check, capture_output=True).returncode != 0
+    assert subprocess.run([*check, str(program)], capture_output=True).returncode != 0

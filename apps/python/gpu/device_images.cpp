@@ -2,6 +2,8 @@
 
 #include "dlpack.h"
 
+#include <pybind11/stl.h>
+
 #include <string>
 
 namespace fuse_flow::python {

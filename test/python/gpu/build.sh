@@ -8,9 +8,8 @@ python=apps/python
 mkdir -p "$out/fuse_flow" "$out/objects"
 python3 $python/docstrings.py "$out/docstrings.inc" include/fuse_flow/*.h include/fuse_flow/*/*.h apps/recordings/include/fuse_flow/recordings/*.h
 read -ra includes <<< "$(python3 -m pybind11 --includes)"
-includes+=(-Iapps -I$python -Iapps/recordings/include -Iinclude -Iimpl -Igpu -I"$out" -isystem "$headers"
-           -isystem "$headers/eigen3" -isystem "$(echo "$headers"/pcl-*)")
-flags=(-std=c++17 -O3 -DNDEBUG -DBOOST_ALL_NO_LIB -DDISABLE_PCAP)
+includes+=(-Iapps -I$python -Iapps/recordings/include -Iinclude -Iimpl -Igpu -I"$out" -I"$headers" -I"$headers/eigen3" -I"$(echo "$headers"/pcl-*)")
+flags=(-std=c++17 -O3 -DNDEBUG -DBOOST_ALL_NO_LIB -DPCL_NO_PRECOMPILE)
 exact=-fno-math-errno,-fno-trapping-math,-ffp-contract=off
 pids=()
 for source in test/python/gpu/module.cpp $python/{errors,in_flight,docstrings,poses,cameras,images,frames,statistics,parameters,clouds,host_fusion,fuse_flow}.cpp \
@@ -23,5 +22,5 @@ nvcc "${flags[@]}" -arch=native -fmad=false -Xcompiler=-fPIC,-fvisibility=hidden
 pids+=($!)
 for pid in "${pids[@]}"; do wait "$pid"; done
 suffix=$(python3 -c "import sysconfig; print(sysconfig.get_config_var('EXT_SUFFIX'))")
-nvcc -shared -Xcompiler=-fopenmp "$out"/objects/*.o -o "$out/fuse_flow/_fuse_flow$suffix"
+nvcc -shared -Xcompiler=-fopenmp "$out"/objects/*.cpp.o "$out/objects/gpu_fusion.o" -o "$out/fuse_flow/_fuse_flow$suffix"
 cp $python/fuse_flow/* "$out/fuse_flow/"
