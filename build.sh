@@ -307,7 +307,7 @@ tables() {
 # Static analysis. Clang parses what gcc cannot give it precompiled.
 lint() {
   install_missing "${analysers[@]}"
-  shellcheck build.sh .ci/run test/*.sh test/gpu/*.sh bench/*.sh
+  shellcheck build.sh .ci/run test/*.sh test/gpu/*.sh test/python/gpu/*.sh bench/*.sh
   mkdir -p build/cppcheck
   cppcheck -j 2 --quiet --error-exitcode=1 --std=c++17 --language=c++ --enable=warning,performance,portability \
     --suppressions-list=.cppcheck --cppcheck-build-dir=build/cppcheck -I include -I impl -I gpu -I apps \

@@ -197,3 +197,33 @@ def test_cycles_through_frames_and_views_are_collected():
     del depth, frame
     gc.collect()
     assert gone() is None
+
+
+class ByDlpack:
+    """A tensor that says it is on GPU 0; its memory is numpy's, and nobody reads it here."""
+
+    def __init__(self, array):
+        self.array, self.streams = array, []
+
+    def __dlpack_device__(self):
+        return (2, 0)
+
+    def __dlpack__(self, stream=None):
+        self.streams.append(stream)
+        return self.array.__dlpack__()
+
+
+def test_a_tensor_by_dlpack_is_looked_at_without_waiting_and_let_go():
+    depth = wall().astype(numpy.float32)
+    count = sys.getrefcount(depth)
+    tensor = ByDlpack(depth)
+    view = fuse_flow.DepthView(tensor)
+    assert view.depth is tensor and tensor.streams == [-1] and not view.missing
+    with pytest.raises(ValueError, match=r"depth is float32 of shape \(160, 120, 1\)"):
+        view.depth = ByDlpack(depth.reshape(WIDTH, HEIGHT, 1))
+    with pytest.raises(ValueError, match="depth is float64"):
+        view.depth = ByDlpack(depth.astype(float))
+    assert view.depth is tensor
+    del view, tensor
+    gc.collect()
+    assert sys.getrefcount(depth) == count
