@@ -18,7 +18,7 @@ writers=(python3-rosbag python3-sensor-msgs python3-tf2-msgs ffmpeg python3-pil 
 browser=(nodejs chromium chromium-driver python3-selenium python3-websockets)
 # The Python module, and what its tests and examples show its clouds with.
 python=(python3-dev pybind11-dev python3-numpy)
-python_tests=(python3-pytest python3-matplotlib python3-open3d mypy)
+python_tests=(python3-pytest python3-matplotlib python3-open3d python3-torch mypy)
 analysers=(clang-tidy cppcheck shellcheck)
 
 fail() { echo "build.sh: $*" >&2; exit 1; }

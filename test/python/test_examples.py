@@ -50,6 +50,12 @@ def test_a_recording_is_shown_in_open3d(recording, tmp_path):
     assert (tmp_path / "cloud.ply").stat().st_size > 10000
 
 
+def test_the_depth_of_a_network_is_fused(recording):
+    need("torch")
+    lines = run("network_in_pytorch.py", recording).splitlines()
+    assert len(lines) == 3 and all(int(line.split()[0]) > 100 and "on cpu" in line for line in lines)
+
+
 def test_a_rig_is_calibrated(recording, tmp_path):
     import fuse_flow
 

@@ -8,7 +8,7 @@ python=apps/python
 mkdir -p "$out/fuse_flow" "$out/objects"
 python3 $python/docstrings.py "$out/docstrings.inc" include/fuse_flow/*.h include/fuse_flow/*/*.h apps/recordings/include/fuse_flow/recordings/*.h
 read -ra includes <<< "$(python3 -m pybind11 --includes)"
-includes+=(-Iapps -I$python -Iapps/recordings/include -Iinclude -Iimpl -Igpu -I"$out" -I"$headers" -I"$headers/eigen3" -I"$(echo "$headers"/pcl-*)")
+includes+=(-Iapps -I"$python" -Iapps/recordings/include -Iinclude -Iimpl -Igpu -I"$out" -I"$headers" -I"$headers/eigen3" -I"$(echo "$headers"/pcl-*)")
 flags=(-std=c++17 -O3 -DNDEBUG -DBOOST_ALL_NO_LIB -DPCL_NO_PRECOMPILE)
 exact=-fno-math-errno,-fno-trapping-math,-ffp-contract=off
 pids=()
@@ -17,7 +17,7 @@ for source in test/python/gpu/module.cpp $python/{errors,in_flight,docstrings,po
   g++ "${flags[@]}" -fPIC -fopenmp -fvisibility=hidden ${exact//,/ } "${includes[@]}" -c "$source" -o "$out/objects/$(basename "$source").o" &
   pids+=($!)
 done
-nvcc "${flags[@]}" -arch=native -fmad=false -Xcompiler=-fPIC,-fvisibility=hidden,$exact "${includes[@]}" -c $python/gpu/gpu_fusion.cu \
+nvcc -w "${flags[@]}" -arch=native -fmad=false -Xcompiler=-fPIC,-fvisibility=hidden,$exact "${includes[@]}" -c $python/gpu/gpu_fusion.cu \
   -o "$out/objects/gpu_fusion.o" &
 pids+=($!)
 for pid in "${pids[@]}"; do wait "$pid"; done
