@@ -1,6 +1,7 @@
 """The examples run, and are as short as the guide says."""
 
 import importlib.util
+import json
 import os
 import pathlib
 import subprocess
@@ -25,6 +26,16 @@ def need(package):
 @pytest.mark.parametrize("example", sorted(path.name for path in EXAMPLES.glob("*.py")))
 def test_an_example_has_fewer_than_forty_lines(example):
     assert len((EXAMPLES / example).read_text().splitlines()) < 40
+
+
+def test_the_cells_of_the_notebook_run_one_after_the_other(tmp_path):
+    need("matplotlib")
+    cells = json.loads((EXAMPLES / "first_steps.ipynb").read_text())["cells"]
+    code = ["".join(cell["source"]) for cell in cells if cell["cell_type"] == "code"]
+    assert sum(len(cell.splitlines()) for cell in code) < 40 and all(not cell["outputs"] for cell in cells if "outputs" in cell)
+    (tmp_path / "cells.py").write_text("\n".join(code))
+    first, second = run(tmp_path / "cells.py").splitlines()
+    assert first.startswith("Cloud of ") and int(first.split()[2]) > 2 * int(second.split()[2])
 
 
 def test_the_readmes_five_lines_give_points():
