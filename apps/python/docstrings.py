@@ -10,6 +10,8 @@ WORDS = [
     (r"pcl::BadArgumentException", "ValueError"),
     (r"pcl::PCLException", "RuntimeError"),
     (r"std::bad_alloc", "MemoryError"),
+    (r"std::invalid_argument", "ValueError"),
+    (r"std::runtime_error", "RuntimeError"),
     (r"Throws (\w+) ", r"Raises \1 "),
     (r"\b(Eigen::Isometry3d|Eigen::AlignedBox3f)\b", ""),
     (r"(?<=\w)::(?=\w)", "."),
@@ -33,7 +35,8 @@ def sentence(comment):
         comment = re.sub(pattern, word, comment)
     comment = re.sub(r"\b[a-z]+[A-Za-z]*(?=\(\))", lambda match: snake(match.group(0)), comment)
     paragraphs = [" ".join(part.split()) for part in re.split(r"\n\s*\n|\n(?=Raises|Returns|\w+:)", comment)]
-    return "\n\n".join(part for part in paragraphs if part)
+    # What is true of C++'s classes for a GPU alone is no sentence of this module.
+    return "\n\n".join(part for part in paragraphs if part and "device.Thrust" not in part)
 
 
 def names_of(declaration):

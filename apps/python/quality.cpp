@@ -59,7 +59,9 @@ void bindReprojection(py::module_& module) {
       .def_property_readonly("coverage", &ReprojectionQuality::coverage, doc("ReprojectionQuality::coverage"));
   module.def("reprojection_quality", &qualityOfReprojection, py::arg("points"), py::arg("frame"), py::kw_only(),
              py::arg("parameters") = ReprojectionQualityParameters(), py::arg("threads") = 0,
-             doc("reprojectionQuality"));
+             "Computes eq. 12, and the figures that must be read together with it.\n\n"
+             "points: a Cloud, or (N, 3) floats in the world frame, metres; copied.\n"
+             "frame: the views to compare with; they need not be those that the cloud was made from.");
 }
 
 }  // namespace
@@ -107,10 +109,17 @@ void bindQuality(py::module_& module) {
           "__iadd__", [](SurfaceQuality& sum, const SurfaceQuality& more) -> SurfaceQuality& { return sum += more; },
           "Adds the counts and sums of another frame.");
   module.def("surface_quality", &qualityOfSurface, py::arg("points"), py::arg("frame"), py::kw_only(),
-             py::arg("parameters") = SurfaceQualityParameters(), py::arg("threads") = 0, doc("surfaceQuality"));
+             py::arg("parameters") = SurfaceQualityParameters(), py::arg("threads") = 0,
+             "The measures of one cloud, all but flicker: see SurfaceQuality.\n\n"
+             "points: a Cloud, or (N, 3) floats in the world frame, metres; copied.\n"
+             "frame: the views to compare with; they need not be those that the cloud was made from.");
   module.def("temporal_flicker", &flickerOf, py::arg("before"), py::arg("before_frame"), py::arg("after"),
              py::arg("after_frame"), py::kw_only(), py::arg("parameters") = SurfaceQualityParameters(),
-             py::arg("threads") = 0, doc("temporalFlicker"));
+             py::arg("threads") = 0,
+             "How much a cloud jumps from one frame to the next where nothing moves, along the surface's normal.\n\n"
+             "before, after: clouds, or (N, 3) floats in the world frame, metres; copied. before_frame, after_frame: "
+             "the frames that they "
+             "were made from, of the same cameras; the arrays of the first must not have been overwritten.");
 }
 
 }  // namespace fuse_flow::python

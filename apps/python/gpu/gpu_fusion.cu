@@ -24,7 +24,10 @@ class GpuFusionOf : public GpuFusion {
   FrameStatistics statistics() const override { return fusion_.getStatistics(); }
   std::uintptr_t stream() const override { return reinterpret_cast<std::uintptr_t>(stream_.get()); }
   int device() const override { return device_; }
-  void waitFor(std::uintptr_t other) override { order_.put(reinterpret_cast<gpu::Stream>(other), stream_.get()); }
+  void waitFor(std::uintptr_t other) override {
+    const gpu::HomeDevice::Visit visit(home_);
+    order_.put(reinterpret_cast<gpu::Stream>(other), stream_.get());
+  }
 
   Cloud fuse(const RigFrame& frame) override {
     const std::shared_ptr<pcl::PointCloud<PointT>> points = pool_->take();
@@ -34,6 +37,7 @@ class GpuFusionOf : public GpuFusion {
   }
 
   GpuCloud fuseOnDevice(const RigFrame& frame) override {
+    const gpu::HomeDevice::Visit visit(home_);
     const std::shared_ptr<gpu::DeviceCloud<PointT>> points = device_pool_->take();
     // Whoever had this memory before has let it go, but work that reads it may still be on a stream of theirs.
     if (points->bytes() > 0) gpu::check(cudaDeviceSynchronize(), "cudaDeviceSynchronize");
@@ -45,6 +49,7 @@ class GpuFusionOf : public GpuFusion {
 
  private:
   PointExtras extras_;
+  gpu::HomeDevice home_{"fuse_flow::FuseFlow"};
   int device_;
   gpu::OwnStream stream_;
   gpu::StreamOrder order_;
