@@ -13,19 +13,25 @@
 
 namespace fuse_flow::python {
 
+/** \brief Where a field lies, in bytes: a number, as PCL's constants have no address. */
+template <typename PointT, typename Field>
+constexpr std::size_t offsetOf() {
+  return pcl::traits::offset<PointT, Field>::value;
+}
+
 /** \brief Where the fields lie that are asked for. */
 template <typename PointT>
 PointLayout layoutOf(const PointExtras& extras = {}) {
   namespace fields = pcl::fields;
   PointLayout layout;
   layout.size = sizeof(PointT);
-  layout.rgba = pcl::traits::offset<PointT, fields::rgba>::value;
-  layout.confidence = pcl::traits::offset<PointT, fields::confidence>::value;
-  layout.view_count = pcl::traits::offset<PointT, fields::view_count>::value;
+  layout.rgba = offsetOf<PointT, fields::rgba>();
+  layout.confidence = offsetOf<PointT, fields::confidence>();
+  layout.view_count = offsetOf<PointT, fields::view_count>();
   if constexpr (pcl::traits::has_field<PointT, fields::normal_x>::value)
-    if (extras.normals) layout.normal = pcl::traits::offset<PointT, fields::normal_x>::value;
+    if (extras.normals) layout.normal = offsetOf<PointT, fields::normal_x>();
   if constexpr (pcl::traits::has_field<PointT, fields::camera_mask>::value)
-    if (extras.camera_mask) layout.camera_mask = pcl::traits::offset<PointT, fields::camera_mask>::value;
+    if (extras.camera_mask) layout.camera_mask = offsetOf<PointT, fields::camera_mask>();
   return layout;
 }
 
