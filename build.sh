@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# ./build.sh demo | test | bench | tables | screenshots | film | packages | lint | check-format | format   — see the README. Installs
+# ./build.sh demo | test | python | bench | tables | screenshots | film | packages | lint | check-format | format   — see the README. Installs
 # missing distribution packages, builds, runs.
 set -euo pipefail
 cd "$(dirname "$0")"
@@ -16,6 +16,9 @@ optional=(libthrust-dev libapriltag-dev libopencv-calib3d-dev libopencv-objdetec
 writers=(python3-rosbag python3-sensor-msgs python3-tf2-msgs ffmpeg python3-pil python3-tifffile)
 # What looks at the page of fuse_flow_serve. Debian's; Ubuntu has Chromium as a snap only, whose package of that name is no browser.
 browser=(nodejs chromium chromium-driver python3-selenium python3-websockets)
+# The Python module, and what its tests and examples show its clouds with.
+python=(python3-dev pybind11-dev python3-numpy)
+python_tests=(python3-pytest python3-matplotlib python3-open3d python3-torch mypy)
 analysers=(clang-tidy cppcheck shellcheck)
 
 fail() { echo "build.sh: $*" >&2; exit 1; }
@@ -260,11 +263,12 @@ FUSE_FLOW_HAS_zstd .mcap compressed by Zstandard: no libzstd
 FUSE_FLOW_HAS_openexr depth in OpenEXR: no libopenexr
 FUSE_FLOW_PAGE the page of fuse_flow_serve: no three.js and zstddec in build/third_party
 FUSE_FLOW_CHROMIUM tests of that page in a browser: no chromium
+FUSE_FLOW_HAS_python the Python module: no Python 3.10 with its headers, no pybind11, or no numpy
 END
 }
 
 run_tests() {
-  optional+=("${writers[@]}")
+  optional+=("${writers[@]}" "${python[@]}" "${python_tests[@]}")
   if grep -q '^ID=debian' /etc/os-release; then optional+=("${browser[@]}"); else optional+=(nodejs); fi
   install_missing
   build
@@ -274,6 +278,13 @@ run_tests() {
        END {print tests " tests"; for (reason in reasons) print "skipped in " reasons[reason] ": " reason}' \
     build/Testing/Temporary/LastTest.log
   not_built
+}
+
+# The Python module alone, and what its examples need.
+build_python() {
+  install_missing "${python[@]}" python3-matplotlib
+  build_demo fuse_flow_python
+  echo "import fuse_flow: with PYTHONPATH=$PWD/build/python"
 }
 
 bench() {
@@ -296,7 +307,7 @@ tables() {
 # Static analysis. Clang parses what gcc cannot give it precompiled.
 lint() {
   install_missing "${analysers[@]}"
-  shellcheck build.sh .ci/run test/*.sh test/gpu/*.sh bench/*.sh
+  shellcheck build.sh .ci/run test/*.sh test/gpu/*.sh test/python/gpu/*.sh bench/*.sh
   mkdir -p build/cppcheck
   cppcheck -j 2 --quiet --error-exitcode=1 --std=c++17 --language=c++ --enable=warning,performance,portability \
     --suppressions-list=.cppcheck --cppcheck-build-dir=build/cppcheck -I include -I impl -I gpu -I apps \
@@ -318,6 +329,7 @@ case "${1:-}" in
 packages) install_missing; fetch_page_packages ;;
 demo) demo ;;
 test) run_tests ;;
+python) build_python ;;
 bench) shift; bench "$@" ;;
 tables) shift; tables "$@" ;;
 screenshots) screenshots ;;
@@ -325,5 +337,5 @@ film) film ;;
 lint) lint ;;
 check-format) format --dry-run -Werror ;;
 format) format -i ;;
-*) echo "usage: ./build.sh demo | test | bench | tables | screenshots | film | packages | lint | check-format | format" >&2; exit 2 ;;
+*) echo "usage: ./build.sh demo | test | python | bench | tables | screenshots | film | packages | lint | check-format | format" >&2; exit 2 ;;
 esac

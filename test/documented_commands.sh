@@ -80,6 +80,16 @@ run_server() {
   return 1
 }
 
+# With the Python that the module was built for. What would open a window draws none.
+run_python() {
+  local python
+  python=$(sed -n 's/^FUSE_FLOW_PYTHON_EXECUTABLE:[A-Z]*=//p' "$binary/CMakeCache.txt")
+  echo "python3 $1"
+  ln -sfn "$binary/python" build/python
+  ln -sfn "$source/apps" apps
+  MPLBACKEND=Agg PYTHONDONTWRITEBYTECODE=1 PYTHONPATH=build/python bash -c "$python $1"
+}
+
 run() {
   local command=$1 program word
   # What a reader has to put something in the place of works for nobody as it is printed.
@@ -89,6 +99,7 @@ run() {
   case $command in
   ./build.sh\ *)  # installs packages, and takes minutes
     grep -q "^${command#./build.sh })" "$source/build.sh" || fail "build.sh does not know: $command"
+    if [ "$command" = "./build.sh python" ]; then available+=" fuse_flow_python "; fi
     echo "not run: $command"
     return ;;
   cmake\ --build\ build\ --target\ *)
@@ -98,6 +109,10 @@ run() {
     return ;;
   cmake\ --install\ build*)  # test/consumer does
     echo "not run: $command"
+    return ;;
+  PYTHONPATH=build/python\ python3\ apps/python/examples/*)
+    [[ $available == *" fuse_flow_python "* ]] || fail "nothing before it has built fuse_flow_python: $command"
+    run_python "${command#* python3 }" || fail "does not work: $command"
     return ;;
   build/bin/* | mpirun\ --oversubscribe\ -n\ 2\ build/bin/*) ;;
   diff\ *)  # of files that the commands before it have written

@@ -69,6 +69,8 @@ std::vector<std::string> linesOf(const fs::path& file) {
 
 const fs::path examples = root / "doc/examples";
 
+const fs::path python_examples = root / "apps/python/examples";
+
 /** \brief The pages of the guide. */
 std::vector<fs::path> guide() {
   std::vector<fs::path> pages;
@@ -107,6 +109,26 @@ TEST(Documentation, ShowsOnlyCppThatAnExampleCompiles) {
   EXPECT_GT(shown, 15u);
 }
 
+TEST(Documentation, TheReadmesPythonIsAWholeExampleAsItStands) {
+  const auto programs = blocks(root / "README.md", "python");
+  ASSERT_EQ(programs.size(), 1u);
+  EXPECT_EQ(joined(programs[0]), joined(linesOf(python_examples / "five_lines.py")));
+}
+
+TEST(Documentation, ShowsOnlyPythonThatAnExampleRuns) {
+  std::vector<fs::path> sources;
+  for (const auto& entry : fs::directory_iterator(python_examples)) sources.push_back(entry.path());
+  std::size_t shown = 0;
+  for (const fs::path& page : guide())
+    for (const auto& block : blocks(page, "python")) {
+      ++shown;
+      EXPECT_TRUE(std::any_of(sources.begin(), sources.end(), [&](const fs::path& s) { return quotes(block, s); }))
+          << page << " shows what no example has:\n"
+          << joined(block);
+    }
+  EXPECT_GT(shown, 4u);
+}
+
 TEST(Documentation, ShowsOnlyCMakeThatTheExamplesAreBuiltWith) {
   std::vector<fs::path> pages = guide();
   pages.push_back(root / "README.md");
@@ -133,7 +155,7 @@ TEST(Documentation, EveryBlockIsOfALanguageThatIsChecked) {
       inside = !inside;
       if (inside && line == "```text") ++unchecked;
       EXPECT_TRUE(!inside || line == "```cpp" || line == "```cmake" || line == "```sh" || line == "```json" ||
-                  line == "```text" || line == "```mermaid")
+                  line == "```python" || line == "```mermaid" || line == "```text")
           << page << ": " << line;
     }
     EXPECT_FALSE(inside) << page << " has a block without an end";

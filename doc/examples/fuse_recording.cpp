@@ -13,11 +13,11 @@ int main(int argc, char** argv) try {
   fuse_flow::FuseFlow<fuse_flow::PointFused> fusion;
   pcl::PointCloud<fuse_flow::PointFused> cloud;
   for (const std::size_t number : recording->frames()) {
-    recording->read(number, frame);  // frame.rig is the RigFrame, frame.images what it points into
+    recording->read(number, frame);  // frame.rig is the RigFrame
     fusion.fuse(frame.rig, cloud);
     pcl::io::savePCDFileBinary("fused_" + std::to_string(number) + ".pcd", cloud);
   }
-} catch (const std::exception& error) {  // one line: the file, what is wrong, what would be right
+} catch (const std::exception& error) {  // one line: file, fault, remedy
   std::cerr << error.what() << '\n';
   return 1;
 }

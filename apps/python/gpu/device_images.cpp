@@ -1,0 +1,79 @@
+#include "device_images.h"
+
+#include "dlpack.h"
+
+#include <pybind11/stl.h>
+
+#include <string>
+
+namespace fuse_flow::python {
+namespace {
+
+namespace py = pybind11;
+
+[[noreturn]] void refuse(const char* what, const std::string& why) {
+  throw py::value_error("fuse_flow.DepthView: " + std::string(what) + " " + why);
+}
+
+void checkDevice(int device, const char* what, const DeviceReader& reader) {
+  if (reader.device >= 0 && device != reader.device)
+    refuse(what, "is on GPU " + std::to_string(device) + ", must be on GPU " + std::to_string(reader.device) +
+                     ", on which FuseFlow was made");
+}
+
+py::dtype typeOf(const dlpack::DataType& type, const char* what) {
+  const char* kind = type.code == dlpack::kFloat  ? "f"
+                     : type.code == dlpack::kUInt ? "u"
+                     : type.code == dlpack::kInt  ? "i"
+                                                  : nullptr;
+  if (kind == nullptr || type.lanes != 1 || type.bits % 8 != 0 || type.bits > 64 ||
+      (type.code == dlpack::kFloat && type.bits < 16))
+    refuse(what, "is of a type that is neither an integer nor a float");
+  return py::dtype(kind + std::to_string(type.bits / 8));
+}
+
+py::array byDlpack(const py::object& tensor, const char* what, DeviceReader& reader) {
+  // −1: nobody waits for anybody. numpy's object keeps the tensor's memory for as long as the array lives.
+  const py::object stream = reader.stream == 0 ? py::int_(-1) : py::int_(reader.stream);
+  const py::capsule capsule = tensor.attr("__dlpack__")(py::arg("stream") = stream);
+  auto* managed = static_cast<dlpack::ManagedTensor*>(PyCapsule_GetPointer(capsule.ptr(), "dltensor"));
+  if (managed == nullptr) throw py::error_already_set();
+  const dlpack::Tensor& t = managed->tensor;
+  const py::dtype type = typeOf(t.dtype, what);
+  checkDevice(t.device.id, what, reader);
+  std::vector<py::ssize_t> shape(t.shape, t.shape + t.ndim), strides;
+  if (t.strides != nullptr)
+    for (int i = 0; i < t.ndim; ++i) strides.push_back(t.strides[i] * type.itemsize());
+  // The capsule, which nobody takes over, calls the deleter as it goes.
+  return py::array(type, shape, strides, static_cast<const std::byte*>(t.data) + t.byte_offset, capsule);
+}
+
+py::array byInterface(const py::object& tensor, DeviceReader& reader) {
+  const py::dict interface = tensor.attr("__cuda_array_interface__");
+  const auto type = py::dtype(std::string(py::str(interface["typestr"])));
+  const auto shape = interface["shape"].cast<std::vector<py::ssize_t>>();
+  std::vector<py::ssize_t> strides;
+  if (interface.contains("strides") && !interface["strides"].is_none())
+    strides = interface["strides"].cast<std::vector<py::ssize_t>>();
+  if (reader.stream != 0 && interface.contains("stream") && !interface["stream"].is_none())
+    reader.waiting.push_back(interface["stream"].cast<std::uintptr_t>());
+  const auto address = interface["data"].cast<py::tuple>()[0].cast<std::uintptr_t>();
+  return py::array(type, shape, strides, reinterpret_cast<const void*>(address), tensor);
+}
+
+}  // namespace
+
+bool onDevice(const py::object& object) {
+  if (py::hasattr(object, "__dlpack_device__")) {
+    const int type = object.attr("__dlpack_device__")().cast<py::tuple>()[0].cast<int>();
+    return type == dlpack::kCuda || type == dlpack::kCudaManaged;
+  }
+  return py::hasattr(object, "__cuda_array_interface__");
+}
+
+py::array addressesOf(const py::object& tensor, const char* what, DeviceReader& reader) {
+  if (py::hasattr(tensor, "__dlpack__")) return byDlpack(tensor, what, reader);
+  return byInterface(tensor, reader);
+}
+
+}  // namespace fuse_flow::python

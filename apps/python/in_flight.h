@@ -1,0 +1,47 @@
+#pragma once
+
+#include <pybind11/pybind11.h>
+
+#include <optional>
+
+namespace fuse_flow::python {
+
+/** \brief Work without the interpreter's lock (GIL), so that other threads of Python run meanwhile. The interpreter does not end before all
+ *  such work is done: a thread that came back afterwards would be torn down in the middle of C++. */
+class InFlight {
+ public:
+  /** \brief Needs the lock, and gives it away. \throws std::runtime_error in a thread that begins while the interpreter ends */
+  InFlight();
+  ~InFlight();
+  InFlight(const InFlight&) = delete;
+  InFlight& operator=(const InFlight&) = delete;
+
+ private:
+  std::optional<pybind11::gil_scoped_release> release_;
+};
+
+/** \brief Has the interpreter wait for what is in flight, as it ends. */
+void finishBeforeExit();
+/** \brief Has it then do this, with its lock, while nothing is in flight any more. */
+void beforeExit(void (*work)());
+
+/** \brief Whether a thread uses an object: objects are for one thread at a time. Read and written with the interpreter's lock. */
+class Busy {
+ public:
+  /** \brief For as long as an object is used. \throws pcl::PCLException if another thread uses it */
+  class Inside {
+   public:
+    Inside(Busy& busy, const char* what);
+    ~Inside() { busy_.busy_ = false; }
+    Inside(const Inside&) = delete;
+    Inside& operator=(const Inside&) = delete;
+
+   private:
+    Busy& busy_;
+  };
+
+ private:
+  bool busy_{false};
+};
+
+}  // namespace fuse_flow::python
