@@ -2,6 +2,13 @@
 
 #include <fuse_flow/distributed/communicator.h>
 
+// The C interface alone: that of C++ is in no standard any more, and in a library of its own.
+#if !defined(OMPI_SKIP_MPICXX)
+#define OMPI_SKIP_MPICXX 1
+#endif
+#if !defined(MPICH_SKIP_MPICXX)
+#define MPICH_SKIP_MPICXX 1
+#endif
 #include <mpi.h>
 
 #include <chrono>
