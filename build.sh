@@ -284,7 +284,7 @@ run_tests() {
 build_python() {
   install_missing "${python[@]}" python3-matplotlib
   build_demo fuse_flow_python
-  echo "import fuse_flow: with PYTHONPATH=$PWD/build/python"
+  echo "import fuse_flow: PYTHONPATH=$PWD/build/python $(sed -n 's/^FUSE_FLOW_PYTHON_EXECUTABLE:INTERNAL=//p' build/CMakeCache.txt)"
 }
 
 bench() {
