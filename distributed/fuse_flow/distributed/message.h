@@ -22,7 +22,8 @@ class MessageWriter {
   template <typename T>
   void put(const T* values, std::size_t n) {
     static_assert(std::is_trivially_copyable<T>::value, "goes over the wire as it lies in memory");
-    std::memcpy(room(n * sizeof(T)), values, n * sizeof(T));
+    char* const to = room(n * sizeof(T));
+    if (n > 0) std::memcpy(to, values, n * sizeof(T));  // of nothing there may be no pointer
   }
 
   /** \brief Its length, and then it. */
