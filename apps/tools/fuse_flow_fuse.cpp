@@ -406,6 +406,10 @@ int run(Options& options, const command_line::MethodArguments& arguments) {
     try {
       reading.next(number, frame->input);
       still_there.check(frame->input);
+      for (std::size_t i = 0; options.sharesCameras() && i < frame->input.rig.views.size();
+           ++i)  // files that are read whole
+        if (i % static_cast<std::size_t>(options.recording.parts) != static_cast<std::size_t>(options.recording.part))
+          frame->input.rig.views[i] = {};
       for (const io::DamagedView& view : frame->input.ended) ended[view.view] = view.message;
       if (options.refine_extrinsics) extrinsics.place(frame->input.rig);
       checks.look(frame->input);
@@ -448,7 +452,11 @@ int run(Options& options, const command_line::MethodArguments& arguments) {
   }
   const std::vector<std::string> noticed = sinks.finish();
   const std::string shared = distributed ? distributed->summary() : "";
-  if (!options.writes()) return command_line::endOfFrames("fuse_flow_fuse", done, frames.size());
+  if (!options.writes() || frames.empty()) {  // what a rank saw of its own cameras nobody else has seen
+    for (const std::string& complaint : checks.complaints())
+      std::cout << "  rank " << options.ranks->rank() << ": " << complaint << "\n";
+    return command_line::endOfFrames("fuse_flow_fuse", done, frames.size());
+  }
   if (options.ranks && options.share_frames) std::cout << "rank " << options.ranks->rank() << ": ";
   std::cout << report->report().summary();
   if (!shared.empty()) std::cout << "  " << shared << "\n";

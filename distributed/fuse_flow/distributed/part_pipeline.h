@@ -25,6 +25,7 @@ class PartPipeline : public host::FramePipeline {
   void measure(const RigFrame& part, PartSummary& summary, const std::function<void()>& share_refined) {
     putMapsBack();
     received_.resize(part.cameras.size());
+    for (Received& received : received_) received.has_color = received.has_confidence = false;  // until others say so
     all_refined = share_refined;
     generate(part);
     whole_ = part;

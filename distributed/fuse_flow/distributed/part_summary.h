@@ -121,6 +121,7 @@ struct PartSummary {
       const std::size_t first = std::size_t{block.group} * kViewsOfGroup;
       const bool fits = first < cameras && (cameras - first >= kViewsOfGroup || block.views >> (cameras - first) == 0);
       if (!fits) in.fail("points of a camera that the rig does not have");
+      if (block.views == 0 || block.points == 0) in.fail("a block without points");
     }
     in.finish();
   }
