@@ -57,6 +57,32 @@ TEST_F(FuseUnderMpirun, RanksThatShareFramesWriteTheCloudsOfOneProcess) {
   expectSameClouds(out("shared"));
 }
 
+TEST_F(FuseUnderMpirun, RanksShareCloudsThatEachOfThemReads) {
+  ASSERT_EQ(runProgram(FUSE_FLOW_EXPORT_TOOL, {recording(), "-o", out("clouds")}).exit_code, 0);
+  std::vector<std::string> clouds;  // the first of each camera
+  fs::path camera;
+  for (const std::string& name : listing(out("clouds"))) {
+    const fs::path cloud = fs::path(out("clouds")) / name;
+    if (cloud.extension() != ".pcd" || cloud.parent_path() == camera) continue;
+    camera = cloud.parent_path();
+    clouds.push_back(cloud.string());
+  }
+  ASSERT_EQ(clouds.size(), 5u);
+  std::vector<std::string> alone = clouds, together = clouds;
+  alone.insert(alone.end(), {"-o", out("alone.ply")});
+  together.insert(together.end(), {"-o", out("together.ply")});
+  ASSERT_TRUE(succeeded(fuse(alone)));
+  ASSERT_EQ(fuseWith(2, together).exit_code, 0);
+  EXPECT_EQ(readText(out("together.ply")), readText(out("alone.ply")));
+}
+
+TEST_F(FuseUnderMpirun, ARankWithoutAFrameOfItsOwnSaysNothing) {
+  const ToolResult result = fuseWith(2, {recording(), "-o", out("one.ply"), "--frames", "0:1", "--ranks", "frames"});
+  EXPECT_EQ(result.exit_code, 0);
+  EXPECT_TRUE(fs::exists(out("one.ply")));
+  EXPECT_EQ(result.out.find("nan"), std::string::npos) << result.out;
+}
+
 TEST_F(FuseUnderMpirun, AnImageThatOneRankCannotReadIsNamedByThatRank) {
   writeText(depthFile(recording_, 1, 1), "damaged");
   const ToolResult result = fuseWith(2, {recording(), "-o", out()});
