@@ -6,13 +6,15 @@ set(CMAKE_RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/bin)
 set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
 
 # ccache keeps nothing that uses a precompiled header unless it may overlook macros in one; by what the compiler says of its
-# dependencies (CCACHE_DEPEND), and not by preprocessed text, which has no macros, it overlooks none.
+# dependencies (CCACHE_DEPEND), and not by preprocessed text, which has no macros, it overlooks none. Paths that are relative to this
+# folder (CCACHE_BASEDIR) let another clone, such as CI's, find what was compiled here.
 find_program(FUSE_FLOW_CCACHE ccache)
 if(FUSE_FLOW_CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
-  set(CMAKE_CXX_COMPILER_LAUNCHER ${CMAKE_COMMAND} -E env CCACHE_SLOPPINESS=pch_defines,time_macros CCACHE_DEPEND=1 ${FUSE_FLOW_CCACHE})
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${CMAKE_COMMAND} -E env CCACHE_BASEDIR=${PROJECT_SOURCE_DIR} CCACHE_SLOPPINESS=pch_defines,time_macros CCACHE_DEPEND=1
+      ${FUSE_FLOW_CCACHE})
 endif()
 if(FUSE_FLOW_CCACHE AND NOT CMAKE_CUDA_COMPILER_LAUNCHER)
-  set(CMAKE_CUDA_COMPILER_LAUNCHER ${FUSE_FLOW_CCACHE})
+  set(CMAKE_CUDA_COMPILER_LAUNCHER ${CMAKE_COMMAND} -E env CCACHE_BASEDIR=${PROJECT_SOURCE_DIR} ${FUSE_FLOW_CCACHE})
 endif()
 
 # PCL and VTK name every library there is, and each takes time to load.

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <new>
+#include <system_error>
 
 namespace fuse_flow::command_line {
 namespace {
@@ -56,6 +57,9 @@ int runTool(CLI::App& app, int argc, char** argv, const std::function<int()>& ru
     return reportError(app, io::messageOf(error));
   } catch (const std::bad_alloc&) {
     return reportError(app, "not enough memory; must be less to work on, fewer --threads or --views");
+  } catch (const std::system_error& error) {
+    if (error.code() != std::errc::resource_unavailable_try_again) return reportError(app, error.what());
+    return reportError(app, "a thread cannot be started: " + error.code().message() + "; --threads asks for fewer");
   } catch (const std::exception& error) {
     return reportError(app, error.what());
   }

@@ -11,8 +11,13 @@ RigRecorder::RigRecorder(const std::string& path, const std::vector<Camera>& cam
                          const std::vector<bool>& has_color, const Options& options)
     : options_(options), messages_(path, cameras, has_color, options.messages) {
   const int threads = host::resolveThreads(static_cast<int>(options_.threads));
-  for (int k = 0; k < threads; ++k) compressing_.emplace_back(&RigRecorder::compress, this);
-  writing_ = std::thread(&RigRecorder::write, this);
+  try {
+    for (int k = 0; k < threads; ++k) compressing_.emplace_back(&RigRecorder::compress, this);
+    writing_ = std::thread(&RigRecorder::write, this);
+  } catch (...) {  // a thread cannot be started
+    abandon();
+    throw;
+  }
 }
 
 RigRecorder::RigRecorder(const std::string& path, LiveRig& rig, const Options& options)
@@ -22,7 +27,9 @@ RigRecorder::RigRecorder(const std::string& path, LiveRig& rig, const Options& o
   });
 }
 
-RigRecorder::~RigRecorder() {
+RigRecorder::~RigRecorder() { abandon(); }
+
+void RigRecorder::abandon() {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     ending_ = abandoned_ = true;

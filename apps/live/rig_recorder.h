@@ -70,6 +70,7 @@ class RigRecorder {
 
   void compress();
   void write();
+  void abandon();
   static std::size_t bytesOf(const LoadedView& images);
 
   const Options options_;

@@ -1,5 +1,6 @@
 #include "recordings/read_ahead.h"
 
+#include <system_error>
 #include <utility>
 
 namespace fuse_flow::io {
@@ -7,10 +8,19 @@ namespace fuse_flow::io {
 ReadAhead::ReadAhead(Recording& recording, std::vector<std::size_t> frames, std::size_t ahead)
     : recording_(recording), frames_(std::move(frames)), ahead_(ahead) {
   const std::size_t threads = recording.readsConcurrently() ? ahead : 1;
-  for (std::size_t k = 0; k < threads; ++k) threads_.emplace_back([this] { run(); });
+  try {
+    while (threads_.size() < threads) threads_.emplace_back([this] { run(); });
+  } catch (const std::system_error&) {
+    if (threads_.empty()) throw;  // else those that were started read everything, later
+  } catch (...) {
+    end();
+    throw;
+  }
 }
 
-ReadAhead::~ReadAhead() {
+ReadAhead::~ReadAhead() { end(); }
+
+void ReadAhead::end() {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     ending_ = true;

@@ -36,6 +36,7 @@ class ReadAhead {
   };
 
   void run();
+  void end();
 
   Recording& recording_;
   const std::vector<std::size_t> frames_;

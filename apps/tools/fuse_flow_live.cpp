@@ -79,15 +79,21 @@ void runWithWindow(const Options& options, const io::LiveRig& rig, command_line:
     }
     ended = true;
   });
-  {
+  std::exception_ptr of_window;
+  try {
     const std::size_t cameras = rig.cameras().size();
     auto source = std::make_unique<viewing::LiveFrames>(rig, std::to_string(cameras) + " cameras", inlet);
     viewing::Viewer viewer(std::move(source), viewer_options);
     viewer.run([&] { return ended.load(); });
     stop = true;
     inlet->end();  // the viewer's thread waits for no more
+  } catch (...) {  // the pump still runs
+    of_window = std::current_exception();
+    stop = true;
+    inlet->end();
   }
   pumping.join();
+  if (of_window) std::rethrow_exception(of_window);
   if (error) std::rethrow_exception(error);
 }
 

@@ -2,11 +2,11 @@
 
 #include "recordings/files/interrupt.h"
 
+#include <fcntl.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
-#include <cstdio>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -16,16 +16,33 @@ namespace fs = std::filesystem;
 namespace fuse_flow::io {
 namespace {
 
+/** \brief Calls until no signal interrupts the call. */
+template <typename Call>
+auto uninterrupted(Call call) {
+  auto result = call();
+  while (result < 0 && errno == EINTR) result = call();
+  return result;
+}
+
+/** \brief 0, or the number of the error. Not stdio, whose buffer is lost if a signal interrupts it. */
+int writeAll(int file, const std::string& bytes) {
+  for (std::size_t done = 0; done < bytes.size();) {
+    const ssize_t count = uninterrupted([&] { return write(file, bytes.data() + done, bytes.size() - done); });
+    if (count < 0) return errno;
+    if (count == 0) return EIO;
+    done += static_cast<std::size_t>(count);
+  }
+  // EINVAL, EROFS: a pipe or a device, which has nothing to synchronise.
+  if (uninterrupted([&] { return fsync(file); }) != 0 && errno != EINVAL && errno != EROFS) return errno;
+  return 0;
+}
+
 /** \brief Empty, or why the bytes are not all on the disk. */
 std::string writeBytes(const std::string& path, const std::string& bytes) {
-  std::FILE* file = std::fopen(path.c_str(), "wb");
-  if (!file) return std::strerror(errno);
-  int error = 0;
-  if (std::fwrite(bytes.data(), 1, bytes.size(), file) != bytes.size()) error = errno;
-  if (std::fflush(file) != 0 && error == 0) error = errno;
-  // EINVAL, EROFS: a pipe or a device, which has nothing to synchronise.
-  if (error == 0 && fsync(fileno(file)) != 0 && errno != EINVAL && errno != EROFS) error = errno;
-  if (std::fclose(file) != 0 && error == 0) error = errno;
+  const int file = uninterrupted([&] { return open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666); });
+  if (file < 0) return std::strerror(errno);
+  int error = writeAll(file, bytes);
+  if (close(file) != 0 && error == 0 && errno != EINTR) error = errno;
   return error ? std::strerror(error) : "";
 }
 

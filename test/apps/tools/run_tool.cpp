@@ -62,11 +62,15 @@ pid_t execute(const std::vector<std::string>& arguments, int out, int err, const
   std::vector<char*> argv;
   for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
   argv.push_back(nullptr);
+  std::vector<char*> envp;
+  for (const std::string& variable : options.environment) envp.push_back(const_cast<char*>(variable.c_str()));
+  for (char** variable = environ; *variable != nullptr; ++variable) envp.push_back(*variable);
+  envp.push_back(nullptr);
   const pid_t pid = fork();
   if (pid < 0) fail("fork");
   if (pid > 0) return pid;
   becomeTool(out, err, options.file_size_limit);
-  execv(argv[0], argv.data());
+  execve(argv[0], argv.data(), envp.data());
   _exit(127);
 }
 

@@ -19,6 +19,8 @@ struct RunOptions {
   std::string out_path;
   /** \brief No file may grow larger than this, bytes, as with `ulimit -f`. */
   std::optional<rlim_t> file_size_limit;
+  /** \brief "NAME=value", beside the environment of this process. */
+  std::vector<std::string> environment;
   /** \brief Called once in this process, as soon as the tool runs. */
   std::function<void(pid_t)> meanwhile;
   /** \brief A tool that takes longer hangs: it is ended, and the result says so. No test expects less. */
