@@ -139,13 +139,17 @@ size_t cut(int descriptor, size_t bytes) {
   return bytes / 2;
 }
 
-/** \brief The pieces of a readv or writev, cut short likewise: the first one alone. */
-int cutPieces(int descriptor, const iovec* pieces, int count, iovec& first) {
-  if (!faults.cut_short || count < 1 || !concerned(descriptor)) return count;
+/** \brief The pieces of a readv or writev, cut short likewise: half of the first that is not empty. \returns how many pieces there are now */
+int cutPieces(int descriptor, const iovec*& pieces, int count, iovec& half) {
+  if (!faults.cut_short || !concerned(descriptor)) return count;
+  int k = 0;
+  while (k < count && pieces[k].iov_len == 0) ++k;
+  if (k == count) return count;
   tell();
-  first = pieces[0];
-  first.iov_len = std::max<size_t>(first.iov_len / 2, std::min<size_t>(first.iov_len, 1));
-  return first.iov_len > 0 ? 1 : count;
+  half = pieces[k];
+  half.iov_len = std::max<size_t>(half.iov_len / 2, 1);
+  pieces = &half;
+  return 1;
 }
 
 bool memoryFails(size_t bytes) {
@@ -185,9 +189,9 @@ ssize_t pread64(int descriptor, void* bytes, size_t count, off64_t offset) {
 
 ssize_t readv(int descriptor, const iovec* pieces, int count) {
   if (!begin(descriptor, faults.read)) return -1;
-  iovec first{};
-  const int left = cutPieces(descriptor, pieces, count, first);
-  return syscall(SYS_readv, descriptor, first.iov_base ? &first : pieces, left);
+  iovec half{};
+  const int left = cutPieces(descriptor, pieces, count, half);
+  return syscall(SYS_readv, descriptor, pieces, left);
 }
 
 ssize_t write(int descriptor, const void* bytes, size_t count) {
@@ -205,9 +209,9 @@ ssize_t pwrite64(int descriptor, const void* bytes, size_t count, off64_t offset
 
 ssize_t writev(int descriptor, const iovec* pieces, int count) {
   if (!begin(descriptor, faults.write)) return -1;
-  iovec first{};
-  const int left = cutPieces(descriptor, pieces, count, first);
-  return syscall(SYS_writev, descriptor, first.iov_base ? &first : pieces, left);
+  iovec half{};
+  const int left = cutPieces(descriptor, pieces, count, half);
+  return syscall(SYS_writev, descriptor, pieces, left);
 }
 
 int fsync(int descriptor) {
