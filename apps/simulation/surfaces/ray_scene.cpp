@@ -12,6 +12,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <new>
 #include <stdexcept>
 
 namespace fuse_flow::simulation {
@@ -20,8 +21,11 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::Vector3f;
 
-void check(RTCDevice device, bool ok) {
-  if (!ok) throw std::runtime_error("Embree: error " + std::to_string(static_cast<int>(rtcGetDeviceError(device))));
+/** \brief Throws Embree's first error since the last call. */
+void check(RTCDevice device) {
+  const RTCError error = rtcGetDeviceError(device);
+  if (error == RTC_ERROR_OUT_OF_MEMORY) throw std::bad_alloc();
+  if (error != RTC_ERROR_NONE) throw std::runtime_error("Embree: error " + std::to_string(static_cast<int>(error)));
 }
 
 /** \brief A little more: bounds that Embree compares with must not cut off what ties with the best. */
@@ -171,7 +175,7 @@ struct RayScene::Impl {
     build();
   }
   ~Impl() {
-    rtcReleaseScene(scene);
+    if (scene != nullptr) rtcReleaseScene(scene);
     rtcReleaseDevice(device);
   }
   Impl(const Impl&) = delete;
@@ -187,6 +191,7 @@ struct RayScene::Impl {
 
   void build() {
     if (scene != nullptr) rtcReleaseScene(scene);
+    scene = nullptr;  // what follows may run out of memory
     objects.clear();
     first.clear();
     triangles.all.clear();
@@ -206,7 +211,7 @@ struct RayScene::Impl {
     rtcAttachGeometry(scene, geometry);
     rtcReleaseGeometry(geometry);
     rtcCommitScene(scene);
-    check(device, rtcGetDeviceError(device) == RTC_ERROR_NONE);
+    check(device);
   }
 
   std::uint32_t objectOf(std::uint32_t triangle) const {

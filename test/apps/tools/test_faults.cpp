@@ -123,6 +123,32 @@ TEST_P(Faults, TooManyOpenFilesAreAnError) { EXPECT_GT(sweep("open:" + std::to_s
 
 TEST_P(Faults, MemoryThatCannotBeHadIsAnError) { sweep("memory:20000"); }
 
+/** \brief Embree holds the scenes of the simulator. */
+TEST_F(ToolTest, ASceneThatDoesNotFitIntoMemoryIsAnError) {
+  const std::vector<std::string> arguments{"--scene", "table", "--rig", "ring-1", "--scale", "0.05", "-o", out()};
+  for (int n = 1; n < 60; ++n) {
+    SCOPED_TRACE(n);
+    fs::remove_all(out_);
+    RunOptions options;
+    options.environment = {"LD_PRELOAD=" FUSE_FLOW_FAULTS_LIBRARY,
+                           "FUSE_FLOW_FAULTS=memory:300000:" + std::to_string(n),
+                           "FUSE_FLOW_FAULTS_FIRED=" + (folder_ / "fired").string()};
+    const ToolResult result = runProgram(FUSE_FLOW_SIMULATE_TOOL, arguments, options);
+    if (!fs::remove(folder_ / "fired")) {
+      EXPECT_EQ(result.exit_code, 0) << result.err;
+      EXPECT_GT(n, 2);
+      return;
+    }
+    if (result.exit_code != 0) {
+      EXPECT_EQ(result.exit_code, 1);
+      EXPECT_NE(result.err.find("fuse_flow_simulate: not enough memory"), std::string::npos)
+          << result.err;  // VTK has a line too
+    }
+    if (HasFailure()) return;
+  }
+  ADD_FAILURE() << "no end";
+}
+
 TEST_P(Faults, ThreadsThatCannotBeStartedAreAnError) { sweep("thread:0"); }
 
 INSTANTIATE_TEST_SUITE_P(Tools, Faults, testing::ValuesIn(tasks()), [](const auto& task) { return task.param.name; });
