@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# ./build.sh demo | test | python | bench | tables | screenshots | film | packages | lint | check-format | format   — see the README. Installs
+# ./build.sh demo | test | python | bench | tables | fuzz | screenshots | film | packages | lint | check-format | format   — see the README. Installs
 # missing distribution packages, builds, runs.
 set -euo pipefail
 cd "$(dirname "$0")"
@@ -11,7 +11,7 @@ packages=(build-essential cmake ninja-build clang-format pkg-config
           curl ca-certificates)
 # For the GPU classes, for fuse_flow_calibrate --board, for streams, for what recorders write, and for depth in OpenEXR; installed where the distribution has them.
 optional=(libthrust-dev libapriltag-dev libopencv-calib3d-dev libopencv-objdetect-dev libopencv-contrib-dev
-          libssl-dev libavformat-dev libswscale-dev librosbag-storage-dev libfastcdr-dev libsqlite3-dev liblz4-dev libzstd-dev libopenexr-dev)
+          libssl-dev libavformat-dev libswscale-dev libbz2-dev libfastcdr-dev libsqlite3-dev liblz4-dev libzstd-dev libopenexr-dev)
 # What writes files for the tests of readers.
 writers=(python3-rosbag python3-sensor-msgs python3-tf2-msgs ffmpeg python3-pil python3-tifffile)
 # What looks at the page of fuse_flow_serve. Debian's; Ubuntu has Chromium as a snap only, whose package of that name is no browser.
@@ -20,6 +20,8 @@ browser=(nodejs chromium chromium-driver python3-selenium python3-websockets)
 python=(python3-dev pybind11-dev python3-numpy)
 python_tests=(python3-pytest python3-matplotlib python3-open3d python3-torch mypy)
 analysers=(clang-tidy cppcheck shellcheck)
+# The compiler of fuzzers; its libFuzzer is a package of its own on Debian, see fuzz().
+fuzzers=(clang)
 
 fail() { echo "build.sh: $*" >&2; exit 1; }
 
@@ -255,7 +257,7 @@ FUSE_FLOW_HAS_opencv fuse_flow_calibrate --board with chessboards, ArUco and ChA
 Open3D_DIR Open3D among the tables' peers: no Open3D
 FUSE_FLOW_HAS_stream fuse_flow_serve and fuse_flow_receive: no Boost, OpenSSL or Zstandard
 FUSE_FLOW_HAS_libav .mkv of Azure Kinect and Femto: no libavformat or libswscale
-FUSE_FLOW_HAS_rosbag .bag of ROS 1 and RealSense: no librosbag-storage
+FUSE_FLOW_HAS_bzip2 .bag compressed by bzip2: no libbz2
 FUSE_FLOW_HAS_fastcdr messages of ROS 2: no libfastcdr
 FUSE_FLOW_HAS_sqlite .db3 of ROS 2: no libsqlite3
 FUSE_FLOW_HAS_lz4 .mcap compressed by LZ4: no liblz4
@@ -304,10 +306,25 @@ tables() {
     --measures doc/notes/quality_measures.md "$@"
 }
 
+# ./build.sh fuzz [RUNS [SECONDS [TARGET…]]]: builds the fuzzers, and runs each RUNS times, but no longer than SECONDS, see test/fuzz/run.sh.
+fuzz() {
+  # Debian's clang 14 and later have libFuzzer and the sanitizers in packages of their own; Ubuntu 22.04's has them.
+  if [ -n "$(apt-cache madison libclang-rt-dev 2> /dev/null)" ]; then fuzzers+=(libclang-rt-dev); fi
+  if ! command -v clang++ > /dev/null || ! echo 'extern "C" int LLVMFuzzerTestOneInput(const char*, unsigned long) { return 0; }' |
+    clang++ -x c++ - -fsanitize=fuzzer,address -o /dev/null 2> /dev/null; then
+    install_missing "${fuzzers[@]}"
+  else
+    install_missing
+  fi
+  cmake --preset fuzz > /dev/null || cmake --preset fuzz
+  cmake --build --preset fuzz --target fuse_flow_fuzzers
+  test/fuzz/run.sh build-fuzz "${1:-100000}" "${2:-0}" "${@:3}"
+}
+
 # Static analysis. Clang parses what gcc cannot give it precompiled.
 lint() {
   install_missing "${analysers[@]}"
-  shellcheck build.sh .ci/run test/*.sh test/gpu/*.sh test/python/gpu/*.sh bench/*.sh
+  shellcheck build.sh .ci/run test/*.sh test/fuzz/*.sh test/gpu/*.sh test/python/gpu/*.sh bench/*.sh
   mkdir -p build/cppcheck
   cppcheck -j 2 --quiet --error-exitcode=1 --std=c++17 --language=c++ --enable=warning,performance,portability \
     --suppressions-list=.cppcheck --cppcheck-build-dir=build/cppcheck -I include -I impl -I gpu -I apps \
@@ -332,10 +349,11 @@ test) run_tests ;;
 python) build_python ;;
 bench) shift; bench "$@" ;;
 tables) shift; tables "$@" ;;
+fuzz) shift; fuzz "$@" ;;
 screenshots) screenshots ;;
 film) film ;;
 lint) lint ;;
 check-format) format --dry-run -Werror ;;
 format) format -i ;;
-*) echo "usage: ./build.sh demo | test | python | bench | tables | screenshots | film | packages | lint | check-format | format" >&2; exit 2 ;;
+*) echo "usage: ./build.sh demo | test | python | bench | tables | fuzz | screenshots | film | packages | lint | check-format | format" >&2; exit 2 ;;
 esac

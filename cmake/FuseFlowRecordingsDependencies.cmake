@@ -42,8 +42,17 @@ fuse_flow_optional(lz4 liblz4)
 fuse_flow_optional(zstd libzstd)
 fuse_flow_optional(openexr OpenEXR)
 
-# Fast CDR has no pkg-config file, and that of rosbag asks for packages that distributions leave out; what their headers include lies in a
-# folder for each package, or not.
+find_package(BZip2 QUIET)
+if(NOT TARGET FuseFlow::bzip2)
+  add_library(FuseFlow::bzip2 INTERFACE IMPORTED GLOBAL)
+  if(BZIP2_FOUND)
+    target_include_directories(FuseFlow::bzip2 SYSTEM INTERFACE ${BZIP2_INCLUDE_DIRS})
+    target_link_libraries(FuseFlow::bzip2 INTERFACE ${BZIP2_LIBRARIES})
+  endif()
+endif()
+set(FUSE_FLOW_HAS_bzip2 ${BZIP2_FOUND} CACHE INTERNAL "")
+
+# Fast CDR has no pkg-config file.
 function(fuse_flow_optional_library name)  # fuse_flow_optional_library(NAME HEADERS FOLDER/HEADER… LIBRARIES LIBRARY…)
   if(TARGET FuseFlow::${name})
     return()
@@ -82,8 +91,3 @@ function(fuse_flow_optional_library name)  # fuse_flow_optional_library(NAME HEA
 endfunction()
 include(CheckCXXSourceCompiles)
 fuse_flow_optional_library(fastcdr HEADERS fastcdr/Cdr.h LIBRARIES fastcdr)
-fuse_flow_optional_library(
-  rosbag
-  HEADERS rosbag/bag.h pluginlib/class_loader.hpp class_loader/class_loader.hpp rcutils/macros.h rcpputils/shared_library.hpp
-          ament_index_cpp/get_resource.hpp
-  LIBRARIES rosbag_storage roscpp_serialization rostime cpp_common console_bridge)

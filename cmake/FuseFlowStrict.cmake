@@ -19,6 +19,9 @@ if(FUSE_FLOW_SANITIZE)
                            -fno-omit-frame-pointer)
   target_compile_options(fuse_flow_strict INTERFACE ${fuse_flow_sanitizers})
   target_link_options(fuse_flow_strict INTERFACE ${fuse_flow_sanitizers})
+  if(FUSE_FLOW_FUZZ)  # libFuzzer looks at what each input reaches
+    target_compile_options(fuse_flow_strict INTERFACE -fsanitize=fuzzer-no-link)
+  endif()
   # What differs between the others is found without sanitizers.
   target_compile_definitions(fuse_flow_strict INTERFACE FUSE_FLOW_TEST_FEW_POINT_TYPES)
 endif()

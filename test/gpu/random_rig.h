@@ -7,8 +7,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <random>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace random_rig {
@@ -16,15 +18,25 @@ namespace random_rig {
 class Random {
  public:
   explicit Random(unsigned int seed) : engine_(seed) {}
-  double uniform(double low, double high) { return low + (high - low) * (engine_() >> 8) * 0x1p-24; }
+  /** \brief The first numbers are those of a fuzzer's input, two bytes each; then as from the seed 1. \param bytes must stay */
+  explicit Random(std::string_view bytes) : engine_(1), bytes_(bytes) {}
+  double uniform(double low, double high) { return low + (high - low) * (next() >> 8) * 0x1p-24; }
   float uniform(float low, float high) {
     return static_cast<float>(uniform(static_cast<double>(low), static_cast<double>(high)));
   }
-  int below(int n) { return static_cast<int>(engine_() % static_cast<unsigned int>(n)); }
+  int below(int n) { return static_cast<int>(next() % static_cast<unsigned int>(n)); }
   bool oneIn(int n) { return below(n) == 0; }
 
  private:
+  std::uint32_t next() {
+    if (bytes_.size() < 2) return static_cast<std::uint32_t>(engine_());
+    const auto low = static_cast<std::uint8_t>(bytes_[0]), high = static_cast<std::uint8_t>(bytes_[1]);
+    bytes_.remove_prefix(2);
+    return (std::uint32_t{high} << 24 | std::uint32_t{low} << 16) + std::uint32_t{low} * 257u + high;
+  }
+
   std::mt19937 engine_;
+  std::string_view bytes_;
 };
 
 /** \brief A frame with the memory behind it; filled again and again. */

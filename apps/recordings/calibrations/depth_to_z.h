@@ -2,6 +2,8 @@
 
 #include <fuse_flow/recordings/recording.h>
 
+#include <memory>
+#include <mutex>
 #include <vector>
 
 namespace fuse_flow::io {
@@ -16,9 +18,17 @@ class DepthToZ {
   void convert(LoadedView& images, DepthView& view) const;
 
  private:
+  /** \brief A table for each pixel. Not before there is an image: a file may name a size of which none follows. */
+  struct Table {
+    std::once_flag made;
+    std::vector<float> z_per_distance;
+  };
+  const std::vector<float>& table() const;
+
   DepthMeaning meaning_;
   float depth_scale_;
-  std::vector<float> z_per_distance_;  ///< of each pixel; empty: 1
+  Intrinsics intrinsics_;
+  std::unique_ptr<Table> table_{std::make_unique<Table>()};
 };
 
 }  // namespace fuse_flow::io

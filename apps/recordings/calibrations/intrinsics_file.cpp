@@ -144,11 +144,15 @@ std::vector<double> yamlNumbers(const YAML::Node& node) {
   const YAML::Node list = node.IsMap() ? node["data"] : node;
   std::vector<double> numbers;
   if (!list || !list.IsSequence()) return numbers;
-  for (const YAML::Node& entry : list)
+  // An alias repeats a row with two letters: no matrix or lens has more.
+  constexpr std::size_t most = 64;
+  for (const YAML::Node& entry : list) {
     if (entry.IsSequence())
       for (const YAML::Node& number : entry) numbers.push_back(number.as<double>());
     else
       numbers.push_back(entry.as<double>());
+    if (numbers.size() > most) break;
+  }
   return numbers;
 }
 

@@ -2,6 +2,7 @@
 
 #include "recordings/files/cut_short.h"
 #include "recordings/files/file_io.h"
+#include "recordings/files/plausible_size.h"
 
 #include <fuse_flow/recordings/error.h>
 
@@ -17,7 +18,9 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cstdint>
 #include <limits>
+#include <map>
 #include <optional>
 #include <stdexcept>
 #include <utility>
@@ -61,6 +64,105 @@ class ExrBytes : public Imf::IStream {
   void seekg(Position place) override { at_ = static_cast<std::size_t>(place); }
 
  private:
+  const std::string& bytes_;
+  std::size_t at_{0};
+};
+
+/** \brief The headers of a file. OpenEXR takes memory by sizes that it finds in them, before it looks whether the file is as long. */
+class ExrHeaders {
+ public:
+  explicit ExrHeaders(const std::string& bytes) : bytes_(bytes) {}
+
+  /** \brief Throws unless all attributes lie within the file, and are as long as their types are: OpenEXR reads on where a value ends. */
+  void check() {
+    constexpr unsigned char several_parts = 0x10;
+    const bool has_parts = bytes_.size() > 5 && (static_cast<unsigned char>(bytes_[5]) & several_parts) != 0;
+    at_ = 8;  // behind a magic number, a version and its flags
+    for (bool is_first = true;; is_first = false) {
+      if (!text().empty()) {
+        attribute();
+      } else if (!has_parts || is_first || peek() == '\0') {  // of several parts an empty header is the end
+        return;
+      }
+    }
+  }
+
+ private:
+  [[noreturn]] static void fail() { throw std::runtime_error("an attribute is not as long as it says"); }
+  void need(std::size_t count) const {
+    if (at_ > bytes_.size() || count > bytes_.size() - at_) fail();
+  }
+  char peek() const {
+    need(1);
+    return bytes_[at_];
+  }
+  std::string text() {
+    const std::size_t end = bytes_.find('\0', at_);
+    if (end == std::string::npos) fail();
+    std::string text = bytes_.substr(at_, end - at_);
+    at_ = end + 1;
+    return text;
+  }
+  std::uint32_t number() {
+    need(4);
+    std::uint32_t value = 0;
+    for (std::size_t k = 4; k > 0; --k) value = value << 8 | static_cast<unsigned char>(bytes_[at_ + k - 1]);
+    at_ += 4;
+    return value;
+  }
+
+  void attribute() {
+    static const std::map<std::string, std::size_t> sizes{{"box2i", 16},
+                                                          {"box2f", 16},
+                                                          {"chromaticities", 32},
+                                                          {"compression", 1},
+                                                          {"deepImageState", 1},
+                                                          {"double", 8},
+                                                          {"envmap", 1},
+                                                          {"float", 4},
+                                                          {"int", 4},
+                                                          {"keycode", 28},
+                                                          {"lineOrder", 1},
+                                                          {"m33f", 36},
+                                                          {"m33d", 72},
+                                                          {"m44f", 64},
+                                                          {"m44d", 128},
+                                                          {"rational", 8},
+                                                          {"tiledesc", 9},
+                                                          {"timecode", 8},
+                                                          {"v2i", 8},
+                                                          {"v2f", 8},
+                                                          {"v2d", 16},
+                                                          {"v3i", 12},
+                                                          {"v3f", 12},
+                                                          {"v3d", 24}};
+    const std::string type = text();
+    const std::size_t size = number(), begin = at_;
+    need(size);
+    if (const auto fixed = sizes.find(type); fixed != sizes.end() && fixed->second != size) fail();
+    if (type == "chlist") {
+      while (!text().empty()) {
+        need(16);
+        at_ += 16;
+      }
+      if (at_ != begin + size) fail();
+    } else if (type == "preview") {
+      const std::uint64_t width = number(), height = number();
+      if (width > 65535 || height > 65535 || 8 + 4 * width * height != size) fail();
+    } else if (type == "stringvector") {
+      while (at_ < begin + size) {
+        const std::size_t length = number();
+        need(length);
+        at_ += length;
+      }
+      if (at_ != begin + size) fail();
+    } else if (type == "idmanifest") {  // compressed by zlib
+      constexpr std::size_t best_compression = 1100;
+      if (size < 4 || number() / best_compression > size) fail();
+    }
+    at_ = begin + size;
+  }
+
   const std::string& bytes_;
   std::size_t at_{0};
 };
@@ -167,11 +269,13 @@ void markUnmeasured(FloatImage& image, bool is_half) {
     if (z >= least) z = std::numeric_limits<float>::infinity();
 }
 
-void readPart(const std::string& path, Imf::MultiPartInputFile& file, FloatImage& image, const SizeCheck& check) {
+void readPart(const std::string& path, std::size_t bytes, Imf::MultiPartInputFile& file, FloatImage& image,
+              const SizeCheck& check) {
   const ExrChannel channel = findChannel(path, file);
   const Imf::Header& header = file.header(channel.part);
   const ExrWindow window = windowOf(path, header);
   if (check) check(window.size.width, window.size.height);
+  checkPlausible(path, window.size.width, window.size.height, bytes, kMostOfAnyByte);
   Imf::FrameBuffer buffer;
   FloatImage others[2];
   const auto add = [&](const std::string& name, FloatImage& into) {
@@ -196,14 +300,15 @@ void readPart(const std::string& path, Imf::MultiPartInputFile& file, FloatImage
   markUnmeasured(image, channel.is_half);
 }
 
-/** \brief Calls read with the opened file. */
+/** \brief Calls read with the opened file, and how many bytes it has. */
 template <typename Read>
 void withExr(const std::string& path, const Read& read) {
   const std::string bytes = readFile(path);
   ExrBytes stream(path, bytes);
   try {
+    ExrHeaders(bytes).check();
     Imf::MultiPartInputFile file(stream, 0);
-    read(file);
+    read(file, bytes.size());
   } catch (const InputError&) {
     throw;
   } catch (const std::bad_alloc&) {
@@ -217,14 +322,14 @@ void withExr(const std::string& path, const Read& read) {
 
 ImageSize exrSize(const std::string& path) {
   ImageSize size;
-  withExr(path, [&](const Imf::MultiPartInputFile& file) {
+  withExr(path, [&](const Imf::MultiPartInputFile& file, std::size_t) {
     size = windowOf(path, file.header(findChannel(path, file).part)).size;
   });
   return size;
 }
 
 void readExr(const std::string& path, FloatImage& image, const SizeCheck& check) {
-  withExr(path, [&](Imf::MultiPartInputFile& file) { readPart(path, file, image, check); });
+  withExr(path, [&](Imf::MultiPartInputFile& file, std::size_t bytes) { readPart(path, bytes, file, image, check); });
 }
 
 #endif

@@ -1,5 +1,7 @@
 #include "recordings/files/jpeg_decode.h"
 
+#include "recordings/files/plausible_size.h"
+
 #include <fuse_flow/recordings/error.h>
 
 #include <csetjmp>
@@ -85,6 +87,7 @@ void decodeJpeg(const std::string& path, const std::string& bytes, ColorImage& i
   if (check) check(size.width, size.height);
   if (jpeg.channels() != 1 && jpeg.channels() != 3)  // a printer's four inks
     throw InputError(path + ": is a JPEG of " + std::to_string(jpeg.channels()) + " channels, must be grey or RGB");
+  checkPlausible(path, size.width, size.height, bytes.size(), kMostOfJpegByte);
   image.resize(size.width, size.height);
   jpeg.decode(image);
 }

@@ -1,6 +1,7 @@
 #include "recordings/files/tiff_image.h"
 
 #include "recordings/files/file_io.h"
+#include "recordings/files/plausible_size.h"
 
 #include <fuse_flow/recordings/error.h>
 
@@ -190,6 +191,7 @@ void readDepthTiff(const std::string& path, DepthImage& depth16, FloatImage& dep
   const TiffHandle tiff = openTiff(path, file);
   const TiffHeader header = headerOf(path, tiff.get());
   if (check) check(static_cast<int>(header.width), static_cast<int>(header.height));
+  checkPlausible(path, static_cast<int>(header.width), static_cast<int>(header.height), bytes.size(), kMostOfAnyByte);
   const std::vector<std::uint8_t> pixels = pixelsOf(path, tiff.get(), header);
   depth16.resize(0, 0);
   depth32.resize(0, 0);

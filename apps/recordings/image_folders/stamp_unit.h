@@ -24,9 +24,9 @@ inline StampUnit stampUnit(long double largest) {
   return {1.0L, "nanoseconds"};
 }
 
-/** \brief None for what is no time in this unit: negative, or behind the year 2262. */
+/** \brief None for what is no time in this unit: negative, or later than kLatestTime. */
 inline std::optional<Nanoseconds> inNanoseconds(long double stamp, const StampUnit& unit) {
-  if (!(stamp >= 0 && stamp * unit.nanoseconds < 9.2e18L)) return std::nullopt;
+  if (!(stamp >= 0 && stamp * unit.nanoseconds <= kLatestTime)) return std::nullopt;
   return static_cast<Nanoseconds>(std::llround(stamp * unit.nanoseconds));
 }
 

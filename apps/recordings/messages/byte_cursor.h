@@ -4,6 +4,7 @@
 
 #include <fuse_flow/recordings/error.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <cstring>
 #include <string>
@@ -21,8 +22,8 @@ class ByteCursor {
   std::uint16_t u16() { return number<std::uint16_t>(); }
   std::uint32_t u32() { return number<std::uint32_t>(); }
   std::uint64_t u64() { return number<std::uint64_t>(); }
-  /** \brief Nanoseconds of 64 bits; the years beyond 2262 are none. */
-  Nanoseconds time() { return static_cast<Nanoseconds>(u64() & 0x7fffffffffffffffull); }
+  /** \brief Nanoseconds of 64 bits, kLatestTime at most. */
+  Nanoseconds time() { return static_cast<Nanoseconds>(std::min(u64(), static_cast<std::uint64_t>(kLatestTime))); }
   /** \brief Behind its length of 32 bits. */
   std::string text() { return std::string(take(u32())); }
   std::size_t position() const { return at_; }

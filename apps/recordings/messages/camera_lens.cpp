@@ -3,6 +3,8 @@
 #include "recordings/calibrations/calibration.h"
 #include "recordings/calibrations/lens_models.h"
 
+#include <algorithm>
+
 namespace fuse_flow::io {
 
 Intrinsics lensOf(const std::string& owner, const CameraInfoMessage& info, bool rectified,
@@ -16,14 +18,19 @@ Intrinsics lensOf(const std::string& owner, const CameraInfoMessage& info, bool 
                                                       info.P[8], info.P[9], info.P[10]})
                                : intrinsicsOf(owner, std::vector<double>(info.K, info.K + 9));
   // ROS's calibration is of the whole sensor; the image may be a part of it, and coarser.
-  const auto binning = [](std::uint32_t n) { return n > 1 ? static_cast<float>(n) : 1.0f; };
-  const float bx = binning(info.binning_x), by = binning(info.binning_y);
+  const std::uint32_t binning_x = std::max(info.binning_x, 1u), binning_y = std::max(info.binning_y, 1u);
+  const std::uint32_t width = (info.roi_width > 0 ? info.roi_width : info.width) / binning_x;
+  const std::uint32_t height = (info.roi_height > 0 ? info.roi_height : info.height) / binning_y;
+  if (width == 0 || height == 0 || width > widest || height > widest)
+    throw InputError(owner + ": its region of the sensor and its binning leave " + std::to_string(width) + "x" +
+                     std::to_string(height) + " pixels, must be those of the image");
+  const auto bx = static_cast<float>(binning_x), by = static_cast<float>(binning_y);
   K.fx /= bx;
   K.fy /= by;
   K.cx = (K.cx - static_cast<float>(info.roi_x) + 0.5f) / bx - 0.5f;
   K.cy = (K.cy - static_cast<float>(info.roi_y) + 0.5f) / by - 0.5f;
-  K.width = static_cast<int>((info.roi_width > 0 ? info.roi_width : info.width) / static_cast<std::uint32_t>(bx));
-  K.height = static_cast<int>((info.roi_height > 0 ? info.roi_height : info.height) / static_cast<std::uint32_t>(by));
+  K.width = static_cast<int>(width);
+  K.height = static_cast<int>(height);
   return rectified ? K : withDistortion(owner, K, info.distortion_model, info.D, warnings);
 }
 

@@ -98,31 +98,25 @@ class TopicTrack : public ImageTrack {
     const Topic& topic = log_->topics()[topic_];
     const std::string name = log_->path() + ": message " + std::to_string(kept_[image]) + " of " + topic.name;
     const std::unique_ptr<WireReader> in = makeWireReader(topic.wire, name, bytes);
+    const SizeCheck check = [&](int width, int height) {
+      if (width == K_.width && height == K_.height) return;
+      throw InputError(name + ": is " + std::to_string(width) + "x" + std::to_string(height) +
+                       " pixels, its camera is calibrated for " + std::to_string(K_.width) + "x" +
+                       std::to_string(K_.height));
+    };
     if (isRaw(topic))
-      decodeMessage(name, readImage(*in), into);
+      decodeMessage(name, readImage(*in), into, check);
     else
-      decodeMessage(name, readCompressedImage(*in), into);
-    if (!depth_)
-      checkSize(name, into.color.width, into.color.height);
-    else if (into.depth16.empty())
-      checkSize(name, into.depth32.width, into.depth32.height);
-    else
-      checkSize(name, into.depth16.width, into.depth16.height);
+      decodeMessage(name, readCompressedImage(*in), into, check);
   }
 
  private:
   template <typename Message>
-  void decodeMessage(const std::string& name, const Message& message, LoadedView& into) const {
+  void decodeMessage(const std::string& name, const Message& message, LoadedView& into, const SizeCheck& check) const {
     if (depth_)
-      decodeDepth(name, message, into);
+      decodeDepth(name, message, into, check);
     else
-      decodeColor(name, message, into.color);
-  }
-  void checkSize(const std::string& name, int width, int height) const {
-    if (width == K_.width && height == K_.height) return;
-    throw InputError(name + ": is " + std::to_string(width) + "x" + std::to_string(height) +
-                     " pixels, its camera is calibrated for " + std::to_string(K_.width) + "x" +
-                     std::to_string(K_.height));
+      decodeColor(name, message, into.color, check);
   }
 
   std::shared_ptr<MessageLog> log_;

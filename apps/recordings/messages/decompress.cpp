@@ -4,6 +4,11 @@
 
 #include <fuse_flow/recordings/error.h>
 
+#include <algorithm>
+
+#ifdef FUSE_FLOW_WITH_BZIP2
+#include <bzlib.h>
+#endif
 #ifdef FUSE_FLOW_WITH_LZ4
 #include <lz4frame.h>
 #endif
@@ -41,6 +46,19 @@ bool decompressLz4([[maybe_unused]] const std::string& name, [[maybe_unused]] co
 #endif
 }
 
+bool decompressBzip2([[maybe_unused]] const std::string& name, [[maybe_unused]] const std::string& bytes,
+                     [[maybe_unused]] std::string& result) {
+#ifdef FUSE_FLOW_WITH_BZIP2
+  auto written = static_cast<unsigned int>(result.size());
+  // It does not write to what it reads.
+  return BZ2_bzBuffToBuffDecompress(result.data(), &written, const_cast<char*>(bytes.data()),
+                                    static_cast<unsigned int>(bytes.size()), 0, 0) == BZ_OK &&
+         written == result.size();
+#else
+  throwNotBuilt(name, "bzip2", "libbz2-dev");
+#endif
+}
+
 bool decompressZstd([[maybe_unused]] const std::string& name, [[maybe_unused]] const std::string& bytes,
                     [[maybe_unused]] std::string& result) {
 #ifdef FUSE_FLOW_WITH_ZSTD
@@ -54,14 +72,15 @@ bool decompressZstd([[maybe_unused]] const std::string& name, [[maybe_unused]] c
 
 void decompress(const std::string& name, const std::string& compression, const std::string& bytes, std::uint64_t size,
                 std::string& result) {
-  if (compression != "lz4" && compression != "zstd")
-    throw InputError(name + ": is compressed by '" + cutShort(compression) + "', must be by lz4 or zstd");
-  // Neither shrinks a block of 128 KiB below some four bytes: a file that claims more would only take the memory.
-  constexpr std::uint64_t best_compression = 40'000;
+  constexpr std::uint64_t longest = 1ull << 31;  // of bzip2 unsigned int, twice that
+  if (compression != "lz4" && compression != "zstd" && compression != "bz2")
+    throw InputError(name + ": is compressed by '" + cutShort(compression) + "', must be by lz4, zstd or bz2");
   result.clear();
-  const bool whole = size / best_compression <= bytes.size() &&
-                     (result.resize(size),
-                      compression == "lz4" ? decompressLz4(name, bytes, result) : decompressZstd(name, bytes, result));
+  const bool whole = size / kBestCompression <= bytes.size() &&
+                     std::max<std::uint64_t>(size, bytes.size()) <= longest &&
+                     (result.resize(size), compression == "lz4"   ? decompressLz4(name, bytes, result)
+                                           : compression == "bz2" ? decompressBzip2(name, bytes, result)
+                                                                  : decompressZstd(name, bytes, result));
   if (!whole) throw InputError(name + ": is damaged, and cannot be decompressed");
 }
 

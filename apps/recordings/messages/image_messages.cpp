@@ -1,7 +1,6 @@
 #include "recordings/messages/image_messages.h"
 
 #include "recordings/files/cut_short.h"
-#include "recordings/files/image_io.h"
 
 #include <algorithm>
 #include <cctype>
@@ -57,8 +56,9 @@ std::optional<std::size_t> lumaOffset(const std::string& encoding) {
   return std::nullopt;
 }
 
-/** \brief Throws unless the message has all the rows that it says it has. */
-void checkRows(const std::string& name, const ImageMessage& image, std::size_t bytes_per_pixel) {
+/** \brief Throws unless the message has all the rows that it says it has, and then as the check does. */
+void checkRows(const std::string& name, const ImageMessage& image, std::size_t bytes_per_pixel,
+               const SizeCheck& check) {
   constexpr std::uint32_t widest = 1 << 16;
   if (image.width == 0 || image.height == 0 || image.width > widest || image.height > widest)
     throw InputError(name + ": is " + std::to_string(image.width) + "x" + std::to_string(image.height) + " pixels");
@@ -67,6 +67,7 @@ void checkRows(const std::string& name, const ImageMessage& image, std::size_t b
     throw InputError(name + ": has " + std::to_string(image.data.size()) + " bytes and a step of " +
                      std::to_string(image.step) + ", which is too little for " + std::to_string(image.width) + "x" +
                      std::to_string(image.height) + " pixels of " + image.encoding);
+  if (check) check(static_cast<int>(image.width), static_cast<int>(image.height));
 }
 
 const std::uint8_t* rowOf(const ImageMessage& image, int v) {
@@ -191,24 +192,25 @@ ImageKind kindOf(const CompressedImageMessage& image, const std::string& topic) 
   return known ? ImageKind::Color : ImageKind::Neither;
 }
 
-void decodeDepth(const std::string& name, const ImageMessage& image, LoadedView& into) {
+void decodeDepth(const std::string& name, const ImageMessage& image, LoadedView& into, const SizeCheck& check) {
   if (image.encoding == "32FC1") {
-    checkRows(name, image, sizeof(float));
+    checkRows(name, image, sizeof(float), check);
     into.depth16.resize(0, 0);
     copyDepth(image, into.depth32);
     return;
   }
   if (image.encoding != "16UC1" && image.encoding != "mono16")
     throw InputError(name + ": is encoded as '" + cutShort(image.encoding) + "', depth must be 16UC1, mono16 or 32FC1");
-  checkRows(name, image, sizeof(std::uint16_t));
+  checkRows(name, image, sizeof(std::uint16_t), check);
   into.depth32.resize(0, 0);
   copyDepth(image, into.depth16);
 }
 
-void decodeDepth(const std::string& name, const CompressedImageMessage& image, LoadedView& into) {
+void decodeDepth(const std::string& name, const CompressedImageMessage& image, LoadedView& into,
+                 const SizeCheck& check) {
   into.depth32.resize(0, 0);
   if (!contains(image.format, "compressedDepth")) {
-    decodeDepthPng(name, std::string(image.data), into.depth16);
+    decodeDepthPng(name, std::string(image.data), into.depth16, check);
     return;
   }
   // An enumeration, which nobody sets, and the two parameters of inverse depth.
@@ -225,10 +227,12 @@ void decodeDepth(const std::string& name, const CompressedImageMessage& image, L
     constexpr std::uint32_t widest = 1 << 14;
     if (size[0] == 0 || size[1] == 0 || size[0] > widest || size[1] > widest)
       throw InputError(name + ": is " + std::to_string(size[0]) + "x" + std::to_string(size[1]) + " pixels");
+    // Before the memory: of RVL a few bytes are any number of pixels without a measurement.
+    if (check) check(static_cast<int>(size[0]), static_cast<int>(size[1]));
     into.depth16.resize(static_cast<int>(size[0]), static_cast<int>(size[1]));
     decodeRvl(name, data.substr(sizeof size), into.depth16);
   } else {
-    decodeDepthPng(name, std::string(data), into.depth16);
+    decodeDepthPng(name, std::string(data), into.depth16, check);
   }
   if (!contains(image.format, "32FC1")) return;
   if (!std::isfinite(quant_a) || !std::isfinite(quant_b) || !(quant_a > 0))
@@ -242,14 +246,14 @@ void decodeDepth(const std::string& name, const CompressedImageMessage& image, L
   into.depth16.resize(0, 0);
 }
 
-void decodeColor(const std::string& name, const ImageMessage& image, ColorImage& into) {
+void decodeColor(const std::string& name, const ImageMessage& image, ColorImage& into, const SizeCheck& check) {
   const auto layout = layouts().find(image.encoding);
   const std::string pattern = bayerPattern(image.encoding);
   const std::optional<std::size_t> luma = lumaOffset(image.encoding);
   if (layout == layouts().end() && pattern.empty() && !luma)
     throw InputError(name + ": is encoded as '" + cutShort(image.encoding) +
                      "', colour must be rgb8, bgr8, rgba8, bgra8, mono8, yuv422, yuv422_yuy2 or bayer_****8");
-  checkRows(name, image, luma ? 2 : pattern.empty() ? layout->second.pixel : 1);
+  checkRows(name, image, luma ? 2 : pattern.empty() ? layout->second.pixel : 1, check);
   if (luma && image.width % 2 == 1) throw InputError(name + ": is of an odd width, YUV 4:2:2 must be even");
   into.resize(static_cast<int>(image.width), static_cast<int>(image.height));
   if (luma) return convertYuv422(image, *luma, into);
@@ -262,8 +266,9 @@ void decodeColor(const std::string& name, const ImageMessage& image, ColorImage&
   }
 }
 
-void decodeColor(const std::string& name, const CompressedImageMessage& image, ColorImage& into) {
-  decodeColor(name, std::string(image.data), into);
+void decodeColor(const std::string& name, const CompressedImageMessage& image, ColorImage& into,
+                 const SizeCheck& check) {
+  decodeColor(name, std::string(image.data), into, check);
 }
 
 }  // namespace fuse_flow::io

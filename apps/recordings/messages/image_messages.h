@@ -1,5 +1,6 @@
 #pragma once
 
+#include "recordings/files/image_io.h"
 #include "recordings/messages/ros_messages.h"
 
 #include <fuse_flow/recordings/recording.h>
@@ -15,14 +16,17 @@ enum class ImageKind { Depth, Color, Neither };
 ImageKind kindOf(const ImageMessage& image, const std::string& topic);
 ImageKind kindOf(const CompressedImageMessage& image, const std::string& topic);
 
-/** \brief Depth of 16UC1 or mono16 into depth16, of 32FC1, in metres, into depth32; the other is emptied. Throws InputError, beginning with name. */
-void decodeDepth(const std::string& name, const ImageMessage& image, LoadedView& into);
+/** \brief Depth of 16UC1 or mono16 into depth16, of 32FC1, in metres, into depth32; the other is emptied. Throws InputError, beginning with name.
+ *  \param check as of readDepthPng() */
+void decodeDepth(const std::string& name, const ImageMessage& image, LoadedView& into, const SizeCheck& check = {});
 /** \brief The same of image_transport's compressedDepth, PNG or RVL. */
-void decodeDepth(const std::string& name, const CompressedImageMessage& image, LoadedView& into);
+void decodeDepth(const std::string& name, const CompressedImageMessage& image, LoadedView& into,
+                 const SizeCheck& check = {});
 
 /** \brief Colour, grey, Bayer patterns (bilinear) and YUV of BT.601 as RGB. Throws InputError, beginning with name, for another encoding. */
-void decodeColor(const std::string& name, const ImageMessage& image, ColorImage& into);
+void decodeColor(const std::string& name, const ImageMessage& image, ColorImage& into, const SizeCheck& check = {});
 /** \brief JPEG and PNG. */
-void decodeColor(const std::string& name, const CompressedImageMessage& image, ColorImage& into);
+void decodeColor(const std::string& name, const CompressedImageMessage& image, ColorImage& into,
+                 const SizeCheck& check = {});
 
 }  // namespace fuse_flow::io

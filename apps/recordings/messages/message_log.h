@@ -53,7 +53,7 @@ class MessageLog {
   std::vector<std::string> warnings_;
 };
 
-/** \brief A ROS 1 bag by librosbag-storage. Throws InputError. */
+/** \brief A ROS 1 bag, chunks uncompressed or by LZ4 or bzip2. Throws InputError. */
 std::unique_ptr<MessageLog> openRosBag(const std::string& path);
 
 /** \brief An MCAP file, chunks uncompressed or by LZ4 or Zstandard, with messages of ROS 1 and ROS 2. It is gone through once, chunk by chunk, also when its

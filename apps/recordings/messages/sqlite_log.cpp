@@ -4,6 +4,7 @@
 #include <sqlite3.h>
 #endif
 
+#include <algorithm>
 #include <cstdint>
 #include <map>
 
@@ -102,7 +103,7 @@ class SqliteLog : public MessageLog {
       const auto found = number_of_.find(query.number(1));
       if (found == number_of_.end()) continue;
       rows_[found->second].push_back(query.number(0));
-      topics_[found->second].times.push_back(query.number(2));
+      topics_[found->second].times.push_back(std::clamp<Nanoseconds>(query.number(2), 0, kLatestTime));
     }
   }
 

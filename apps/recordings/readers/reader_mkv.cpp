@@ -31,8 +31,8 @@ Nanoseconds duration(const VideoFile& file, const std::string& tag) {
   if (found == file.tags().end()) return 0;
   char* end = nullptr;
   const long long value = std::strtoll(found->second.c_str(), &end, 10);
-  constexpr long long a_century = 3'155'760'000'000'000'000;
-  if (end == found->second.c_str() || *end != '\0' || std::llabs(value) > a_century)
+  constexpr long long a_decade = 315'576'000'000'000'000;
+  if (end == found->second.c_str() || *end != '\0' || value > a_decade || value < -a_decade)
     throw InputError(file.path() + ": " + tag + " is '" + found->second + "', must be a number of nanoseconds");
   return value;
 }

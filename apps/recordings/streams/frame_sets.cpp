@@ -75,7 +75,7 @@ class Sweep {
   /** \brief Whether a camera that runs has nothing within the window: it is slower than the one whose slot this is. */
   bool othersMissing(Nanoseconds from) const {
     for (std::size_t c = 0; c < cameras_.size(); ++c)
-      if (running(c) && head(c).stamp > from + window_) return true;
+      if (running(c) && head(c).stamp - from > window_) return true;
     return false;
   }
 
@@ -83,7 +83,7 @@ class Sweep {
   bool goesWith(std::size_t camera, std::size_t earliest) const {
     if (ended(camera)) return false;
     const Nanoseconds from = head(earliest).stamp, stamp = head(camera).stamp;
-    if (stamp > from + window_) return false;
+    if (stamp - from > window_) return false;
     return running(camera) || !next(earliest) || stamp - from <= std::abs(*next(earliest) - stamp);
   }
 

@@ -10,6 +10,9 @@ namespace fuse_flow::io {
 /** \brief A point in time, or a duration, of one clock. */
 using Nanoseconds = std::int64_t;
 
+/** \brief The latest time that is taken from a file, in the year 2116: what is later is damage, and sums and differences of two times must be numbers, too. */
+constexpr Nanoseconds kLatestTime = (Nanoseconds{1} << 62) - 1;
+
 /** \brief The images of one instant. */
 struct FrameSet {
   Nanoseconds stamp{0};   ///< middle between its earliest and its latest image

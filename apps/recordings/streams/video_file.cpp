@@ -15,6 +15,7 @@ extern "C" {
 }
 
 #include <algorithm>
+#include <cstdlib>
 #include <utility>
 
 namespace fuse_flow::io {
@@ -62,8 +63,11 @@ VideoCodec codecOf(const AVCodecParameters& parameters) {
   }
 }
 
+/** \brief kLatestTime for a packet without one. */
 Nanoseconds stampOf(const AVPacket& packet, const AVStream& stream) {
-  return av_rescale_q(packet.pts != AV_NOPTS_VALUE ? packet.pts : packet.dts, stream.time_base, {1, 1'000'000'000});
+  const std::int64_t time = packet.pts != AV_NOPTS_VALUE ? packet.pts : packet.dts;
+  if (time == AV_NOPTS_VALUE) return kLatestTime;
+  return std::clamp(av_rescale_q(time, stream.time_base, {1, 1'000'000'000}), -kLatestTime, kLatestTime);
 }
 
 struct FreeScaler {
@@ -132,7 +136,7 @@ VideoFile::VideoFile(const std::string& path, const std::vector<std::string>& ti
       if (packet->stream_index != demuxer_->streams[t]) continue;
       const Nanoseconds stamp = stampOf(*packet, *context.streams[packet->stream_index]);
       std::vector<Nanoseconds>& stamps = tracks_[t].stamps;
-      if (stamps.empty() || stamp > stamps.back())
+      if (std::abs(stamp) <= kLatestTime / 2 && (stamps.empty() || stamp > stamps.back()))
         stamps.push_back(stamp);
       else
         ++back[t];

@@ -4,8 +4,6 @@
 #include <algorithm>
 #include <cstdlib>
 
-#ifdef FUSE_FLOW_WITH_ROSBAG
-
 namespace {
 
 using namespace io_test;
@@ -218,5 +216,3 @@ TEST_F(RosBag, ABagWhoseBytesAreDamagedIsReadUpToThereOrRefused) {
 }
 
 }  // namespace
-
-#endif  // FUSE_FLOW_WITH_ROSBAG
