@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# ./build.sh demo | test | python | bench | tables | fuzz | screenshots | film | packages | lint | check-format | format   — see the README. Installs
+# ./build.sh demo | test | python | deb | bench | tables | fuzz | screenshots | film | packages | lint | check-format | format   — see the README. Installs
 # missing distribution packages, builds, runs.
 set -euo pipefail
 cd "$(dirname "$0")"
@@ -289,6 +289,31 @@ build_python() {
   echo "import fuse_flow: PYTHONPATH=$PWD/build/python $(sed -n 's/^FUSE_FLOW_PYTHON_EXECUTABLE:INTERNAL=//p' build/CMakeCache.txt)"
 }
 
+# Debian packages of the headers with the compiled libraries, of the tools, and of the Python module, in build/deb/packages. Compiled as
+# the distribution compiles its packages, but for the optimisation, which is CMake's, and without CUDA, which Debian has not in main.
+deb() {
+  install_missing "${python[@]}" help2man dpkg-dev file
+  fetch_page_packages
+  local compiler linker
+  compiler=$(DEB_CXXFLAGS_MAINT_STRIP="-g -O2" dpkg-buildflags --get CXXFLAGS)
+  linker="$(dpkg-buildflags --get LDFLAGS) -s"
+  # One source, one time: two builds of a commit have the same bytes.
+  SOURCE_DATE_EPOCH=${SOURCE_DATE_EPOCH:-$(git log -1 --format=%ct 2> /dev/null || stat -c %Y CHANGELOG.md)}
+  export SOURCE_DATE_EPOCH
+  cmake --preset release -B build/deb -DCMAKE_INSTALL_PREFIX=/usr -DFUSE_FLOW_CUDA=OFF -DFUSE_FLOW_PYTHON=ON \
+    -DFUSE_FLOW_BUILD_TESTS=OFF -DFUSE_FLOW_BUILD_GPU_TESTS=OFF -DFUSE_FLOW_BUILD_BENCH=OFF \
+    -DCMAKE_DISABLE_FIND_PACKAGE_Open3D=ON "-DCMAKE_CXX_FLAGS=$compiler $(dpkg-buildflags --get CPPFLAGS)" \
+    "-DCMAKE_EXE_LINKER_FLAGS=$linker" "-DCMAKE_MODULE_LINKER_FLAGS=$linker" > /dev/null
+  local targets=(tools man_pages fuse_flow_compiled fuse_flow_recordings fuse_flow_python)
+  if grep -q '^FUSE_FLOW_HAS_stream:INTERNAL=TRUE' build/deb/CMakeCache.txt; then targets+=(fuse_flow_stream); fi
+  cmake --build build/deb --target "${targets[@]}"
+  rm -rf build/deb/packages
+  cpack --config build/deb/CPackConfig.cmake
+  rm -rf build/deb/packages/_CPack_Packages
+  if command -v lintian > /dev/null; then lintian build/deb/packages/*.deb; fi
+  ls -l build/deb/packages/*.deb
+}
+
 bench() {
   install_missing
   build fuse_flow_bench
@@ -347,6 +372,7 @@ packages) install_missing; fetch_page_packages ;;
 demo) demo ;;
 test) run_tests ;;
 python) build_python ;;
+deb) deb ;;
 bench) shift; bench "$@" ;;
 tables) shift; tables "$@" ;;
 fuzz) shift; fuzz "$@" ;;
@@ -355,5 +381,5 @@ film) film ;;
 lint) lint ;;
 check-format) format --dry-run -Werror ;;
 format) format -i ;;
-*) echo "usage: ./build.sh demo | test | python | bench | tables | fuzz | screenshots | film | packages | lint | check-format | format" >&2; exit 2 ;;
+*) echo "usage: ./build.sh demo | test | python | deb | bench | tables | fuzz | screenshots | film | packages | lint | check-format | format" >&2; exit 2 ;;
 esac

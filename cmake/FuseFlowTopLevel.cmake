@@ -24,13 +24,18 @@ if(FUSE_FLOW_LINKS_AS_NEEDED)
   add_link_options($<$<LINK_LANGUAGE:CXX>:-Wl,--as-needed>)
 endif()
 
-# The reference.
+# The site: the pages and the reference. Its links are checked.
 find_program(FUSE_FLOW_DOXYGEN doxygen)
-if(FUSE_FLOW_DOXYGEN)
+find_program(FUSE_FLOW_PYTHON_OF_SITE NAMES python3)
+mark_as_advanced(FUSE_FLOW_PYTHON_OF_SITE)
+if(FUSE_FLOW_DOXYGEN AND FUSE_FLOW_PYTHON_OF_SITE)
   add_custom_target(
     doc
     COMMAND ${CMAKE_COMMAND} -E make_directory build
+    COMMAND ${CMAKE_COMMAND} -E rm -rf build/doc/html # what is gone must not be linked to
     COMMAND ${FUSE_FLOW_DOXYGEN} doc/Doxyfile
+    COMMAND ${FUSE_FLOW_PYTHON_OF_SITE} doc/site/check_links.py
+    COMMAND ${FUSE_FLOW_PYTHON_OF_SITE} doc/site/check_links.py build/doc/html
     WORKING_DIRECTORY ${PROJECT_SOURCE_DIR}
     COMMENT "Writing build/doc/html/index.html"
     VERBATIM)

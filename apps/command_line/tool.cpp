@@ -2,6 +2,7 @@
 
 #include "command_line/message_of.h"
 #include "command_line/printable.h"
+#include "command_line/version.h"
 #include "recordings/files/cut_short.h"
 
 #include <pcl/exceptions.h>
@@ -35,6 +36,12 @@ std::string describeConfigError(CLI::App& app, const std::string& message) {
 int runTool(CLI::App& app, int argc, char** argv, const std::function<int()>& run) {
   io::endCleanlyOnSignals();
   const PrintableStream out(std::cout), err(std::cerr);
+  const CLI::Option* verbose =
+      app.add_flag("--verbose",
+                   "With --version: also the build, the machine and the libraries, as a report of a bug needs")
+          ->configurable(false);
+  app.set_version_flag(
+      "--version", [&] { return versionOf(app.get_name()) + (verbose->count() > 0 ? "\n" + describeBuild() : ""); });
   std::signal(SIGXFSZ, SIG_IGN);  // a file past `ulimit -f` is then an error to report like a full disk
   try {
     app.parse(argc, argv);
@@ -48,6 +55,7 @@ int runTool(CLI::App& app, int argc, char** argv, const std::function<int()>& ru
     return reportError(app, error.what() + std::string("; see --help"), kWrongCommandLine);
   }
   try {
+    if (verbose->count() > 0) throw io::OptionError("--verbose: needs --version");
     const int code = run();
     if (!std::cout.flush()) throw io::OutputError("the standard output stream cannot be written");
     return code;

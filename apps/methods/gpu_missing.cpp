@@ -1,7 +1,8 @@
-// In place of gpu_method.cu and gpu_poses.cu where the tools are built without CUDA.
+// In place of gpu_method.cu, gpu_poses.cu and gpu_report.cu where the tools are built without CUDA.
 
 #include "calibration/gpu_poses.h"
 #include "methods/gpu_method.h"
+#include "methods/gpu_report.h"
 
 #include <fuse_flow/recordings/error.h>
 
@@ -12,6 +13,8 @@ bool runsOnGpu(const std::string& device) {
     throw OptionError("--device gpu: this build has no CUDA; build it where nvcc is, or use --device cpu");
   return false;
 }
+
+std::string gpuReport() { return "none: this build has no CUDA"; }
 
 // Nobody asks for what follows.
 std::unique_ptr<Method> makeGpuFusion(const MethodOptions&) { return nullptr; }

@@ -23,7 +23,7 @@ class OneThread {
   /** \brief While this object exists, the calling thread is inside. The same thread may enter again. */
   class Inside {
    public:
-    /** \param owner the class, for the message  \throws pcl::PCLException if another thread is inside */
+    /** \param object what is entered  \param owner the class, for the message  \throws pcl::PCLException if another thread is inside */
     Inside(OneThread& object, const char* owner) : object_(object) {
       std::thread::id there;  // nobody
       entered_ = object.thread_.compare_exchange_strong(there, std::this_thread::get_id(), std::memory_order_acquire);

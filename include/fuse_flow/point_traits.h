@@ -132,7 +132,7 @@ void setViewCount(PointT& point, std::uint32_t views) {
 /** \brief The field camera_mask: bits of cameras 0 to 31, then of 32 to 63. */
 using CameraMaskWords = std::array<std::uint32_t, 2>;
 
-/** \brief To camera_mask if the point has it. \param mask a cameraBit() each */
+/** \brief To camera_mask if the point has it. \param point to be written to  \param mask a cameraBit() each */
 template <typename PointT>
 void setCameraMask(PointT& point, std::uint64_t mask) {
   if constexpr (has_camera_mask<PointT>)

@@ -20,7 +20,7 @@
  *  \endcode
  *
  *  All objects that are linked together must be compiled for the same Eigen alignment, as with PCL's libraries: either all with
- *  -march=native, -mavx and the like, or none. Otherwise the program does not link, because compiledForEigenAlignment<…> is missing. */
+ *  -march=native, -mavx and the like, or none. Otherwise the program does not link, because compiledForEigenAlignment is missing. */
 
 #if defined(FUSE_FLOW_PRECOMPILED) && !defined(FUSE_FLOW_PRECOMPILING)
 /** \brief Whether a header of these classes leaves out its definitions. */

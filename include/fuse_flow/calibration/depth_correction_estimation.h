@@ -130,7 +130,8 @@ class DepthCorrectionEstimation {
   /** \brief Begins with other poses, one for each camera. */
   FUSE_FLOW_INLINE DepthCorrectionResult estimate(const std::vector<Eigen::Isometry3d>& initial);
 
-  /** \brief The same, and also compares with poses alone: see DepthCorrectionResult::explainsMore(). \param refined poses, one for each
+  /** \brief The same, and also compares with poses alone: see DepthCorrectionResult::explainsMore(). \param initial poses, one for
+   *  each camera  \param refined poses, one for each
    *  camera, that ExtrinsicEstimation has found from depth without corrections
    *  \throws pcl::BadArgumentException for another number of poses, or one that is not rigid */
   FUSE_FLOW_INLINE DepthCorrectionResult estimate(const std::vector<Eigen::Isometry3d>& initial,

@@ -82,7 +82,8 @@ class MultiViewConsistency<PointT, device::Host> : public pcl::FilterIndices<Poi
   inline void applyFilter(PointCloud& output) override;
 
   /** \brief V and the number of views that had a say, for each of some finite points in the world frame: the step that
-   *  another device replaces. \param normals of each, of any length, zero: not known; or none at all */
+   *  another device replaces. \param points the points  \param normals of each, of any length, zero: not known; or none at all
+   *  \param V of each, to be written  \param views the numbers, to be written */
   inline virtual void computeConsistency(const std::vector<Vec3>& points, const std::vector<Vec3>& normals, float* V,
                                          int* views);
 

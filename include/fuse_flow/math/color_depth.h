@@ -43,7 +43,7 @@ struct ColorDepth {
   FUSE_FLOW_HD std::size_t size() const { return static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows); }
 
   /** \brief Calls put(number of a cell, bits of z) for the four cells nearest to a measurement. \param pixel of the colour image
-   *  \param z along the colour camera's axis, metres; > 0 */
+   *  \param z along the colour camera's axis, metres; > 0  \param put the function */
   FUSE_FLOW_CALLS_ANY
   template <typename Put>
   FUSE_FLOW_HD void add(const Pixel& pixel, float z, const Put& put) const {

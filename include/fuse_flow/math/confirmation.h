@@ -107,7 +107,7 @@ struct Confirmation {
     float reach_per_noise{0};  ///< AggregationParameters::reach_per_noise; ≥ 0
     float per_half_weight{0};  ///< 1 / FuseFlowParameters::half_weight_noise, 1/metres; 0: noise does not weigh
 
-    /** \brief See Confirmation::share(). \param noise of the view's depth there, metres  \param multipath see residualMultipath()
+    /** \brief See Confirmation::share(). \param z_J as there  \param refined as there  \param noise of the view's depth there, metres  \param multipath see residualMultipath()
      *  \param here that depth, metres */
     FUSE_FLOW_HD Share share(float z_J, float refined, float noise, float multipath, float here) const {
       return Confirmation::share(z_J, refined, noiseWeight(noise, per_half_weight),

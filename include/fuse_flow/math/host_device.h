@@ -10,5 +10,6 @@
 #define FUSE_FLOW_CALLS_ANY _Pragma("nv_exec_check_disable")
 #else
 #define FUSE_FLOW_HD inline
+/** \brief Nothing, where nvcc does not compile. */
 #define FUSE_FLOW_CALLS_ANY
 #endif

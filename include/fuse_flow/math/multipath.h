@@ -24,8 +24,8 @@ namespace fuse_flow {
 
 constexpr int kPatchPixels = 8;        ///< side of the block of pixels that is one patch
 constexpr int kPatchesAcrossTile = 4;  ///< a tile is 4 × 4 patches
-constexpr int kTilePatches = kPatchesAcrossTile * kPatchesAcrossTile;
-constexpr int kTilePixels = kPatchPixels * kPatchesAcrossTile;
+constexpr int kTilePatches = kPatchesAcrossTile * kPatchesAcrossTile;  ///< patches of a tile
+constexpr int kTilePixels = kPatchPixels * kPatchesAcrossTile;         ///< side of a tile, pixels
 /** \brief On one surface, depth differs from the plane and from the neighbouring pixels by less than this share. */
 constexpr float kSameSurface = 0.03f;
 
@@ -47,6 +47,7 @@ constexpr float kResidualMultipath = 0.035f;
 /** \brief Standard deviation of the bias that is left of multipath interference by surfaces that no view measured, at a depth of one metre,
  *  metres. Direct light decreases with the square of the distance, but light from all around does not: the bias grows with the square of
  *  depth.
+ *  \param multipath of the camera
  *  \param share of such light, see ExtrinsicParameters::residual_multipath  \return 0 without a modulation frequency */
 FUSE_FLOW_HD float residualMultipath(const Multipath& multipath, float share) {
   if (!(multipath.modulation_frequency > 0)) return 0.0f;
@@ -57,7 +58,7 @@ FUSE_FLOW_HD float residualMultipath(const Multipath& multipath, float share) {
 /** \brief Fits 1/z = a x + b y + c over rays (x, y) beside a middle: planes are linear in inverse depth. */
 class InverseDepthFit {
  public:
-  /** \param x of the ray, less the middle's  \param y the same */
+  /** \param x of the ray, less the middle's  \param y the same  \param inverse_z 1/z along it, 1/metres */
   FUSE_FLOW_HD void add(float x, float y, float inverse_z) {
     n_ += 1;
     x_ += x;
@@ -87,7 +88,8 @@ class InverseDepthFit {
 };
 
 /** \brief The patch that the block of pixels from (u, v) on sees. \param map depth(u, v), 0 where there is none or no image, and
- *  ray(u, v) of pixels within  \param K size and focal lengths  \param reflectance see Multipath */
+ *  ray(u, v) of pixels within  \param K size and focal lengths  \param u its first column
+ *  \param v its first row  \param reflectance see Multipath */
 FUSE_FLOW_CALLS_ANY
 template <typename Map>
 FUSE_FLOW_HD SurfacePatch makeSurfacePatch(const Map& map, const Intrinsics& K, int u, int v, float reflectance) {
@@ -161,7 +163,8 @@ FUSE_FLOW_HD bool farFrom(const Vec3& tile, float area, const Vec3& p) {
 
 /** \brief Indirect light, as a share of the direct light: in phase with it, and a quarter of a period behind. */
 struct IndirectLight {
-  float in_phase{0}, behind{0};
+  float in_phase{0};  ///< with the direct light
+  float behind{0};    ///< by a quarter of a period
 };
 
 /** \brief sin(2π t) to 1.1e-3, by parabolas: sums and products alone, the same on the CPU and on a GPU. \param t |t| < 2^22 */
@@ -173,12 +176,13 @@ FUSE_FLOW_HD float sineOfTurns(float t) {
 
 /** \brief A patch that receives light, with the values that do not depend on the source of the light. */
 struct IndirectReceiver {
-  Vec3 p, n;
-  float distance;
+  Vec3 p;                 ///< its middle, metres
+  Vec3 n;                 ///< where it faces, of length 1
+  float distance;         ///< r, of its middle from the camera, metres
   float scale;            ///< r² / cos θ
   float turns_per_metre;  ///< of a path's length, there and back: f / c
 
-  /** \param period see multipathPeriod() */
+  /** \param x the patch  \param period see multipathPeriod() */
   FUSE_FLOW_HD IndirectReceiver(const SurfacePatch& x, float period)
       : p(x.p), n(x.n), distance(x.distance), turns_per_metre(0.5f / period) {
     const float cosine = -dot(n, p) / distance;
@@ -198,6 +202,7 @@ struct IndirectReceiver {
     const float arriving = face ? w : 0.0f;
     return {arriving * sineOfTurns(turns + 0.25f), arriving * sineOfTurns(turns)};
   }
+  /** \brief The same, of a whole patch. */
   FUSE_FLOW_HD IndirectLight from(const SurfacePatch& y) const { return from(y.p, y.n, y.power, y.area, y.distance); }
 };
 
@@ -215,7 +220,8 @@ FUSE_FLOW_HD IndirectLight sumLanes(const IndirectLight* lanes) {
 }
 
 /** \brief One lane of the light of all other patches that comes to one: of tiles that are far, then of the patches of those that are near.
- *  \param tiles mergeSurfacePatches() of \p patches  \param count of tiles  \param lane < kIndirectLanes */
+ *  \param x the one that receives  \param tiles mergeSurfacePatches() of the patches of each  \param patches tile by tile
+ *  \param count of tiles  \param lane < kIndirectLanes */
 FUSE_FLOW_HD IndirectLight sumIndirectOfLane(const IndirectReceiver& x, const SurfacePatch* tiles,
                                              const SurfacePatch* patches, std::uint32_t count, std::uint32_t lane) {
   IndirectLight sum;
@@ -260,6 +266,7 @@ struct LatePatch {
   float late{0};  ///< multipathBias(), metres
 
   LatePatch() = default;
+  /** \param x the patch  \param l its multipathBias() */
   FUSE_FLOW_HD LatePatch(const SurfacePatch& x, float l) : away((1 / dot(x.n, x.p)) * x.n), late(l) {}
 };
 
@@ -268,10 +275,11 @@ struct PatchPlace {
   int first;    ///< patch, such that there is a next one
   float share;  ///< of the next one; 0 … 1
 
-  /** \param patches in a row, or a column; at least 2 */
+  /** \param pixel its column, or row  \param patches in a row, or a column; at least 2 */
   FUSE_FLOW_HD PatchPlace(int pixel, int patches)
       : first(clampTo(static_cast<int>(std::floor(middles(pixel))), 0, patches - 2)),
         share(shareOfNext(pixel, first)) {}
+  /** \brief The share, where the first is given. */
   FUSE_FLOW_HD static float shareOfNext(int pixel, int first) {
     return clampTo(middles(pixel) - static_cast<float>(first), 0.0f, 1.0f);
   }
@@ -284,8 +292,8 @@ struct PatchPlace {
 };
 
 /** \brief Depth without multipath bias: the excess is interpolated between those of the four surrounding patches on whose surface the pixel
- *  lies. \param patches the four patches: the second is to the right of the first, and the other two are below  \param a from the left ones
- *  to the right, 0 … 1  \param b downwards
+ *  lies. \param p00 the upper left one of them  \param p10 the one to its right  \param p01 the one below it  \param p11 the fourth
+ *  \param a place between the left ones and the right ones, 0 … 1  \param b the same, downwards  \param ray of the pixel
  *  \param z as measured  \return z if the pixel lies on none of them, 0 if no depth would remain */
 FUSE_FLOW_HD float withoutMultipath(const LatePatch& p00, const LatePatch& p10, const LatePatch& p01,
                                     const LatePatch& p11, float a, float b, const Ray& ray, float z) {

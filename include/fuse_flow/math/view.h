@@ -47,6 +47,7 @@ struct ViewModel {
   }
 
   /** \brief Where a point in the world frame falls, inside the image or not. False behind the camera, or where the lens shows nothing.
+   *  \param p_W the point, metres
    *  \param q (u z, v z, z): pixel coordinates times the depth, and the depth, metres */
   FUSE_FLOW_HD bool project(const Vec3& p_W, Vec3& q) const {
     q = P * p_W;
@@ -199,7 +200,9 @@ FUSE_FLOW_HD Vec3 surfaceNormal(const ViewModel& view, const Surface& surface, i
 
 /** \brief Depths of a pixel and of those around it at a spacing, metres. */
 struct DepthCross {
-  float here, left, right, up, down;
+  float here;         ///< of the pixel
+  float left, right;  ///< beside it in its row
+  float up, down;     ///< beside it in its column
 };
 
 /** \brief surfaceNormal() before an ideal lens, in the frame of the camera, but of any length: with differences (a/fx, b/fy, c) along the
@@ -222,7 +225,9 @@ FUSE_FLOW_HD Vec3 idealNormal(const DepthCross& z, float column, float row, floa
 
 /** \brief The rays of these pixels; of those whose depth does not continue the surface, any. */
 struct RayCross {
-  Ray here, left, right, up, down;
+  Ray here;         ///< of the pixel
+  Ray left, right;  ///< beside it in its row
+  Ray up, down;     ///< beside it in its column
 };
 
 /** \brief The same before any lens. */

@@ -15,6 +15,7 @@
 
 namespace fuse_flow {
 
+/** \brief What surfaceQuality() and temporalFlicker() look at. */
 struct SurfaceQualityParameters {
   /** \brief Radius of the piece of surface around a point that counts as a plane, metres; (0, 1]. */
   float neighborhood{0.03f};
@@ -84,6 +85,7 @@ struct SurfaceQuality {
   /** \brief Share of the measurements that are covered, 0 … 1. */
   double coverage() const { return share(static_cast<double>(covered_pixels), pixels); }
 
+  /** \brief Adds the counts and sums of another frame, or part of one. */
   SurfaceQuality& operator+=(const SurfaceQuality& more);
 
  private:
@@ -121,6 +123,7 @@ SurfaceQuality surfaceQuality(const pcl::PointCloud<PointT>& cloud, const RigFra
  *  \param before the cloud before this one  \param before_frame the frame that it was made from; it has the same cameras, and its images
  *  must still exist
  *  \param after this cloud  \param after_frame the frame that it was made from
+ *  \param parameters as of surfaceQuality()  \param threads to use; 0: one per core
  *  \throws pcl::BadArgumentException as surfaceQuality(), or if the frames have another number of cameras */
 template <typename PointT>
 TemporalFlicker temporalFlicker(const pcl::PointCloud<PointT>& before, const RigFrame& before_frame,

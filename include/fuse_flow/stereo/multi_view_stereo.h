@@ -62,6 +62,7 @@ class MultiViewStereo<device::Host> {
   /** \brief Finds the depth of each view that has a colour image. Views without one are missing from the result, and views that no other view
    *  overlaps have no depth; StereoView::geometry tells. Depth images of the frame are not looked at.
    *  \param frame colour images of the size of the colour camera; they must outlive the result, which points to them
+   *  \param result its memory is used again
    *  \throws pcl::BadArgumentException if a camera or a view contradicts itself, or fewer than two views have a colour image
    *  \throws std::bad_alloc if there is not enough memory */
   FUSE_FLOW_INLINE void estimate(const RigFrame& frame, StereoFrame& result);

@@ -41,9 +41,9 @@ struct StereoView {
 /** \brief Depth of all views of an instant, with the memory of its images. */
 struct StereoFrame {
   StereoFrame() = default;
-  StereoFrame(StereoFrame&&) = default;
-  StereoFrame& operator=(StereoFrame&&) = default;
-  StereoFrame(const StereoFrame&) = delete;  // the views of a copy would point into the original
+  StereoFrame(StereoFrame&&) = default;             ///< the views go on pointing to the same images
+  StereoFrame& operator=(StereoFrame&&) = default;  ///< the same
+  StereoFrame(const StereoFrame&) = delete;         // the views of a copy would point into the original
   StereoFrame& operator=(const StereoFrame&) = delete;
 
   /** \brief The input of FuseFlow::fuse(), with FuseFlowParameters::estimatedDepth(): depth and confidence are in `views`, colour where it was.

@@ -38,6 +38,29 @@ TEST_F(CommandLine, HelpIsASuccessAndListsTheOptions) {
   }
 }
 
+TEST_F(CommandLine, TheVersionIsOneLine) {
+  const ToolResult result = fuse({"--version"});
+  EXPECT_TRUE(succeeded(result));
+  EXPECT_TRUE(std::regex_match(result.out, std::regex("fuse_flow_fuse [0-9]+\\.[0-9]+\\.[0-9]+\n"))) << result.out;
+}
+
+TEST_F(CommandLine, TheVerboseVersionSaysWhatAReportOfABugNeeds) {
+  for (const ToolResult& result : {fuse({"--version", "--verbose"}), evaluate({"--verbose", "--version"}),
+                                   runProgram(FUSE_FLOW_SIMULATE_TOOL, {"--version", "--verbose"})}) {
+    EXPECT_TRUE(succeeded(result));
+    for (const char* begin : {"build ", "system ", "CPU ", "GPU ", "libraries ", "with ", "without "})
+      EXPECT_NE(result.out.find(std::string("\n") + begin), std::string::npos) << begin << " in " << result.out;
+    for (const char* library : {"PCL ", "Eigen ", "VTK ", "Embree "})
+      EXPECT_NE(result.out.find(library), std::string::npos) << library << " in " << result.out;
+    EXPECT_EQ(result.out.find("\n\n"), std::string::npos) << result.out;
+  }
+}
+
+TEST_F(CommandLine, VerboseIsOfTheVersionOnly) {
+  EXPECT_TRUE(isOneLineError(fuseWith({"--verbose"}), 2, {"--verbose", "--version"}));
+  EXPECT_FALSE(fs::exists(out_));
+}
+
 TEST_F(CommandLine, WhatIsMissingIsNamed) {
   EXPECT_TRUE(isOneLineError(fuse({}), 2, {"input", "required"}));
   EXPECT_TRUE(isOneLineError(fuse({recording()}), 2, {"--output", "required"}));

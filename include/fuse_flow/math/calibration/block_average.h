@@ -155,8 +155,9 @@ struct LumaBlur {
   float z;            ///< depth of the block, metres
   bool known{false};  ///< whether the block itself has a grey level
 
+  /** \param depth of the block, metres */
   FUSE_FLOW_HD explicit LumaBlur(float depth) : z(depth) {}
-  /** \brief The block k blocks on, −2 … 2, one after the other. \param depth of it; 0: none  \param luma its grey level; negative: none */
+  /** \brief The block k blocks on, one after the other. \param k −2 … 2  \param depth of it; 0: none  \param luma its grey level; negative: none */
   FUSE_FLOW_HD void add(int k, float depth, float luma) {
     constexpr float same_surface = 0.05f;  // share of its depth by which it may differ within the reach of a blur
     const float weight = k == 0 ? 6.0f : (k == 1 || k == -1 ? 4.0f : 1.0f);

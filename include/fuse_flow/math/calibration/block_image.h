@@ -19,6 +19,7 @@ struct GreyLevels {
   float first{0};                ///< middle of the first square, pixels, each way
   float per_pixel{1};            ///< squares from one to the next pixel
 
+  /** \brief The level of a square. \param u its column  \param v its row */
   FUSE_FLOW_HD float at(int u, int v) const { return levels[v * pitch + u]; }
 };
 

@@ -168,9 +168,10 @@ FUSE_FLOW_HD Correspondence geometryOf(const Match& match, const AlignmentGates&
 
 /** \brief The grey level of an image where a point lies, and how it changes as the point moves. */
 struct GreySlope {
-  float level;
-  Vec3 gradient;       ///< grey levels per metre, frame of the image's camera
-  float per_u, per_v;  ///< grey levels per pixel
+  float level;    ///< 0 … 255
+  Vec3 gradient;  ///< grey levels per metre, frame of the image's camera
+  float per_u;    ///< grey levels per pixel, along a row
+  float per_v;    ///< the same along a column
 };
 
 /** \param q the point, frame of the image's camera  \return false if the point is outside the image, or outside the part that has grey

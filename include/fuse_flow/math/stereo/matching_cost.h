@@ -182,9 +182,10 @@ inline WindowSums windowSums(const ReferenceWindow& window, const LocalWarp& war
 #define FUSE_FLOW_WINDOW_VECTORS 0
 /** \brief A coordinate from 0 to 2²² as a whole number and a rest. */
 struct SplitCoordinate {
-  std::uint32_t whole;
-  float rest;
+  std::uint32_t whole;  ///< rounded down
+  float rest;           ///< [0, 1)
 
+  /** \param x the coordinate */
   FUSE_FLOW_HD explicit SplitCoordinate(float x) {
 #if defined(__CUDA_ARCH__)
     // 2²³ + x rounded down has the whole part in its lowest bits: additions, where conversions take twice as long.

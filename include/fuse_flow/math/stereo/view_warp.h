@@ -16,10 +16,13 @@ struct ViewWarp {
 /** \brief A homography near one pixel: the pixel (du, dv) beside it falls on (u + u_du du + u_dv dv, v + v_du du + v_dv dv). Within a
  *  matching window, what it leaves out is some hundredths of a pixel. */
 struct LocalWarp {
-  float u, v;        ///< where the pixel itself falls, pixels
-  float u_du, u_dv;  ///< how u moves with it
-  float v_du, v_dv;  ///< how v moves with it
-  bool in_front;     ///< whether the plane is in front of the other view there
+  float u;        ///< column where the pixel itself falls, pixels
+  float v;        ///< its row
+  float u_du;     ///< how u moves with du
+  float u_dv;     ///< how u moves with dv
+  float v_du;     ///< how v moves with du
+  float v_dv;     ///< how v moves with dv
+  bool in_front;  ///< whether the plane is in front of the other view there
 };
 
 /** \brief \param ray of the pixel  \param pixel_x, pixel_y width and height of a pixel at depth 1: 1/fx and 1/fy of the reference image */

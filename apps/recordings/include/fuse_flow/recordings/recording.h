@@ -35,9 +35,9 @@ struct DamagedView {
  *  buffers are reused. */
 struct LoadedFrame {
   LoadedFrame() = default;
-  LoadedFrame(LoadedFrame&&) = default;
-  LoadedFrame& operator=(LoadedFrame&&) = default;
-  LoadedFrame(const LoadedFrame&) = delete;  // the views of a copy would point into the original
+  LoadedFrame(LoadedFrame&&) = default;             ///< rig.views go on pointing to the same images
+  LoadedFrame& operator=(LoadedFrame&&) = default;  ///< the same
+  LoadedFrame(const LoadedFrame&) = delete;         // the views of a copy would point into the original
   LoadedFrame& operator=(const LoadedFrame&) = delete;
 
   RigFrame rig;                      ///< the input of FuseFlow::fuse()
@@ -118,7 +118,7 @@ class Recording {
   const std::vector<std::string>& warnings() const { return warnings_; }
 
  protected:
-  std::vector<std::string> warnings_;
+  std::vector<std::string> warnings_;  ///< see warnings()
 };
 
 /** \brief The existing frames that an option selects, in the format of parseRange(); empty: all frames. Throws OptionError if a listed
