@@ -1,6 +1,7 @@
 #include "calibration/live_extrinsics.h"
 
 #include <fuse_flow/calibration/extrinsic_tracking.h>
+#include <fuse_flow/device_error.h>
 
 #include <iomanip>
 #include <sstream>
@@ -13,17 +14,44 @@ constexpr double kDeviation = 0.005;  // metres: of poses estimated from one fra
 }  // namespace
 
 void LiveExtrinsics::place(RigFrame& frame) {
-  if (!tracking_) {
-    ExtrinsicParameters parameters;
-    parameters.gauge = Gauge::Mean;  // no camera's pose was given better than the others'
-    const std::unique_ptr<PoseEstimation> estimation = makePoseEstimation(device_, parameters);
-    estimation->addFrame(frame);
-    std::vector<Eigen::Isometry3d> given;
-    for (const Camera& camera : frame.cameras) given.push_back(camera.T_world_camera);
-    const ExtrinsicResult first = estimation->estimate(given);
-    for (std::size_t i = 0; i < frame.cameras.size(); ++i) frame.cameras[i].T_world_camera = first.T_world_camera[i];
-    tracking_ = makePoseTracking(device_, frame.cameras, kDeviation);
+  if (!tracking_) onEither(frame, [&] { begin(frame); });
+  onEither(frame, [&] { follow(frame); });
+}
+
+template <typename Action>
+void LiveExtrinsics::onEither(RigFrame& frame, const Action& action) {
+  try {
+    action();
+  } catch (const DeviceError& error) {
+    if (device_ != "auto") throw;
+    device_ = "cpu";
+    if (warn_)
+      warn_("the GPU has failed, and the CPU follows the poses: " + std::string(error.what()) +
+            "; --device gpu ends there instead");
+    if (tracking_) {
+      tracking_->apply(frame);
+      tracking_ = makePoseTracking(device_, frame.cameras, kDeviation);
+      updates_ = 0;
+    }
+    action();
   }
+}
+
+void LiveExtrinsics::begin(RigFrame& frame) {
+  ExtrinsicParameters parameters;
+  parameters.gauge = Gauge::Mean;  // no camera's pose was given better than the others'
+  const std::unique_ptr<PoseEstimation> estimation = makePoseEstimation(device_, parameters);
+  estimation->addFrame(frame);
+  std::vector<Eigen::Isometry3d> given;
+  for (const Camera& camera : frame.cameras) given.push_back(camera.T_world_camera);
+  const ExtrinsicResult first = estimation->estimate(given);
+  RigFrame placed = frame;
+  for (std::size_t i = 0; i < frame.cameras.size(); ++i) placed.cameras[i].T_world_camera = first.T_world_camera[i];
+  tracking_ = makePoseTracking(device_, placed.cameras, kDeviation);
+  frame = placed;
+}
+
+void LiveExtrinsics::follow(RigFrame& frame) {
   tracking_->finish();
   tracking_->apply(frame);
   const std::shared_ptr<const TrackedPoses> poses = tracking_->poses();

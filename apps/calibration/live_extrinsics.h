@@ -4,14 +4,19 @@
 
 #include <fuse_flow/calibration/pose_filter.h>
 
+#include <functional>
+#include <utility>
+
 namespace fuse_flow::io {
 
 /** \brief Poses that follow what the cameras see: all that the first frame tells, then frame by frame beside the fusion. A frame
  *  is fused with the poses of the frames before it, so that the result does not depend on who is faster. */
 class LiveExtrinsics {
  public:
-  /** \param device as of MethodOptions */
-  explicit LiveExtrinsics(const std::string& device) : device_(device) {}
+  /** \param device as of MethodOptions: with "auto" the CPU goes on where the GPU has failed, from the poses found by then
+   *  \param warn gets one line when that happens */
+  explicit LiveExtrinsics(const std::string& device, std::function<void(const std::string&)> warn = {})
+      : device_(device), warn_(std::move(warn)) {}
 
   /** \brief Puts the poses into the cameras of the next frame. Throws pcl::PCLException for one that contradicts itself. */
   void place(RigFrame& frame);
@@ -19,7 +24,14 @@ class LiveExtrinsics {
   const std::vector<CameraMotion>& moved() const { return moved_; }
 
  private:
+  void begin(RigFrame& frame);
+  void follow(RigFrame& frame);
+  /** \brief Does it again on the CPU if the GPU fails and need not be used. */
+  template <typename Action>
+  void onEither(RigFrame& frame, const Action& action);
+
   std::string device_;
+  std::function<void(const std::string&)> warn_;
   std::unique_ptr<PoseTracking> tracking_;
   std::size_t updates_{0};
   std::vector<CameraMotion> moved_;

@@ -38,7 +38,7 @@ LivePump::LivePump(Options options, io::LiveRig& rig, std::vector<std::shared_pt
     : options_(std::move(options)),
       rig_(rig),
       sinks_(std::move(sinks)),
-      extrinsics_(options_.method_options.device),
+      extrinsics_(options_.method_options.device, options_.method_options.warn),
       checks_(options_.method, options_.method_options.parameters, std::vector<bool>(rig.cameras().size(), false)),
       log_(options_.tool, options_.status) {
   if (!sinks_.empty() || !options_.instant) method_ = io::makeMethod(options_.method, options_.method_options);

@@ -2,13 +2,14 @@
 
 #include "command_line/config_file.h"
 #include "command_line/option_checks.h"
+#include "command_line/recording_arguments.h"
 
 #include <memory>
 
 namespace fuse_flow::command_line {
 
 void addDeviceOption(CLI::App& app, std::string& device, const std::string& what) {
-  app.add_option("--device", device, "where " + what + "; auto: on a GPU if there is one")
+  app.add_option("--device", device, "where " + what + "; auto: on a GPU if there is one, and until it fails")
       ->check(CLI::IsMember({"auto", "cpu", "gpu"}))
       ->capture_default_str();
 }
@@ -20,6 +21,7 @@ MethodArguments::MethodArguments(CLI::App& app) {
   app.add_option("--leaf-size", options_.leaf_size, "of the voxel grids, m")
       ->check(lengthUpTo(10))
       ->capture_default_str();
+  options_.warn = [tool = app.get_name()](const std::string& message) { printWarnings(tool, {message}); };
   addDeviceOption(app, options_.device, "fuse_flow runs, and poses are refined");
   app.add_option("--threads", options_.threads, "0: one per core")->check(threadCount())->capture_default_str();
   app.set_config("--config", "", "read options from this file (name = value lines)")->check(path());

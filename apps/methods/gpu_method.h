@@ -8,7 +8,7 @@ namespace fuse_flow::io {
  *  for and this build has no CUDA, or there is no GPU. */
 bool runsOnGpu(const std::string& device);
 
-/** \brief Ours on the GPU, where runsOnGpu(). */
+/** \brief Ours on the GPU, where runsOnGpu(). Throws DeviceError. */
 std::unique_ptr<Method> makeGpuFusion(const MethodOptions& options);
 
 }  // namespace fuse_flow::io

@@ -1,5 +1,6 @@
 #include "methods/method.h"
 
+#include "methods/cpu_fallback.h"
 #include "methods/fusion_method.h"
 #include "methods/fusion_with_normals.h"
 #include "methods/gpu_method.h"
@@ -195,7 +196,13 @@ std::unique_ptr<Method> makeMethod(const std::string& name, const MethodOptions&
     throw OptionError("--device gpu: --method " + name + " runs on the CPU only");
   if (name != "fuse_flow" && options.normals) throw OptionError("--normals: --method " + name + " has none");
   if (name == "fuse_flow") {
-    if (runsOnGpu(options.device)) return makeGpuFusion(options);
+    if (runsOnGpu(options.device)) {
+      if (options.device == "gpu") return makeGpuFusion(options);
+      MethodOptions on_cpu = options;
+      on_cpu.device = "cpu";
+      return std::make_unique<CpuFallback>([&] { return makeGpuFusion(options); },
+                                           [on_cpu] { return makeMethod("fuse_flow", on_cpu); }, options.warn);
+    }
     if (options.normals) return std::make_unique<FusionWithNormals<FuseFlow<PointFusedNormal>>>(options);
     return std::make_unique<FusionMethod<FuseFlow<PointFused>>>(options);
   }

@@ -5,6 +5,7 @@
 #include <fuse_flow/fuse_flow.h>
 #include <fuse_flow/point_types.h>
 
+#include <functional>
 #include <memory>
 #include <string>
 
@@ -32,9 +33,9 @@ class Method {
     return nullptr;
   }
   /** \brief Of the last frame; the peers back-project (generate), thin (fuse) and write the cloud (output). */
-  const FrameStatistics& statistics() const { return statistics_; }
+  virtual const FrameStatistics& statistics() const { return statistics_; }
   /** \brief The last frame's cloud with normals; empty unless MethodOptions::normals. */
-  const pcl::PointCloud<PointFusedNormal>& withNormals() const { return with_normals_; }
+  virtual const pcl::PointCloud<PointFusedNormal>& withNormals() const { return with_normals_; }
 
  protected:
   FrameStatistics statistics_;
@@ -45,10 +46,11 @@ struct MethodOptions {
   FuseFlowParameters parameters;
   unsigned int threads{0};
   float leaf_size{0.01f};  ///< of the voxel grids, metres
-  /** \brief "cpu"; "gpu"; "auto": the GPU where there is one that can do what is asked. The peers run on the CPU. */
+  /** \brief "cpu"; "gpu"; "auto": the GPU where there is one that can do what is asked, until it fails. The peers run on the CPU. */
   std::string device{"auto"};
   bool normals{false};                                      ///< ours only
   std::shared_ptr<const stream::EncodingOptions> encoding;  ///< for Method::fuseEncoded()
+  std::function<void(const std::string&)> warn;  ///< gets what is to be said while frames are fused, a line at a time
 };
 
 /** \brief Whether a method's clouds have a confidence: the peers' points have the field, and 0 in it. */

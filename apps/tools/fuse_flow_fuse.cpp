@@ -389,7 +389,7 @@ int run(Options& options, const command_line::MethodArguments& arguments) {
                  host::resolveThreads(static_cast<int>(options.method_options.threads)));
 
   io::FramePool pool;
-  io::LiveExtrinsics extrinsics(options.method_options.device);
+  io::LiveExtrinsics extrinsics(options.method_options.device, options.method_options.warn);
   io::catchInterrupts();
   Progress progress(frames.size());
   const auto start = std::chrono::steady_clock::now();

@@ -4,6 +4,7 @@
 #include "stream/gpu/layer_steps.h"
 #include "stream/gpu/run_teams.h"
 
+#include <fuse_flow/gpu/runtime/on_error.h>
 #include <fuse_flow/gpu/runtime/stage_times.h>
 
 #include <algorithm>
@@ -25,6 +26,7 @@ class DeviceFrameEncoder {
                                              gpu::Stream stream = {}) {
     const gpu::HomeDevice::Visit visit(home_);
     run_.stream = stream;
+    const gpu::OnError settle([this] { run_.settle(); });
     times_.start(stream);
     if (cloud.size > kMostPoints || cloud.stride % 4 != 0) return encodeOnHost(cloud, frame_times);
     auto frame = std::make_shared<EncodedFrame>();

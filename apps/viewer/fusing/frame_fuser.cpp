@@ -93,7 +93,9 @@ void FrameFuser::placeCameras(const FusionRequest& request) {
   if (!refine) {
     extrinsics_.reset();
   } else {
-    if (!extrinsics_) extrinsics_ = std::make_unique<io::LiveExtrinsics>(request.settings[0]->options.device);
+    if (!extrinsics_)
+      extrinsics_ =
+          std::make_unique<io::LiveExtrinsics>(request.settings[0]->options.device, request.settings[0]->options.warn);
     extrinsics_->place(loaded_.rig);
     refined_.emplace();
     for (std::size_t i = 0; i < given_.size(); ++i)

@@ -44,7 +44,7 @@ class DevicePartPipeline : public gpu::FramePipeline {
       return fuseParts(frame, with_color, wanted);
     } catch (...) {
       views_.stopUpload(run);
-      exchange_stream_.run.wait();
+      exchange_stream_.run.settle();
       throw;
     }
   }

@@ -2,6 +2,7 @@
 
 #include <fuse_flow/calibration/extrinsic_estimation.h>
 #include <fuse_flow/gpu/calibration/alignment_system.h>
+#include <fuse_flow/gpu/runtime/on_error.h>
 #include <fuse_flow/impl/calibration/extrinsic_frames.hpp>
 
 namespace fuse_flow {
@@ -56,6 +57,7 @@ class ExtrinsicEstimation<PointT, device::Thrust> {
   void addFrame(const RigFrame& frame) {
     const detail::OneThread::Inside inside(one_thread_, "fuse_flow::ExtrinsicEstimation");
     const gpu::HomeDevice::Visit visit(home_);
+    const gpu::OnError settle([this] { system_->run.settle(); });
     detail::takeCameras(frame, cameras_);
     system_->add(frame, parameters_);
   }
@@ -75,6 +77,7 @@ class ExtrinsicEstimation<PointT, device::Thrust> {
     const detail::OneThread::Inside inside(one_thread_, "fuse_flow::ExtrinsicEstimation");
     const gpu::HomeDevice::Visit visit(home_);
     detail::checkInitialPoses(cameras_, system_->instants(), initial);
+    const gpu::OnError settle([this] { system_->run.settle(); });
     system_->spent = {};
     return host::alignRig(*system_, parameters_, initial);
   }

@@ -43,7 +43,7 @@ class AdaptiveHashFusion<PointT, device::Thrust> : public AdaptiveHashFusion<Poi
   void filter(DeviceCloud& output) {
     constexpr const char* owner = "fuse_flow::AdaptiveHashFusion";
     const detail::OneThread::Inside inside(this->one_thread_, owner);
-    const gpu::HomeDevice::Visit visit = device_.visit();
+    const gpu::DeviceFilter::Visit visit(device_);
     if (device_inputs_.empty()) throw pcl::PCLException(std::string(owner) + ": no input cloud on the device");
     if (this->frame_ && device_inputs_.size() > this->frame_->cameras.size())
       detail::throwBadArgument(owner, ": ", device_inputs_.size(), " clouds, the frame has ",
@@ -66,7 +66,7 @@ class AdaptiveHashFusion<PointT, device::Thrust> : public AdaptiveHashFusion<Poi
   std::vector<FusedPoint> fusePoints(const std::vector<WeightedPoint>& points,
                                      const std::vector<std::uint32_t>& cameras,
                                      std::vector<std::uint64_t>& agreeing) override {
-    const gpu::HomeDevice::Visit visit = device_.visit();
+    const gpu::DeviceFilter::Visit visit(device_);
     if (!this->frame_) return aggregation_.fuse(this->parameters_, points, cameras, nullptr, agreeing);
     const gpu::ConsistencyEvaluator evaluator = prepareFrame();
     return aggregation_.fuse(this->parameters_, points, cameras, &evaluator, agreeing);

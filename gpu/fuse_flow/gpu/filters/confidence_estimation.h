@@ -90,7 +90,7 @@ class ConfidenceEstimation<PointT, device::Thrust> : public ConfidenceEstimation
    *  \throws pcl::UnorganizedPointCloudException for a cloud that is not organised */
   void filter(DeviceCloud& output) {
     const detail::OneThread::Inside inside(this->one_thread_, "fuse_flow::ConfidenceEstimation");
-    const gpu::HomeDevice::Visit visit = device_.visit();
+    const gpu::DeviceFilter::Visit visit(device_);
     const DeviceCloud& input = gpu::DeviceFilter::inputOf("fuse_flow::ConfidenceEstimation", device_input_);
     this->checkOrganized(input);
     gpu::Execution& run = device_.run;
@@ -113,7 +113,7 @@ class ConfidenceEstimation<PointT, device::Thrust> : public ConfidenceEstimation
 
  protected:
   void computeConfidence(const host::DepthMap& depth, float* C) override {
-    const gpu::HomeDevice::Visit visit = device_.visit();
+    const gpu::DeviceFilter::Visit visit(device_);
     const auto width = static_cast<std::size_t>(depth.width()), height = static_cast<std::size_t>(depth.height());
     rows_.resize(width * height);
     for (std::size_t v = 0; v < height; ++v)

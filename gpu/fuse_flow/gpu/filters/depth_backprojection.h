@@ -130,7 +130,7 @@ class DepthBackprojection<PointT, device::Thrust> : public DepthBackprojection<P
     const detail::OneThread::Inside inside(this->one_thread_, "fuse_flow::DepthBackprojection");
     constexpr const char* owner = "fuse_flow::DepthBackprojection";
     using Layout = gpu::PointLayout<PointT>;
-    const gpu::HomeDevice::Visit visit = device_.visit();
+    const gpu::DeviceFilter::Visit visit(device_);
     checkCamera(this->camera_);
     const Intrinsics& K = this->camera_.intrinsics;
     const auto width = static_cast<std::uint32_t>(K.width), height = static_cast<std::uint32_t>(K.height);
@@ -171,7 +171,7 @@ class DepthBackprojection<PointT, device::Thrust> : public DepthBackprojection<P
 
  protected:
   void computePoints(const DepthView& view, float* z, Vec3* points) override {
-    const gpu::HomeDevice::Visit visit = device_.visit();
+    const gpu::DeviceFilter::Visit visit(device_);
     makeDepth(view, false);
     gpu::Execution& run = device_.run;
     const std::size_t size = static_cast<std::size_t>(view.width()) * static_cast<std::size_t>(view.height());

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <fuse_flow/gpu/device_cloud.h>
+#include <fuse_flow/gpu/runtime/on_error.h>
 #include <fuse_flow/gpu/sensors/depth_maps.h>
 
 #include <string>
@@ -16,8 +17,19 @@ class DeviceFilter {
   /** \brief Throws pcl::PCLException if there is no device. It runs on the device that is current where it is made. */
   explicit DeviceFilter(const char* name) : home_(name) {}
 
-  /** \brief While it lives, the filter's device is the calling thread's. */
-  HomeDevice::Visit visit() const { return HomeDevice::Visit(home_); }
+  /** \brief While it lives, the filter's device is the calling thread's; an error that ends it is followed by no more work. */
+  class Visit {
+   public:
+    explicit Visit(DeviceFilter& filter) : at_home_(filter.home_), settle_(Settle{filter.run}) {}
+
+   private:
+    struct Settle {
+      Execution& run;
+      void operator()() const { run.settle(); }
+    };
+    const HomeDevice::Visit at_home_;
+    const OnError<Settle> settle_;
+  };
 
   Execution run;
   StageTimes times;

@@ -88,7 +88,7 @@ class MultiViewConsistency<PointT, device::Thrust> : public MultiViewConsistency
    *  \throws pcl::BadArgumentException if there is no frame, or it contradicts itself */
   void filter(DeviceCloud& output) {
     const detail::OneThread::Inside inside(this->one_thread_, "fuse_flow::MultiViewConsistency");
-    const gpu::HomeDevice::Visit visit = device_.visit();
+    const gpu::DeviceFilter::Visit visit(device_);
     const DeviceCloud& input = gpu::DeviceFilter::inputOf("fuse_flow::MultiViewConsistency", device_input_);
     checkRigFrame(this->frame_);
     gpu::Execution& run = device_.run;
@@ -114,7 +114,7 @@ class MultiViewConsistency<PointT, device::Thrust> : public MultiViewConsistency
  protected:
   void computeConsistency(const std::vector<Vec3>& points, const std::vector<Vec3>& normals, float* V,
                           int* views) override {
-    const gpu::HomeDevice::Visit visit = device_.visit();
+    const gpu::DeviceFilter::Visit visit(device_);
     const std::size_t n = points.size();
     device_.upload(points.data(), n, points_);
     gpu::JudgePoints judge = prepare(n);

@@ -3,6 +3,7 @@
 #include <fuse_flow/gpu/device_cloud.h>
 #include <fuse_flow/gpu/frames/point_span.h>
 #include <fuse_flow/gpu/fusion/frame_pipeline.h>
+#include <fuse_flow/gpu/runtime/on_error.h>
 
 #include <pcl/point_cloud.h>
 
@@ -32,6 +33,7 @@ class FrameLane {
 
   /** \copydoc fuseOnDevice */
   void fuseInto(const RigFrame& frame, DeviceCloud<PointT>& output) {
+    const OnError abandon([this] { pipeline.abandon(); });
     const std::size_t size = pipeline.fuse(frame, Layout::shows_color,
                                            Layout::has_camera_mask ? CamerasWanted::Which : CamerasWanted::HowMany);
     DeviceCloud<PointT>::copyHeader(DeviceCloud<PointT>(), output);
@@ -50,6 +52,7 @@ class FrameLane {
   /** \brief Those of the last fuseOnDevice(). */
   PointSpan<PointT> download() {
     const std::size_t size = output_.size();
+    const OnError abandon([this] { pipeline.abandon(); });
     pinned_.resize(size);
     pipeline.run.copy(pinned_.data(), std::as_const(output_).words(), size);
     pipeline.times.mark("download", 2.0 * static_cast<double>(size * sizeof(Words)));

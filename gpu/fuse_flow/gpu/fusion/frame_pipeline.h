@@ -61,6 +61,9 @@ class FramePipeline {
     statistics.total_ms = milliseconds(start_, last_);
   }
 
+  /** \brief Of a frame that an error has ended: waits until the device has nothing more to do with it. */
+  void abandon() noexcept { views_.stopUpload(run); }
+
   /** \brief Frames whose first half was launched as a graph captured before. */
   std::size_t graphReplays() const { return graph_.replays(); }
 

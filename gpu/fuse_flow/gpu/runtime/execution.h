@@ -99,6 +99,14 @@ class Execution {
 #endif
   }
 
+  /** \brief Waits after an error, and is silent about others: then nothing reads or writes the memory any more that it was given. */
+  void settle() noexcept {
+#if FUSE_FLOW_CUDA
+    (void)cudaStreamSynchronize(stream);
+    (void)cudaGetLastError();
+#endif
+  }
+
   /** \brief sums[k] = Σ values[0 … k), k = 0 … n; n + 1 sums. */
   template <typename Input, typename Sum>
   void sumUp(Input values, std::size_t n, Sum* sums) {
@@ -169,7 +177,7 @@ class Execution {
 #if FUSE_FLOW_CUDA
       (void)cudaGetLastError();
 #endif
-      throw pcl::PCLException(std::string("fuse_flow::gpu: ") + error.what());
+      throw DeviceError(std::string("fuse_flow::gpu: ") + error.what());
     }
   }
 

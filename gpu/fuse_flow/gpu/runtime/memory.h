@@ -28,9 +28,8 @@ inline void* allocateDevice(std::size_t bytes) {
     (void)cudaGetLastError();
     std::size_t free_bytes = 0, total = 0;
     (void)cudaMemGetInfo(&free_bytes, &total);
-    throw pcl::PCLException("fuse_flow::gpu: out of GPU memory: " + std::to_string(bytes >> 20) +
-                            " MiB more asked for, " + std::to_string(free_bytes >> 20) + " of " +
-                            std::to_string(total >> 20) + " MiB are free");
+    throw DeviceError("fuse_flow::gpu: out of GPU memory: " + std::to_string(bytes >> 20) + " MiB more asked for, " +
+                      std::to_string(free_bytes >> 20) + " of " + std::to_string(total >> 20) + " MiB are free");
   }
   check(error, "cudaMalloc");
   return memory;

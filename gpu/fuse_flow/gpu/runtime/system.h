@@ -26,9 +26,8 @@
 #define FUSE_FLOW_CUDA 0
 #endif
 
+#include <fuse_flow/device_error.h>
 #include <fuse_flow/math/host_device.h>
-
-#include <pcl/exceptions.h>
 
 #include <cstdint>
 #include <string>
@@ -39,11 +38,11 @@ namespace gpu {
 #if FUSE_FLOW_CUDA
 using Stream = cudaStream_t;
 
-/** \brief Throws pcl::PCLException with CUDA's own words. */
+/** \brief Throws DeviceError with CUDA's own words. */
 inline void check(cudaError_t error, const char* what) {
   if (error == cudaSuccess) return;
   (void)cudaGetLastError();  // the error is reported; the next call starts afresh
-  throw pcl::PCLException(std::string("fuse_flow::gpu: ") + what + ": " + cudaGetErrorString(error));
+  throw DeviceError(std::string("fuse_flow::gpu: ") + what + ": " + cudaGetErrorString(error));
 }
 #else
 /** \brief The CPU systems run at once: there is nothing to wait for. */
@@ -129,10 +128,10 @@ inline bool deviceAvailable() { return missingDevice().empty(); }
 /** \brief The device that is current where an object is made: the one that its memory is on. */
 class HomeDevice {
  public:
-  /** \brief Throws pcl::PCLException in its owner's name if there is no device. */
+  /** \brief Throws DeviceError in its owner's name if there is no device. */
   explicit HomeDevice(const char* owner) {
     const std::string missing = missingDevice();
-    if (!missing.empty()) throw pcl::PCLException(std::string(owner) + ": " + missing);
+    if (!missing.empty()) throw DeviceError(std::string(owner) + ": " + missing);
 #if FUSE_FLOW_CUDA
     check(cudaGetDevice(&device_), "cudaGetDevice");
 #endif

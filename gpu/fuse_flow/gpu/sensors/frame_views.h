@@ -137,9 +137,9 @@ class FrameViews {
     colors_under_way_ = false;
   }
   /** \brief Of a frame that ends early: the host waits until nothing reads its images any more. */
-  void stopUpload(Execution& run) {
-    run.wait();
-    if (color_upload_) color_upload_->run.wait();
+  void stopUpload(Execution& run) noexcept {
+    run.settle();
+    if (color_upload_) color_upload_->run.settle();
     colors_under_way_ = false;
   }
 

@@ -2,6 +2,7 @@
 
 #include <fuse_flow/gpu/runtime/copy_threads.h>
 #include <fuse_flow/gpu/runtime/execution.h>
+#include <fuse_flow/gpu/runtime/on_error.h>
 #include <fuse_flow/gpu/stereo/stereo_images.h>
 #include <fuse_flow/impl/stereo/stereo_pipeline.hpp>
 #include <fuse_flow/stereo/multi_view_stereo.h>
@@ -93,6 +94,7 @@ class MultiViewStereo<device::Thrust> {
   void estimate(const RigFrame& frame, StereoFrame& result) {
     const detail::OneThread::Inside inside(one_thread_, "fuse_flow::MultiViewStereo");
     const gpu::HomeDevice::Visit visit(home_);
+    const gpu::OnError settle([this] { pipeline_->backend.run.settle(); });
     const std::chrono::steady_clock::time_point start = std::chrono::steady_clock::now();
     pipeline_->run(frame);
     detail::writeStereoFrame(*pipeline_, frame, start, result);
@@ -104,6 +106,7 @@ class MultiViewStereo<device::Thrust> {
   void estimateOnDevice(const RigFrame& frame, RigFrame& result) {
     const detail::OneThread::Inside inside(one_thread_, "fuse_flow::MultiViewStereo");
     const gpu::HomeDevice::Visit visit(home_);
+    const gpu::OnError settle([this] { pipeline_->backend.run.settle(); });
     pipeline_->run(frame);
     result.cameras = pipeline_->rig().resultCameras();
     result.stamp = frame.stamp;
