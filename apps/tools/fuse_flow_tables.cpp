@@ -332,7 +332,8 @@ class Page {
     const std::vector<Contender> both = {tables::peers()[0], tables::peers()[1]};
     text_ << "## The paper's table III: frame rate over cameras\n\n640×480 depth and colour, room, structured_light, "
              "full frame. The paper: its "
-             "fastest machine, an i7-14900F with an RTX 4090.\n\n";
+             "fastest machine, an i7-14900F with an RTX 4090. On GPUs: [notes/gpu.md](notes/gpu.md); on two that "
+             "share a frame: [notes/ranks.md](notes/ranks.md#several-gpus).\n\n";
     MarkdownTable table(
         {"cameras", "ours ms", "ms a camera", "frames/s", "VoxelGrid ms", "frames/s", "time, ratio", "paper frames/s"});
     std::vector<drawing::Series> lines = {{"FUSE-Flow", {0}, {0}}, {"concatenate + VoxelGrid", {0}, {0}}};

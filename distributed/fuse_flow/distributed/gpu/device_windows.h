@@ -12,8 +12,8 @@
 namespace fuse_flow {
 namespace distributed {
 
-/** \brief Pixels of a row that are sent and received together: windows begin and end at multiples of them, so that what is read and
- *  written is aligned. */
+/** \brief Pixels of a row that lie in windows together: windows begin and end at multiples of them, so that few of the device's lines of
+ *  memory are read or written in part. */
 constexpr std::uint32_t kPixelGroup = 8;
 
 /** \brief The smallest window of whole groups that holds another. It may end beyond the image, in the padding of its rows. */

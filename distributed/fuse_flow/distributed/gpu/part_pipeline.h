@@ -216,7 +216,7 @@ class DevicePartPipeline : public gpu::FramePipeline {
     times.mark("tables");
     views_.waitForColors(run);
     times.mark("colours");
-    run.forEach(sent_.groups(), PackWindows{sent_.list(), views_.grid().views, maps_.measured(), maps_.refined(),
+    run.forEach(sent_.pixels(), PackWindows{sent_.list(), views_.grid().views, maps_.measured(), maps_.refined(),
                                             points_.data(), block_slots_.data(), block_table_.owners()});
     times.mark("pack", 2.0 * static_cast<double>(sent_.bytesOfMessages()));
     exchange_stream_.leave(run.stream);
@@ -224,7 +224,7 @@ class DevicePartPipeline : public gpu::FramePipeline {
     exchange->exchange(exchange_stream_.run, sent_.messages(), received_.messages());
     exchange_stream_.join(run.stream);
     times.mark("exchange", 2.0 * static_cast<double>(received_.bytesOfMessages()));
-    run.forEach(received_.groups(),
+    run.forEach(received_.pixels(),
                 UnpackWindows{received_.list(), views_.grid().views, maps_.measuredToFill(), maps_.refinedToFill(),
                               points_.data(), received_confidences_.data(), received_colors_.data()});
     times.mark("unpack", 2.0 * static_cast<double>(received_.bytesOfMessages()));
