@@ -30,7 +30,7 @@ void LiveExtrinsics::onEither(RigFrame& frame, const Action& action) {
             "; --device gpu ends there instead");
     if (tracking_) {
       tracking_->apply(frame);
-      tracking_ = makePoseTracking(device_, frame.cameras, kDeviation);
+      tracking_ = make_.tracking(device_, frame.cameras, kDeviation);
       updates_ = 0;
     }
     action();
@@ -40,14 +40,14 @@ void LiveExtrinsics::onEither(RigFrame& frame, const Action& action) {
 void LiveExtrinsics::begin(RigFrame& frame) {
   ExtrinsicParameters parameters;
   parameters.gauge = Gauge::Mean;  // no camera's pose was given better than the others'
-  const std::unique_ptr<PoseEstimation> estimation = makePoseEstimation(device_, parameters);
+  const std::unique_ptr<PoseEstimation> estimation = make_.estimation(device_, parameters);
   estimation->addFrame(frame);
   std::vector<Eigen::Isometry3d> given;
   for (const Camera& camera : frame.cameras) given.push_back(camera.T_world_camera);
   const ExtrinsicResult first = estimation->estimate(given);
   RigFrame placed = frame;
   for (std::size_t i = 0; i < frame.cameras.size(); ++i) placed.cameras[i].T_world_camera = first.T_world_camera[i];
-  tracking_ = makePoseTracking(device_, placed.cameras, kDeviation);
+  tracking_ = make_.tracking(device_, placed.cameras, kDeviation);
   frame = placed;
 }
 
