@@ -118,9 +118,9 @@ if(FUSE_FLOW_HAS_python)
                 "${what}\n\nThis package has the module fuse_flow for Python 3: images and clouds are\narrays of numpy.")
   set(CPACK_DEBIAN_PYTHON_PACKAGE_SHLIBDEPS ON)
   # The module's file is named after one version of Python.
-  math(EXPR next_python "${Python_VERSION_MINOR} + 1")
+  math(EXPR next_python "${FUSE_FLOW_PYTHON_MINOR} + 1")
   set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS
-      "python3 (>= 3.${Python_VERSION_MINOR}~), python3 (<< 3.${next_python}), python3-numpy")
+      "python3 (>= 3.${FUSE_FLOW_PYTHON_MINOR}~), python3 (<< 3.${next_python}), python3-numpy")
   set(CPACK_DEBIAN_PYTHON_PACKAGE_CONTROL_EXTRA
       "${PROJECT_SOURCE_DIR}/cmake/packaging/debian/postinst;${PROJECT_SOURCE_DIR}/cmake/packaging/debian/prerm")
   set(CPACK_DEBIAN_PYTHON_PACKAGE_CONTROL_STRICT_PERMISSION ON)
