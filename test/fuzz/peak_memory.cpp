@@ -5,9 +5,15 @@
 #include <algorithm>
 #include <atomic>
 #include <cerrno>
+#include <cstddef>
 
 #ifdef FUSE_FLOW_TEST_SANITIZED
-#include <sanitizer/allocator_interface.h>
+// Of the sanitizers' allocator_interface.h, which clang has, and gcc with the same library has not.
+extern "C" {
+int __sanitizer_install_malloc_and_free_hooks(void (*)(const volatile void*, std::size_t),
+                                              void (*)(const volatile void*));
+std::size_t __sanitizer_get_allocated_size(const volatile void*);
+}
 #elif defined(__GLIBC__)
 #include <malloc.h>
 #endif
