@@ -49,6 +49,25 @@ std::string largeTiff() {
   return bytes + rawBytes(std::uint32_t{0});
 }
 
+/** \brief An OpenEXR image without pixels: only what says how many blocks it has. Tiles have one pixel. */
+std::string exrHeader(std::int32_t width, std::int32_t height, bool tiles) {
+  const auto attribute = [](const std::string& name, const std::string& type, const std::string& value) {
+    return name + '\0' + type + '\0' + rawBytes(static_cast<std::uint32_t>(value.size())) + value;
+  };
+  const std::string channel = "Z" + std::string(1, '\0') + rawBytes(std::int32_t{2}) + std::string(4, '\0') +
+                              rawBytes(std::int32_t{1}) + rawBytes(std::int32_t{1}) + '\0';
+  const std::string window = std::string(8, '\0') + rawBytes(width - 1) + rawBytes(height - 1);
+  const std::string one = rawBytes(std::int32_t{1});
+  return rawBytes(std::uint32_t{20000630}) + std::string{2, static_cast<char>(tiles ? 2 : 0), 0, 0} +
+         attribute("channels", "chlist", channel) + attribute("compression", "compression", std::string(1, '\0')) +
+         attribute("dataWindow", "box2i", window) + attribute("displayWindow", "box2i", window) +
+         attribute("lineOrder", "lineOrder", std::string(1, '\0')) +
+         attribute("pixelAspectRatio", "float", rawBytes(1.0f)) +
+         attribute("screenWindowCenter", "v2f", std::string(8, '\0')) +
+         attribute("screenWindowWidth", "float", rawBytes(1.0f)) +
+         (tiles ? attribute("tiles", "tiledesc", one + one + '\0') : "") + '\0';
+}
+
 std::string rigOf(const std::string& more) {
   return "{\"cameras\": [{\"name\": \"right\", \"width\": 65000, \"height\": 65000, \"fx\": 30000, \"fy\": 30000, "
          "\"cx\": 30000, \"cy\": 30000, \"depth_scale\": 0.001, \"T_world_camera\": "
@@ -85,6 +104,11 @@ TEST(FuzzFindings, AnImageThatItsFileCannotHoldIsRefused) {
   expectTaken("rig", joinedFiles({rigOf(""), "", largeTiff()}));
   const std::string camera = "1 SIMPLE_PINHOLE 65000 65000 30000 32500 32500\n";
   expectTaken("colmap", joinedFiles({camera, "1 1 0 0 0 0 0 0 1 a.png\n\n", largeJpeg()}));
+}
+
+TEST(FuzzFindings, AnExrWithoutRoomForItsTableOfBlocksIsRefusedBeforeItsMemoryIsTaken) {
+  expectTaken("exr", exrHeader(8, 1'000'000, false));
+  expectTaken("exr", exrHeader(1000, 1000, true));
 }
 
 TEST(FuzzFindings, AliasesOfYamlDoNotMultiply) {
