@@ -6,7 +6,7 @@
 #include <fuse_flow/recordings/error.h>
 
 #include <filesystem>
-#include <set>
+#include <map>
 #include <vector>
 
 namespace fuse_flow::io {
@@ -73,19 +73,33 @@ class PlyGrid {
   double vertices_{0};
 };
 
-/** \brief Whether PCL's reader has the field of a vertex into which it writes a property that it makes part of another. */
+/** \brief The bytes of a vertex's colour, of which PCL's reader makes one field: begun by red, written at blue, and then changed by alpha. In another
+ *  order it writes beside that field. */
 class PlyColor {
  public:
-  void addProperty(const std::string& path, const std::string& name) {
-    static const std::set<std::string> first{"red", "diffuse_red"};
-    static const std::set<std::string> later{"green", "blue", "diffuse_green", "diffuse_blue", "alpha"};
-    has_red_ = has_red_ || first.count(name) > 0;
-    if (!has_red_ && later.count(name) > 0)
-      throw InputError(path + ": has " + name + " without red before it, must be red, green, blue");
+  void addProperty(const std::string& path, const std::string& type, const std::string& name) {
+    static const std::map<std::string, int> steps{{"red", 0},           {"diffuse_red", 0}, {"green", 1},
+                                                  {"diffuse_green", 1}, {"blue", 2},        {"diffuse_blue", 2}};
+    const bool is_byte = type == "uchar" || type == "uint8";
+    const auto step = is_byte ? steps.find(name) : steps.end();
+    if (is_byte && name == "alpha") {
+      if (!takes_alpha_) throw InputError(path + ": has alpha without red, green and blue before it");
+      takes_alpha_ = false;
+    } else if (step != steps.end() ? step->second != next_ : next_ != 0) {
+      throw InputError(path + ": has " + cutShort(name) + (next_ == 0 ? " without red" : " without all of a colour") +
+                       " before it, must be red, green, blue");
+    } else if (step != steps.end()) {
+      next_ = (next_ + 1) % 3;
+      takes_alpha_ = next_ == 0;
+    }
+  }
+  void end(const std::string& path) const {
+    if (next_ != 0) throw InputError(path + ": has a part of a colour, must have red, green, blue");
   }
 
  private:
-  bool has_red_{false};
+  int next_{0};  ///< of red, green, blue
+  bool takes_alpha_{false};
 };
 
 }  // namespace
@@ -104,8 +118,9 @@ void checkPlyHeader(const std::string& path) {
     if (line[0] != "property" || element != "vertex") continue;
     if (wordOf(line, 1) == "list")
       throw InputError(path + ": has a list among the properties of its vertices, must have numbers");
-    color.addProperty(path, wordOf(line, 2));
+    color.addProperty(path, wordOf(line, 1), wordOf(line, 2));
   }
+  color.end(path);
   grid.check(path);
   const auto there = static_cast<double>(std::filesystem::file_size(path)) - static_cast<double>(header.end);
   if (there < size.bytes()) throw InputError(path + ": is cut short: it holds fewer values than its header says");

@@ -111,6 +111,17 @@ TEST(FuzzFindings, AnExrWithoutRoomForItsTableOfBlocksIsRefusedBeforeItsMemoryIs
   expectTaken("exr", exrHeader(1000, 1000, true));
 }
 
+TEST(FuzzFindings, BytesOfAColourInAPlyAreAllThereAndInTheirOrder) {
+  const std::string header =
+      "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\n";
+  const std::string red = "property uchar red\n", green = "property uchar green\n", blue = "property uchar blue\n";
+  const std::string alpha = "property uchar alpha\n", end = "end_header\n1 2 3 4 5 6 7 8\n";
+  expectTaken("ply", header + "property float red\n" + blue + end);
+  expectTaken("ply", header + red + green + blue + blue + end);
+  expectTaken("ply", header + red + green + blue + alpha + "property uchar alpha\n" + end);
+  expectTaken("ply", header + red + alpha + "property uint view_count\n" + end);
+}
+
 TEST(FuzzFindings, AliasesOfYamlDoNotMultiply) {
   std::string rows = "row: &r [1", lists = "K: [*r";
   for (int k = 0; k < 4000; ++k) {

@@ -229,6 +229,12 @@ TEST_F(CloudIo, ColorsOfAPlyInAnotherOrderAreRefused) {
     const std::string file = write("a.ply", header + "property uchar " + color + "\nend_header\n1 2 3 4\n");
     EXPECT_TRUE(refuses([&] { io::readCloud(file, cloud); }, {file, color, "must be red, green, blue"}));
   }
+  const std::string begin = header + "property uchar red\n";
+  for (const char* rest :
+       {"", "property uchar blue\n", "property float confidence\nproperty uchar green\nproperty uchar blue\n"}) {
+    const std::string file = write("b.ply", begin + rest + "end_header\n1 2 3 4 5 6 7\n");
+    EXPECT_TRUE(refuses([&] { io::readCloud(file, cloud); }, {file, "must be red, green, blue"})) << rest;
+  }
 }
 
 // PCL's reader would end the program.
