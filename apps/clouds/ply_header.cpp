@@ -94,7 +94,7 @@ class PlyColor {
     }
   }
   void end(const std::string& path) const {
-    if (next_ != 0) throw InputError(path + ": has a part of a colour, must have red, green, blue");
+    if (next_ != 0) throw InputError(path + ": has a part of a colour, must be red, green, blue");
   }
 
  private:
