@@ -110,7 +110,10 @@ void checkPlyHeader(const std::string& path) {
   PlyGrid grid;
   PlyColor color;
   std::string element;
-  for (const Line& line : header.lines) {
+  for (std::size_t k = 0; k < header.lines.size(); ++k) {
+    const Line& line = header.lines[k];
+    if (line[0] == "obj_info" && header.indented[k])
+      throw InputError(path + ": has white space before obj_info, must have none");
     size.addLine(path, line);
     grid.addLine(path, line);
     if (line[0] == "element") element = wordOf(line, 1);

@@ -122,6 +122,11 @@ TEST(FuzzFindings, BytesOfAColourInAPlyAreAllThereAndInTheirOrder) {
   expectTaken("ply", header + red + alpha + "property uint view_count\n" + end);
 }
 
+TEST(FuzzFindings, AnIndentedSizeOfAPlyIsRefused) {
+  expectTaken("ply",
+              "ply\nformat ascii 1.0\n obj_info num_cols 1\nelement vertex 1\nproperty float x\nend_header\n1\n");
+}
+
 TEST(FuzzFindings, AliasesOfYamlDoNotMultiply) {
   std::string rows = "row: &r [1", lists = "K: [*r";
   for (int k = 0; k < 4000; ++k) {

@@ -20,8 +20,10 @@ TextHeader readTextHeader(const std::string& path, const std::string& last_line_
     const std::size_t line_end = std::min(bytes.find('\n', header.end), bytes.size());
     std::istringstream words(bytes.substr(header.end, line_end - header.end));
     std::vector<std::string> line{std::istream_iterator<std::string>(words), {}};
+    const bool indented = bytes.compare(header.end, 1, line.empty() ? "" : line[0].substr(0, 1)) != 0;
     header.end = std::min(line_end + 1, bytes.size());
     if (line.empty()) continue;
+    header.indented.push_back(indented);
     header.lines.push_back(std::move(line));
     if (header.lines.back()[0] == last_line_begins_with) return header;
   }

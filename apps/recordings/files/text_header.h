@@ -9,6 +9,7 @@ namespace fuse_flow::io {
 /** \brief The lines of text with which a file begins, in front of its data, split at white space. */
 struct TextHeader {
   std::vector<std::vector<std::string>> lines;  ///< without empty ones; the last is the one that ends it
+  std::vector<bool> indented;                   ///< of each line: it begins with white space
   std::size_t end{0};                           ///< where the data begin, bytes
 };
 

@@ -75,7 +75,7 @@ struct DespeckleBlocks {
   /** \brief 0 beside the image. */
   FUSE_FLOW_HD float at(const DeviceView& view, int u, int v) const {
     const Intrinsics& K = view.model.intrinsics;
-    return (u >= 0) & (v >= 0) & (u < K.width) & (v < K.height) ? q[view.indexOf(u, v)] : 0.0f;
+    return ((u >= 0) & (v >= 0) & (u < K.width) & (v < K.height)) ? q[view.indexOf(u, v)] : 0.0f;
   }
 };
 
