@@ -9,6 +9,7 @@
 
 #include <pcl/exceptions.h>
 
+#include <algorithm>
 #include <limits>
 #include <optional>
 #include <string>
@@ -57,7 +58,7 @@ inline void drawFrame(random_rig::Random& random, random_rig::RandomFrame& frame
 
 /** \brief Parameters, at times with one that must be refused, or that is at the end of its range. */
 inline fuse_flow::FuseFlowParameters drawParameters(random_rig::Random& random, int cameras) {
-  fuse_flow::FuseFlowParameters p = random_rig::parameters(random, 1.5, cameras);
+  fuse_flow::FuseFlowParameters p = random_rig::parameters(random, 1.5, std::max(1, cameras));
   if (!random.oneIn(6)) return p;
   constexpr float kNan = std::numeric_limits<float>::quiet_NaN(), kInfinity = std::numeric_limits<float>::infinity();
   const float values[] = {0, -1, 1, 1e-30f, 1e30f, kNan, kInfinity, -kInfinity};

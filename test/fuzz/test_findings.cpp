@@ -122,6 +122,11 @@ TEST(FuzzFindings, BytesOfAColourInAPlyAreAllThereAndInTheirOrder) {
   expectTaken("ply", header + red + alpha + "property uint view_count\n" + end);
 }
 
+TEST(FuzzFindings, AHashInANameIsNoNumber) {
+  expectTaken("image_names", "#.png\n1.png\n2.png\n");
+  expectTaken("image_names", "a1.png\na#.png\n");
+}
+
 TEST(FuzzFindings, AnIndentedSizeOfAPlyIsRefused) {
   expectTaken("ply",
               "ply\nformat ascii 1.0\n obj_info num_cols 1\nelement vertex 1\nproperty float x\nend_header\n1\n");

@@ -21,7 +21,10 @@ namespace {
 bool isDigit(char c) { return c >= '0' && c <= '9'; }
 bool hasDecimals(const std::string& number) { return number.find('.') != std::string::npos; }
 
-/** \brief A name taken apart: of "frame_0001" the pattern "frame_#" and the number "0001". */
+/** \brief In the pattern of a name the place of a number; no name of a file has it. */
+constexpr char kNumberPlace[] = "/";
+
+/** \brief A name taken apart: of "frame_0001" the pattern "frame_/" and the number "0001". */
 struct SplitName {
   std::string name;
   std::string pattern;
@@ -47,7 +50,7 @@ SplitName split(const std::string& name) {
     const std::string number = stem.substr(at, end - at);
     const bool readable = hasDecimals(number) || wholeNumber(number);  // 21 digits are neither
     if (readable) result.numbers.push_back(number);
-    result.pattern += readable ? "#" : number;
+    result.pattern += readable ? kNumberPlace : number;
     at = end;
   }
   return result;
@@ -148,7 +151,7 @@ void sortImages(NamedImages& images, const std::string& kind) {
 Group plainNames(const std::vector<SplitName>& names) {
   Group whole, all;
   for (const SplitName& name : names) {
-    if (name.pattern != "#") continue;
+    if (name.pattern != kNumberPlace) continue;
     all.push_back(&name);
     if (!hasDecimals(name.numbers[0]) && wholeNumber(name.numbers[0])) whole.push_back(&name);
   }
@@ -194,7 +197,7 @@ NamedImages namedImages(const std::string& folder, const std::string& kind,
       if (number) result.images.back().number = wholeNumber(name->numbers[*number]);
     }
     if (time) readTimes(group, *time, result);
-    result.plain = number && group[0]->pattern == "#";
+    result.plain = number && group[0]->pattern == kNumberPlace;
     sortImages(result, kind);
   }
   const std::size_t others = names.size() - group.size();
