@@ -23,11 +23,10 @@ void LiveExtrinsics::onEither(RigFrame& frame, const Action& action) {
   try {
     action();
   } catch (const DeviceError& error) {
-    if (device_ != "auto") throw;
+    if (device_ != "auto" || !warn_) throw;
     device_ = "cpu";
-    if (warn_)
-      warn_("the GPU has failed, and the CPU follows the poses: " + std::string(error.what()) +
-            "; --device gpu ends there instead");
+    warn_("the GPU has failed, and the CPU follows the poses: " + std::string(error.what()) +
+          "; --device gpu ends there instead");
     if (tracking_) {
       tracking_->apply(frame);
       tracking_ = make_.tracking(device_, frame.cameras, kDeviation);

@@ -24,7 +24,7 @@ struct PoseMakers {
 class LiveExtrinsics {
  public:
   /** \param device as of MethodOptions: with "auto" the CPU goes on where the GPU has failed, from the poses found by then
-   *  \param warn gets one line when that happens */
+   *  \param warn gets one line when that happens; empty: it does not, as nobody would know */
   explicit LiveExtrinsics(const std::string& device, std::function<void(const std::string&)> warn = {},
                           PoseMakers make = {})
       : device_(device), warn_(std::move(warn)), make_(std::move(make)) {}

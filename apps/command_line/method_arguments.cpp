@@ -8,8 +8,8 @@
 
 namespace fuse_flow::command_line {
 
-void addDeviceOption(CLI::App& app, std::string& device, const std::string& what) {
-  app.add_option("--device", device, "where " + what + "; auto: on a GPU if there is one, and until it fails")
+void addDeviceOption(CLI::App& app, std::string& device, const std::string& what, const std::string& until) {
+  app.add_option("--device", device, "where " + what + "; auto: on a GPU if there is one" + until)
       ->check(CLI::IsMember({"auto", "cpu", "gpu"}))
       ->capture_default_str();
 }
@@ -22,7 +22,7 @@ MethodArguments::MethodArguments(CLI::App& app) {
       ->check(lengthUpTo(10))
       ->capture_default_str();
   options_.warn = [tool = app.get_name()](const std::string& message) { printWarnings(tool, {message}); };
-  addDeviceOption(app, options_.device, "fuse_flow runs, and poses are refined");
+  addDeviceOption(app, options_.device, "fuse_flow runs, and poses are refined", ", until it fails; then on the CPU");
   app.add_option("--threads", options_.threads, "0: one per core")->check(threadCount())->capture_default_str();
   app.set_config("--config", "", "read options from this file (name = value lines)")->check(path());
   app.config_formatter(std::make_shared<ConfigFile>());

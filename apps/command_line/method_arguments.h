@@ -10,8 +10,8 @@
 
 namespace fuse_flow::command_line {
 
-/** \brief --device. \param what runs there, for the help */
-void addDeviceOption(CLI::App& app, std::string& device, const std::string& what);
+/** \brief --device. \param what runs there, for the help  \param until what auto means besides, behind "on a GPU if there is one" */
+void addDeviceOption(CLI::App& app, std::string& device, const std::string& what, const std::string& until = "");
 
 /** \brief What makes the cloud of a frame, on the command line, with every parameter of the library. */
 class MethodArguments {

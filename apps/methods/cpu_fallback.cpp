@@ -16,6 +16,7 @@ CpuFallback::CpuFallback(const Make& make_gpu, Make make_cpu, Warn warn)
 }
 
 void CpuFallback::fuse(const RigFrame& frame, Cloud& output) {
+  if (!method_) method_ = make_cpu_();  // which there was no memory for before
   if (on_gpu_) {
     try {
       method_->fuse(frame, output);
@@ -29,6 +30,7 @@ void CpuFallback::fuse(const RigFrame& frame, Cloud& output) {
 
 std::shared_ptr<const stream::EncodedFrame> CpuFallback::fuseEncoded(const RigFrame& frame,
                                                                      const stream::FrameTimes& times) {
+  if (!on_gpu_) return nullptr;
   try {
     return method_->fuseEncoded(frame, times);
   } catch (const DeviceError& error) {
@@ -40,8 +42,8 @@ std::shared_ptr<const stream::EncodedFrame> CpuFallback::fuseEncoded(const RigFr
 void CpuFallback::goOnWithoutGpu(const std::string& error) {
   on_gpu_ = false;
   method_ = nullptr;  // before the CPU's takes memory
+  warn_("the GPU has failed, and the CPU goes on: " + error + "; --device gpu ends there instead");
   method_ = make_cpu_();
-  if (warn_) warn_("the GPU has failed, and the CPU goes on: " + error + "; --device gpu ends there instead");
 }
 
 }  // namespace fuse_flow::io

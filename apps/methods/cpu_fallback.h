@@ -21,8 +21,10 @@ class CpuFallback : public Method {
   void fuse(const RigFrame& frame, Cloud& output) override;
   std::shared_ptr<const stream::EncodedFrame> fuseEncoded(const RigFrame& frame,
                                                           const stream::FrameTimes& times) override;
-  const FrameStatistics& statistics() const override { return method_->statistics(); }
-  const pcl::PointCloud<PointFusedNormal>& withNormals() const override { return method_->withNormals(); }
+  const FrameStatistics& statistics() const override { return method_ ? method_->statistics() : statistics_; }
+  const pcl::PointCloud<PointFusedNormal>& withNormals() const override {
+    return method_ ? method_->withNormals() : with_normals_;
+  }
 
  private:
   void goOnWithoutGpu(const std::string& error);

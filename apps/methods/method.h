@@ -46,7 +46,8 @@ struct MethodOptions {
   FuseFlowParameters parameters;
   unsigned int threads{0};
   float leaf_size{0.01f};  ///< of the voxel grids, metres
-  /** \brief "cpu"; "gpu"; "auto": the GPU where there is one that can do what is asked, until it fails. The peers run on the CPU. */
+  /** \brief "cpu"; "gpu"; "auto": the GPU where there is one that can do what is asked; where it fails and warn is set, the CPU from
+   *  then on. The peers run on the CPU. */
   std::string device{"auto"};
   bool normals{false};                                      ///< ours only
   std::shared_ptr<const stream::EncodingOptions> encoding;  ///< for Method::fuseEncoded()

@@ -110,6 +110,17 @@ TEST_F(LiveExtrinsics, TheCpuBeginsWhereTheGpuCannot) {
   EXPECT_EQ(said_.size(), 1u);
 }
 
+TEST_F(LiveExtrinsics, NothingIsReplacedWithoutAWord) {
+  io::PoseMakers make;
+  make.estimation = [](const std::string&, const fuse_flow::ExtrinsicParameters&) {
+    return std::make_unique<Estimation>(true);
+  };
+  RigFrame frame;
+  frame.cameras.resize(2);
+  frame.views.resize(2);
+  EXPECT_THROW(io::LiveExtrinsics("auto", {}, make).place(frame), DeviceError);
+}
+
 TEST_F(LiveExtrinsics, AGpuThatWasAskedForIsNotReplaced) {
   EXPECT_THROW(placed("gpu", false, 2), DeviceError);
   EXPECT_THROW(placed("gpu", true, -1), DeviceError);

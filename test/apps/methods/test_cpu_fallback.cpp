@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <memory>
+#include <new>
 #include <string>
 #include <vector>
 
@@ -76,9 +78,29 @@ TEST_F(CpuFallbackTest, TheFrameThatFailsIsFusedByTheCpuAsAreThoseAfterIt) {
 
 TEST_F(CpuFallbackTest, AGpuThatCannotEvenBeginIsReplaced) {
   CpuFallback method([]() -> std::unique_ptr<Method> { throw DeviceError("fuse_flow::gpu: out of GPU memory"); },
-                     [this] { return std::make_unique<Counting>(2, -1, cpus_); }, nullptr);
+                     [this] { return std::make_unique<Counting>(2, -1, cpus_); },
+                     [this](const std::string& message) { said_.push_back(message); });
   method.fuse(frame_, cloud_);
   EXPECT_EQ(cloud_.size(), 2u);
+  EXPECT_EQ(said_.size(), 1u);
+}
+
+TEST_F(CpuFallbackTest, WhereThereIsNoMemoryForTheCpuEitherTheNextFrameTriesAgain) {
+  bool there_is_memory = false;
+  CpuFallback method([this] { return std::make_unique<Counting>(1, 0, gpus_); },
+                     [&]() -> std::unique_ptr<Method> {
+                       if (!there_is_memory) throw std::bad_alloc();
+                       return std::make_unique<Counting>(2, -1, cpus_);
+                     },
+                     [this](const std::string& message) { said_.push_back(message); });
+  EXPECT_THROW(method.fuse(frame_, cloud_), std::bad_alloc);
+  EXPECT_THROW(method.fuse(frame_, cloud_), std::bad_alloc);
+  EXPECT_EQ(method.statistics().fused_points, 0u);
+  EXPECT_TRUE(method.withNormals().empty());
+  there_is_memory = true;
+  method.fuse(frame_, cloud_);
+  EXPECT_EQ(cloud_.size(), 2u);
+  EXPECT_EQ(said_.size(), 1u);
 }
 
 TEST_F(CpuFallbackTest, WhatIsWrongWithTheFrameIsNotAskedTwice) {
@@ -86,9 +108,11 @@ TEST_F(CpuFallbackTest, WhatIsWrongWithTheFrameIsNotAskedTwice) {
     void fuse(const fuse_flow::RigFrame&, Cloud&) override { throw pcl::BadArgumentException("the frame"); }
   };
   CpuFallback method([] { return std::make_unique<Refusing>(); },
-                     [this] { return std::make_unique<Counting>(2, -1, cpus_); }, nullptr);
+                     [this] { return std::make_unique<Counting>(2, -1, cpus_); },
+                     [this](const std::string& message) { said_.push_back(message); });
   EXPECT_THROW(method.fuse(frame_, cloud_), pcl::BadArgumentException);
   EXPECT_EQ(cpus_, 0);
+  EXPECT_TRUE(said_.empty());
 }
 
 }  // namespace
