@@ -1,3 +1,4 @@
+#include "recordings/files/cut_short.h"
 #include "recordings/files/file_io.h"
 #include "recordings/messages/byte_cursor.h"
 #include "recordings/messages/decompress.h"
@@ -67,6 +68,9 @@ class RosBagLog : public MessageLog {
     if (size_ < magic.size() || readAt(0, magic.size()) != magic)
       throw InputError(path + ": is no bag of ROS 1, in its format 2.0");
     for (std::uint64_t at = magic.size(); at < size_;) at = takeRecord(at);
+    if (chunks_.size() != chunk_count_)
+      throw InputError(path + ": has " + std::to_string(chunks_.size()) + " chunks of messages, its header says " +
+                       std::to_string(chunk_count_) + ": it is damaged or cut short");
     for (const auto& [connection, place] : places_) addPlace(connection, place);
     places_.clear();
     const auto earlier = [](const Place& a, const Place& b) { return a.time < b.time; };
@@ -132,6 +136,10 @@ class RosBagLog : public MessageLog {
         if (fields.number<std::uint64_t>("index_pos") == 0)
           throw InputError(path_ +
                            ": was not closed when it was recorded, and has no index; `rosbag reindex` makes one");
+        if (!fields.text("encryptor").empty())
+          throw InputError(path_ + ": is encrypted by '" + cutShort(fields.text("encryptor")) +
+                           "', must be recorded or written again without");
+        chunk_count_ = fields.number<std::uint32_t>("chunk_count");
         break;
       case kBagChunk:
         if (size > size_ - data) throw damaged(at);
@@ -219,6 +227,7 @@ class RosBagLog : public MessageLog {
 
   std::uint64_t size_;
   std::ifstream file_;
+  std::uint32_t chunk_count_{0};  ///< as the header says
   std::vector<BagChunk> chunks_;
   std::map<std::uint32_t, Connection> connections_;
   std::vector<std::pair<std::uint32_t, Place>> places_;  // by connection, until all of these are known

@@ -1,8 +1,12 @@
+#include "../recordings/float_files.h"
 #include "../recordings/io_fixture.h"
 #include "recorder_images.h"
 
+#include "recordings/files/file_io.h"
+
 #include <algorithm>
 #include <cstdlib>
+#include <cstring>
 
 namespace {
 
@@ -213,6 +217,39 @@ TEST_F(RosBag, ABagWhoseBytesAreDamagedIsReadUpToThereOrRefused) {
       EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos) << error.what();
     }
   }
+}
+
+/** \brief The bytes of a bag with another record of its header, whose padding keeps the rest in its place. */
+std::string withHeaderField(std::string bag, const std::string& name, const std::string& value) {
+  constexpr std::size_t begin = 13;  // behind "#ROSBAG V2.0\n"
+  std::uint32_t header = 0, padding = 0;
+  std::memcpy(&header, bag.data() + begin, 4);
+  std::memcpy(&padding, bag.data() + begin + 4 + header, 4);
+  const std::string field = name + "=" + value;
+  const std::string added = rawBytes(static_cast<std::uint32_t>(field.size())) + field;
+  std::string fields = bag.substr(begin + 4, header);
+  if (const std::size_t old = fields.find(name + "="); old != std::string::npos)
+    fields.replace(old, field.size(), field);  // of the same length
+  else
+    fields += added;
+  const std::size_t end = begin + 8 + header + padding;
+  const auto left = static_cast<std::uint32_t>(end - begin - 8 - fields.size());
+  return bag.substr(0, begin) + rawBytes(static_cast<std::uint32_t>(fields.size())) + fields + rawBytes(left) +
+         std::string(left, ' ') + bag.substr(end);
+}
+
+TEST_F(RosBag, ChunksThatAreMissingAreSaid) {
+  const std::string whole = io::readFile(bag("rig.bag"));
+  const std::string file = write("more.bag", withHeaderField(whole, "chunk_count", rawBytes(std::uint32_t{77})));
+  EXPECT_TRUE(refuses([&] { io::openRecording({file}); }, {file, "chunks", "77", "cut short"}));
+}
+
+TEST_F(RosBag, AnEncryptedOneIsRefused) {
+  const std::string whole = io::readFile(bag("rig.bag"));
+  const std::string plain = write("plain.bag", withHeaderField(whole, "encryptor", ""));  // as rosbag 1.15 writes
+  EXPECT_EQ(io::openRecording({plain})->frameCount(), 3u);
+  const std::string file = write("secret.bag", withHeaderField(whole, "encryptor", "rosbag/AesCbcEncryptor"));
+  EXPECT_TRUE(refuses([&] { io::openRecording({file}); }, {file, "encrypted", "rosbag/AesCbcEncryptor"}));
 }
 
 }  // namespace
