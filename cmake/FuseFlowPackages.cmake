@@ -139,3 +139,10 @@ stream to browsers.")
   set(CPACK_DEBIAN_TOOLS_PACKAGE_SHLIBDEPS ON)
 endif()
 include(CPack)
+
+# What the package of the module asks for is found elsewhere, and must have come here.
+if(FUSE_FLOW_HAS_python AND FUSE_FLOW_BUILD_TESTS)
+  add_test(NAME Packages.ThatOfTheModuleNamesItsPython
+           COMMAND grep -E "python3 .>= 3[.][0-9]+~., python3 .<< 3[.][0-9]+., python3-numpy" CPackConfig.cmake)
+  set_tests_properties(Packages.ThatOfTheModuleNamesItsPython PROPERTIES LABELS packaging WORKING_DIRECTORY ${PROJECT_BINARY_DIR})
+endif()
