@@ -17,13 +17,12 @@
 
 #ifdef FUSE_FLOW_WITH_LIBAV
 
-extern "C" {
-#include <libavformat/avformat.h>
-}
+#include "mkv_tracks.h"
 
 namespace {
 
 using namespace io_test;
+using namespace recorder_test;
 using Json = nlohmann::json;
 
 /** \brief A calibration whose numbers are easy: the depth lens in the middle of its square, the colour camera 32 mm to the right. */
@@ -152,13 +151,13 @@ class Mkv : public IoTest {
     tag(&context->metadata, "K4A_WIRED_SYNC_MODE", options.sync);
     tag(&context->metadata, "K4A_START_OFFSET_NS", options.start_offset);
     tag(&context->metadata, "K4A_DEPTH_DELAY_NS", options.depth_delay);
-    AVStream* depth = addTrack(context, "DEPTH", MKTAG('b', '1', '6', 'g'), AV_CODEC_ID_RAWVIDEO, kWidth, kHeight);
+    AVStream* depth = addVideoTrack(context, "DEPTH", MKTAG('b', '1', '6', 'g'), AV_CODEC_ID_RAWVIDEO, kWidth, kHeight);
     tag(&depth->metadata, "K4A_DEPTH_MODE", options.depth_mode);
     AVStream* color = nullptr;
     if (!options.color_ms.empty()) {
       const bool jpeg = options.color_format == "MJPG";
-      color = addTrack(context, "COLOR", fourcc(options.color_format), jpeg ? AV_CODEC_ID_MJPEG : AV_CODEC_ID_RAWVIDEO,
-                       1280, 720);
+      color = addVideoTrack(context, "COLOR", fourcc(options.color_format),
+                            jpeg ? AV_CODEC_ID_MJPEG : AV_CODEC_ID_RAWVIDEO, 1280, 720);
       tag(&color->metadata, "K4A_COLOR_MODE", options.color_format + "_720P");
     }
     if (!options.calibration.empty()) {
@@ -184,8 +183,8 @@ class Mkv : public IoTest {
       order.emplace_back(options.color_ms[k], false, static_cast<int>(k));
     std::sort(order.begin(), order.end());
     for (const auto& [ms, is_depth, k] : order)
-      writePacket(context, is_depth ? depth : color, ms,
-                  is_depth ? depthBytes(k) : colorBytes(options.color_format, k));
+      EXPECT_TRUE(writeImage(context, is_depth ? depth : color, ms,
+                             is_depth ? depthBytes(k) : colorBytes(options.color_format, k)));
     av_write_trailer(context);
     avio_closep(&context->pb);
     avformat_free_context(context);
@@ -231,30 +230,6 @@ class Mkv : public IoTest {
   testing::AssertionResult refusal(const MkvOptions& options, const std::vector<std::string>& words) {
     const std::string file = writeMkv("refused.mkv", options);
     return refuses([&] { io::openRecording({file}); }, words);
-  }
-
- private:
-  static AVStream* addTrack(AVFormatContext* context, const char* title, unsigned fourcc, AVCodecID codec, int width,
-                            int height) {
-    AVStream* stream = avformat_new_stream(context, nullptr);
-    stream->codecpar->codec_type = AVMEDIA_TYPE_VIDEO;
-    stream->codecpar->codec_id = codec;
-    stream->codecpar->codec_tag = fourcc;
-    stream->codecpar->width = width;
-    stream->codecpar->height = height;
-    stream->time_base = {1, 1000};
-    av_dict_set(&stream->metadata, "title", title, 0);
-    return stream;
-  }
-  static void writePacket(AVFormatContext* context, const AVStream* stream, int ms, std::string bytes) {
-    AVPacket* packet = av_packet_alloc();
-    packet->data = reinterpret_cast<std::uint8_t*>(bytes.data());
-    packet->size = static_cast<int>(bytes.size());
-    packet->stream_index = stream->index;
-    packet->pts = packet->dts = av_rescale_q(ms, {1, 1000}, stream->time_base);
-    packet->flags |= AV_PKT_FLAG_KEY;
-    EXPECT_GE(av_write_frame(context, packet), 0);
-    av_packet_free(&packet);
   }
 };
 

@@ -9,9 +9,7 @@
 #include "../../apps/recordings/float_files.h"
 
 #ifdef FUSE_FLOW_WITH_LIBAV
-extern "C" {
-#include <libavformat/avformat.h>
-}
+#include "../../apps/recorders/mkv_tracks.h"
 #endif
 #ifdef FUSE_FLOW_WITH_SQLITE
 #include <sqlite3.h>
@@ -207,17 +205,6 @@ std::string sqliteBag(const std::string& file) {
 // ---- Azure Kinect
 
 #ifdef FUSE_FLOW_WITH_LIBAV
-AVStream* addTrack(AVFormatContext* context, const char* title, AVCodecID codec, int width, int height) {
-  AVStream* track = avformat_new_stream(context, nullptr);
-  track->codecpar->codec_type = AVMEDIA_TYPE_VIDEO;
-  track->codecpar->codec_id = codec;
-  track->codecpar->width = width;
-  track->codecpar->height = height;
-  track->time_base = {1, 1000};
-  av_dict_set(&track->metadata, "title", title, 0);
-  return track;
-}
-
 /** \brief Written by libavformat. Its packets have fewer bytes than images, whose sizes the modes say: inputs stay small. */
 std::string mkv(const std::string& calibration) {
   const std::string path = scratchFile("seed.mkv", "");
@@ -227,10 +214,10 @@ std::string mkv(const std::string& calibration) {
   av_dict_set(&context->metadata, "K4A_WIRED_SYNC_MODE", "STANDALONE", 0);
   av_dict_set(&context->metadata, "K4A_START_OFFSET_NS", "1000000", 0);
   av_dict_set(&context->metadata, "K4A_DEPTH_DELAY_NS", "100", 0);
-  AVStream* depth = addTrack(context, "DEPTH", AV_CODEC_ID_RAWVIDEO, 320, 288);
+  AVStream* depth = recorder_test::addVideoTrack(context, "DEPTH", 0, AV_CODEC_ID_RAWVIDEO, 320, 288);
   depth->codecpar->codec_tag = MKTAG('b', '1', '6', 'g');
   av_dict_set(&depth->metadata, "K4A_DEPTH_MODE", "NFOV_2X2BINNED", 0);
-  AVStream* color = addTrack(context, "COLOR", AV_CODEC_ID_MJPEG, 1280, 720);
+  AVStream* color = recorder_test::addVideoTrack(context, "COLOR", 0, AV_CODEC_ID_MJPEG, 1280, 720);
   av_dict_set(&color->metadata, "K4A_COLOR_MODE", "MJPG_720P", 0);
   AVStream* attached = avformat_new_stream(context, nullptr);
   attached->codecpar->codec_type = AVMEDIA_TYPE_ATTACHMENT;
@@ -245,18 +232,9 @@ std::string mkv(const std::string& calibration) {
   if (avformat_init_output(context, nullptr) >= 0) {
     depth->codecpar->codec_tag = MKTAG('b', '1', '6', 'g');  // of uncompressed images it has forgotten it
     if (avformat_write_header(context, nullptr) >= 0) {
-      std::string bytes(64, '\x04');
       for (const int ms : {0, 33, 66})
-        for (const AVStream* track : {depth, color}) {
-          AVPacket* packet = av_packet_alloc();
-          packet->data = reinterpret_cast<std::uint8_t*>(bytes.data());
-          packet->size = static_cast<int>(bytes.size());
-          packet->stream_index = track->index;
-          packet->pts = packet->dts = av_rescale_q(ms, {1, 1000}, track->time_base);
-          packet->flags |= AV_PKT_FLAG_KEY;
-          av_write_frame(context, packet);
-          av_packet_free(&packet);
-        }
+        for (const AVStream* track : {depth, color})
+          recorder_test::writeImage(context, track, ms, std::string(64, '\x04'));
       av_write_trailer(context);
     }
   }
