@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# ./build.sh demo | test | python | deb | bench | tables | fuzz | screenshots | film | packages | lint | check-format | format   — see the README. Installs
+# ./build.sh demo | test | python | deb | bench | tables | fuzz | mutation | screenshots | film | packages | lint | check-format | format   — see the README. Installs
 # missing distribution packages, builds, runs.
 set -euo pipefail
 cd "$(dirname "$0")"
@@ -346,6 +346,12 @@ fuzz() {
   test/fuzz/run.sh build-fuzz "${1:-100000}" "${2:-0}" "${@:3}"
 }
 
+# Which operators of the library no test notices, see doc/notes/mutation.md.
+mutation() {
+  install_missing
+  python3 test/mutation/mutate.py build/mutation "$@"
+}
+
 # Static analysis. Clang parses what gcc cannot give it precompiled.
 lint() {
   install_missing "${analysers[@]}"
@@ -376,10 +382,11 @@ deb) deb ;;
 bench) shift; bench "$@" ;;
 tables) shift; tables "$@" ;;
 fuzz) shift; fuzz "$@" ;;
+mutation) shift; mutation "$@" ;;
 screenshots) screenshots ;;
 film) film ;;
 lint) lint ;;
 check-format) format --dry-run -Werror ;;
 format) format -i ;;
-*) echo "usage: ./build.sh demo | test | python | deb | bench | tables | fuzz | screenshots | film | packages | lint | check-format | format" >&2; exit 2 ;;
+*) echo "usage: ./build.sh demo | test | python | deb | bench | tables | fuzz | mutation | screenshots | film | packages | lint | check-format | format" >&2; exit 2 ;;
 esac

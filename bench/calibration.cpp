@@ -284,7 +284,8 @@ void registration() {
 
 std::vector<std::pair<std::size_t, std::size_t>> byOverlap(const ExtrinsicResult& result) {
   std::vector<CameraOverlap> overlaps = result.overlaps;
-  std::sort(overlaps.begin(), overlaps.end(), [](const auto& a, const auto& b) { return a.matches > b.matches; });
+  std::sort(overlaps.begin(), overlaps.end(),
+            [](const auto& a, const auto& b) { return a.correspondences > b.correspondences; });
   std::vector<std::pair<std::size_t, std::size_t>> pairs;
   for (const CameraOverlap& o : overlaps) pairs.emplace_back(o.first, o.second);
   return pairs;

@@ -90,7 +90,7 @@ void print(const std::vector<Camera>& cameras, const ExtrinsicResult& result, st
   std::printf("\n%-32s %10s %12s %12s\n", "overlap", "matches", "before", "after");
   for (const CameraOverlap& o : result.overlaps)
     std::printf("%-32s %10zu %9.2f mm %9.2f mm\n",
-                (nameOf(cameras[o.first]) + " - " + nameOf(cameras[o.second])).c_str(), o.matches,
+                (nameOf(cameras[o.first]) + " - " + nameOf(cameras[o.second])).c_str(), o.correspondences,
                 1000 * o.residual_before, 1000 * o.residual);
   std::printf(
       "\nsurfaces disagree by %.2f mm before, %.2f mm after (root mean square); %s after %d iterations, over %zu "
@@ -142,8 +142,8 @@ void addTo(nlohmann::json& j, const DepthCorrectionResult& result, bool kept) {
   j["with_corrections"] = {{"residual_before_mm", 1000 * result.residual_before},
                            {"residual_mm", 1000 * result.residual},
                            {"residual_of_poses_mm", 1000 * result.residual_of_poses},
-                           {"matches", result.matches},
-                           {"matches_of_poses", result.matches_of_poses},
+                           {"correspondences", result.correspondences},
+                           {"correspondences_of_poses", result.correspondences_of_poses},
                            {"left_out", !kept},
                            {"iterations", result.iterations},
                            {"converged", result.converged}};
@@ -177,7 +177,7 @@ nlohmann::json toJson(const std::vector<Camera>& cameras, const ExtrinsicResult&
   for (const CameraOverlap& o : result.overlaps)
     j["overlaps"].push_back({{"first", cameras[o.first].name},
                              {"second", cameras[o.second].name},
-                             {"matches", o.matches},
+                             {"correspondences", o.correspondences},
                              {"before_mm", 1000 * o.residual_before},
                              {"after_mm", 1000 * o.residual}});
   return j;
@@ -372,7 +372,7 @@ int run(Options options) {
     print(initial, corrected, corrected_by);
     std::printf(
         "with the poses above and no corrections by %.2f mm, in %zu places instead of %zu: corrections are %s\n",
-        1000 * corrected.residual_of_poses, corrected.matches_of_poses, corrected.matches,
+        1000 * corrected.residual_of_poses, corrected.correspondences_of_poses, corrected.correspondences,
         kept ? "kept"
              : "left out, as they explain too little that poses do not (--least-gain 0 keeps them all the same)");
   }
@@ -460,7 +460,8 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   app.add_flag("!--no-color", p.use_color, "depth alone");
   app.add_option("--samples", p.samples, "points of a view that look for counterparts")->capture_default_str();
-  app.add_option("--max-distance", p.max_distance, "farthest counterpart at first, m")
+  app.add_option("--max-correspondence-distance,--max-distance", p.max_correspondence_distance,
+                 "farthest counterpart at first, m")
       ->check(command_line::lengthUpTo(10))
       ->capture_default_str();
   app.add_option("--max-iterations", p.max_iterations, "steps at most")

@@ -159,8 +159,8 @@ TEST(DepthCorrectionEstimation, BentDepthIsExplainedByCorrectionsAloneAndNoiseIs
     if (!bent) {
       EXPECT_NEAR(result.residual_of_poses, result.residual, 0.05 * result.residual);
     }
-    EXPECT_NEAR(static_cast<double>(result.matches_of_poses), static_cast<double>(result.matches),
-                0.1 * static_cast<double>(result.matches));
+    EXPECT_NEAR(static_cast<double>(result.correspondences_of_poses), static_cast<double>(result.correspondences),
+                0.1 * static_cast<double>(result.correspondences));
     // Over the same samples; and what is compared with changes nothing.
     const DepthCorrectionResult same = estimation->estimate(given, given);
     EXPECT_EQ(same.residual_of_poses, same.residual_before);
@@ -174,14 +174,14 @@ TEST(DepthCorrectionEstimation, BentDepthIsExplainedByCorrectionsAloneAndNoiseIs
 }
 
 TEST(DepthCorrectionEstimation, CorrectionsExplainMoreIfViewsAgreeBetterInAsManyPlaces) {
-  const auto explains = [](double residual, std::size_t matches, double of_poses, std::size_t matches_of_poses,
+  const auto explains = [](double residual, std::size_t matches, double of_poses, std::size_t correspondences_of_poses,
                            double gain = 0.05) {
     DepthCorrectionResult result;
     result.compared = true;
     result.residual = residual;
-    result.matches = matches;
+    result.correspondences = matches;
     result.residual_of_poses = of_poses;
-    result.matches_of_poses = matches_of_poses;
+    result.correspondences_of_poses = correspondences_of_poses;
     return result.explainsMore(gain);
   };
   EXPECT_TRUE(explains(0.94, 1000, 1, 1000));
@@ -378,7 +378,7 @@ TEST(DepthCorrectionEstimation, ViewsThatShareNothingAreGivenBackAsTheyCame) {
   empty.rig.views[1] = {};  // nothing measured, and a camera missing
   estimation.addFrame(empty.rig);
   EXPECT_EQ(estimation.estimate().residual, 0.0);
-  EXPECT_EQ(estimation.estimate().matches, 0u);
+  EXPECT_EQ(estimation.estimate().correspondences, 0u);
 }
 
 TEST(DepthCorrectionEstimation, CorrectionsThatCamerasHaveAreFoundAnew) {

@@ -756,12 +756,14 @@ TEST(ExtrinsicEstimation, WrongInputIsRefused) {
            [](ExtrinsicParameters& p) { p.reduction = 0; }, [](ExtrinsicParameters& p) { p.samples = 10; },
            [](ExtrinsicParameters& p) { p.coarse_above = -1; }, [](ExtrinsicParameters& p) { p.max_speckle = -1; },
            [](ExtrinsicParameters& p) { p.max_speckle = std::nanf(""); },
-           [](ExtrinsicParameters& p) { p.max_neighbours = 0; }, [](ExtrinsicParameters& p) { p.max_distance = 0; },
-           [](ExtrinsicParameters& p) { p.min_distance = 1; }, [](ExtrinsicParameters& p) { p.max_normal_angle = 2; },
+           [](ExtrinsicParameters& p) { p.max_neighbours = 0; },
+           [](ExtrinsicParameters& p) { p.max_correspondence_distance = 0; },
+           [](ExtrinsicParameters& p) { p.min_correspondence_distance = 1; },
+           [](ExtrinsicParameters& p) { p.max_normal_angle = 2; },
            [](ExtrinsicParameters& p) { p.residual_multipath = -1; },
            [](ExtrinsicParameters& p) { p.residual_multipath = std::nanf(""); },
            [](ExtrinsicParameters& p) { p.min_information = 0; }, [](ExtrinsicParameters& p) { p.max_iterations = 0; },
-           [](ExtrinsicParameters& p) { p.max_distance = std::nanf(""); }}) {
+           [](ExtrinsicParameters& p) { p.max_correspondence_distance = std::nanf(""); }}) {
     ExtrinsicParameters parameters;
     set(parameters);
     EXPECT_THROW(estimation.setParameters(parameters), pcl::BadArgumentException);

@@ -37,6 +37,10 @@ TEST(Agreement, ThereAndBackByHand) {
   EXPECT_FALSE(agrees(2.02f, 0.249f, 0.0099f));
   EXPECT_TRUE(agrees(1.98f, 0.254f, 0.0101f));  // 0.2525 pixels the other way
   EXPECT_FALSE(agrees(1.98f, 0.251f, 0.0101f));
+  // At 2.5 m on its ray: (−0.125, 0, 2.5), 5 pixels and a quarter of the depth, exactly.
+  EXPECT_TRUE(agrees(2.5f, 5, 0.25f));
+  EXPECT_FALSE(agrees(2.5f, std::nextafter(5.0f, 0.0f), 0.25f));
+  EXPECT_FALSE(agrees(2.5f, 5, std::nextafter(0.25f, 0.0f)));
   EXPECT_FALSE(agrees(0, 1000, 1));  // nothing measured agrees with nothing
   EXPECT_FALSE(agrees(NAN, 1000, 1));
 }

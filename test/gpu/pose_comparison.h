@@ -53,7 +53,8 @@ inline void expectSamePoses(const ExtrinsicResult& host, const ExtrinsicResult& 
   for (std::size_t k = 0; k < host.overlaps.size(); ++k) {
     EXPECT_EQ(device.overlaps[k].first, host.overlaps[k].first);
     EXPECT_EQ(device.overlaps[k].second, host.overlaps[k].second);
-    EXPECT_NEAR(static_cast<double>(device.overlaps[k].matches), static_cast<double>(host.overlaps[k].matches), 3);
+    EXPECT_NEAR(static_cast<double>(device.overlaps[k].correspondences),
+                static_cast<double>(host.overlaps[k].correspondences), 3);
   }
 }
 

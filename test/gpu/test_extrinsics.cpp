@@ -175,7 +175,7 @@ TEST(GpuExtrinsics, WhatIsWrongIsRefusedInTheHostsWords) {
   sameMessage([&](auto& estimation) { estimation.addClouds(frame.rig.cameras, {}); });
   for (const auto set : std::vector<void (*)(ExtrinsicParameters&)>{
            [](ExtrinsicParameters& p) { p.reduction = 0; }, [](ExtrinsicParameters& p) { p.samples = 10; },
-           [](ExtrinsicParameters& p) { p.max_distance = std::nanf(""); },
+           [](ExtrinsicParameters& p) { p.max_correspondence_distance = std::nanf(""); },
            [](ExtrinsicParameters& p) { p.noise.floor = -1; }}) {
     ExtrinsicParameters parameters;
     set(parameters);

@@ -1,3 +1,4 @@
+#include <fuse_flow/math/box.h>
 #include <fuse_flow/math/cell.h>
 
 #include <gtest/gtest.h>
@@ -124,6 +125,30 @@ TEST(RefinementLevel, StopsAtTheSmallestCell) {
   EXPECT_EQ(refinementLevel(1000000, 1, 3), 3);
   EXPECT_EQ(refinementLevel(1000000, 1, 0), 0);
   EXPECT_EQ(refinementLevel(4294967295u, 1, 5), 5);
+}
+
+TEST(Cell, KeysHoldCellsUpToTheFarthestButOne) {
+  const float last = static_cast<float>(kMaxCellCoordinate - 1);
+  EXPECT_TRUE(fitsCellKey({std::nextafter(last, 0.0f), 0, 0}));
+  for (const float out : {last, -last, static_cast<float>(kMaxCellCoordinate), INFINITY, NAN}) {
+    EXPECT_FALSE(fitsCellKey({out, 0, 0})) << out;
+    EXPECT_FALSE(fitsCellKey({0, out, 0})) << out;
+    EXPECT_FALSE(fitsCellKey({0, 0, out})) << out;
+  }
+}
+
+TEST(Box, ItsBordersAreInside) {
+  const Box box{{-1, -2, -3}, {1, 2, 3}};
+  EXPECT_TRUE(box.contains({-1, -2, -3}));
+  EXPECT_TRUE(box.contains({1, 2, 3}));
+  const auto beyond = [](float v) { return std::nextafter(v, 2 * v); };
+  EXPECT_FALSE(box.contains({beyond(-1), 0, 0}));
+  EXPECT_FALSE(box.contains({beyond(1), 0, 0}));
+  EXPECT_FALSE(box.contains({0, beyond(-2), 0}));
+  EXPECT_FALSE(box.contains({0, beyond(2), 0}));
+  EXPECT_FALSE(box.contains({0, 0, beyond(-3)}));
+  EXPECT_FALSE(box.contains({0, 0, beyond(3)}));
+  EXPECT_TRUE(Box().contains({1e38f, -1e38f, 0})) << "all of the world";
 }
 
 }  // namespace

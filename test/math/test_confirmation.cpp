@@ -79,6 +79,14 @@ TEST(Confirmation, ViewsOnBothSidesLeaveItInTheMiddle) {
   EXPECT_NEAR(confirmation.moved({0, 0, 0}, 1.0f).z, 0, 1e-7);
 }
 
+TEST(SameSurface, IsWhatDiffersByLessThanAJump) {
+  EXPECT_TRUE(fuse_flow::isSameSurface(1, 1.1875f, 0.25f));
+  EXPECT_TRUE(fuse_flow::isSameSurface(1, 0.8125f, 0.25f));
+  EXPECT_FALSE(fuse_flow::isSameSurface(1, 1.25f, 0.25f));
+  EXPECT_FALSE(fuse_flow::isSameSurface(1, 0.75f, 0.25f));
+  EXPECT_FALSE(fuse_flow::isSameSurface(0.125f, 0, 0.25f)) << "a hole";
+}
+
 TEST(Confirmation, AViewThatMeasuredSomethingBeyondTheReachStopsTheOthers) {
   Confirmation confirmation;
   confirmation.add({0, 0, 1}, Confirmation::share(1.0f, 1.006f, 1.0f, kReach * kReach));

@@ -55,6 +55,45 @@ TEST(ViewOpinion, APointFarBeforeTheMeasurementIsSeenThrough) {
   EXPECT_EQ(viewOpinion(p, {0, 0, 0.949f}, {}, 1.0f).verdict, ViewOpinion::SeenThrough);
 }
 
+TEST(ViewOpinion, AtTheMarginThePointIsStillOfTheSurface) {
+  // All of these are exact: σ is a 16th, the margin an 8th of a metre.
+  ConsistencyParameters p = form(OcclusionForm::OcclusionAware, DistanceForm::AlongRay);
+  p.sigma = 0.0625f;
+  p.margin = 2;
+  EXPECT_EQ(viewOpinion(p, {0, 0, 1.125f}, {}, 1.0f).verdict, ViewOpinion::Distance);
+  EXPECT_EQ(viewOpinion(p, {0, 0, std::nextafter(1.125f, 2.0f)}, {}, 1.0f).verdict, ViewOpinion::Hidden);
+  EXPECT_EQ(viewOpinion(p, {0, 0, 0.875f}, {}, 1.0f).verdict, ViewOpinion::Distance);
+  EXPECT_EQ(viewOpinion(p, {0, 0, std::nextafter(0.875f, 0.0f)}, {}, 1.0f).verdict, ViewOpinion::SeenThrough);
+  // The other view's measurement stands for the point up to σ.
+  EXPECT_TRUE(agrees(viewOpinion(p, {0, 0, 1.0625f}, {}, 1.0f)));
+  EXPECT_FALSE(agrees(viewOpinion(p, {0, 0, std::nextafter(1.0625f, 2.0f)}, {}, 1.0f)));
+}
+
+TEST(Silhouette, IsWhatWasMeasuredBesideWithinReachAndMoreThanThatBeforeWhatIsBehind) {
+  ConsistencyParameters p = form(OcclusionForm::OcclusionAware, DistanceForm::AlongRay);
+  p.sigma = 0.0625f;
+  p.margin = 2;  // a reach of an 8th of a metre
+  p.silhouette_radius = 1;
+  // The point is at 1 m; the view measured behind at the pixel itself, and beside at one of the eight around it.
+  const auto isBeside = [&p](float behind, float beside, int a, int b) {
+    return isBesideSilhouette(
+        p, 1, [=](int x, int y) { return x == 0 && y == 0 ? behind : (x == a && y == b ? beside : 0.0f); });
+  };
+  EXPECT_TRUE(isBeside(2, 1, 1, 0));
+  EXPECT_TRUE(isBeside(2, 1, -1, -1));
+  EXPECT_TRUE(isBeside(2, 1, 1, 1));
+  EXPECT_FALSE(isBeside(2, 1, 2, 0)) << "beyond the radius";
+  EXPECT_FALSE(isBeside(2, 1, 0, -2)) << "beyond the radius";
+  EXPECT_TRUE(isBeside(2, 1.125f, 1, 0)) << "as far as the reach";
+  EXPECT_FALSE(isBeside(2, std::nextafter(1.125f, 2.0f), 1, 0));
+  EXPECT_TRUE(isBeside(2, 0.875f, 1, 0));
+  EXPECT_FALSE(isBeside(2, std::nextafter(0.875f, 0.0f), 1, 0));
+  EXPECT_FALSE(isBeside(1.125f, 1, 1, 0)) << "no edge between the two";
+  EXPECT_TRUE(isBeside(std::nextafter(1.125f, 2.0f), 1, 1, 0));
+  p.sigma = 1;
+  EXPECT_FALSE(isBeside(9, 0, 1, 0)) << "a hole, whatever the reach";
+}
+
 TEST(ViewOpinion, AsPublishedEveryViewCountsHoweverFarOff) {
   const ConsistencyParameters p = form(OcclusionForm::Published, DistanceForm::AlongRay);
   const ViewOpinion behind = viewOpinion(p, {0, 0, 1.2f}, {}, 1.0f);
@@ -83,6 +122,17 @@ TEST(IsAsked, OnlyAViewThatTheSurfaceFaces) {
   p.min_facing = -0.5f;  // 120°
   EXPECT_TRUE(asked(119, 1.0f));
   EXPECT_FALSE(asked(121, 1.0f));
+}
+
+TEST(IsAsked, AtTheLeastCosineItselfToo) {
+  ConsistencyParameters p;
+  p.min_facing = 0.5f;
+  EXPECT_TRUE(isAsked(p, {0, 0, 1}, {0, 0, 2}));
+  p.min_facing = 1;
+  EXPECT_TRUE(isAsked(p, {0, 0, 1}, {0, 0, 2}));
+  EXPECT_FALSE(isAsked(p, {0, 0, 1}, {0, 0.01f, 2}));
+  p.min_facing = 0;
+  EXPECT_TRUE(isAsked(p, {0, 0, 1}, {1, 0, 0}));
 }
 
 TEST(IsAsked, EveryViewWhereTheNormalIsNotKnown) {

@@ -122,6 +122,30 @@ TEST(Smoothing, TwicingSubtractsWhatIsMoreThanNoise) {
   }
 }
 
+TEST(Smoothing, TwicingTakesASecondDifferenceAsLargeAsTheChangeForCurvature) {
+  fuse_flow::SmoothingParameters p;
+  p.passes = 2;  // the change is again − smoothed, with nothing rounded
+  p.twicing_above = 0;
+  const auto twice = [&p](float beside) {
+    return fuse_flow::twicedInverseDepth(p, {1, beside, beside, 0, 0}, 1.25f, 1);
+  };
+  EXPECT_EQ(twice(1.125f), 0.75f);  // a second difference of a quarter
+  EXPECT_EQ(twice(0.875f), 0.75f);
+  EXPECT_EQ(twice(std::nextafter(1.125f, 2.0f)), 1.0f);
+}
+
+TEST(Smoothing, NoneOfTheThreeMapsIsReadByTheWrongPass) {
+  fuse_flow::SmoothingParameters p;
+  for (const auto& [passes, expected] :
+       {std::pair(4, std::vector<int>{0, 1, 0, 1, 0, 1, 2, 1}), {3, {0, 1, 0, 1, 0, 2}}, {2, {0, 1, 0, 1, 2}}}) {
+    p.passes = passes;
+    ASSERT_EQ(fuse_flow::smoothingPasses(p) + 1, static_cast<int>(expected.size()));
+    for (int pass = 0; pass < static_cast<int>(expected.size()); ++pass)
+      EXPECT_EQ(fuse_flow::smoothingMap(p, pass), expected[static_cast<std::size_t>(pass)])
+          << passes << " passes, " << pass;
+  }
+}
+
 TEST(Smoothing, TwicingLeavesAPixelThatSticksOutByItself) {
   fuse_flow::SmoothingParameters p;
   const auto twice = [&p](float left, float right, float above, float below) {
@@ -174,6 +198,29 @@ TEST(NoiseScale, IsTheMedianOverThatOfANormalDistribution) {
   counts[0] = 1000;  // most differences are nothing
   EXPECT_EQ(fuse_flow::noiseScale(counts.data()), fuse_flow::kMinNoiseScale);
   counts[fuse_flow::kNoiseBins - 1] = 5000;
+  EXPECT_EQ(fuse_flow::noiseScale(counts.data()), fuse_flow::kMaxNoiseScale);
+}
+
+TEST(NoiseScale, AHundredDifferencesAreEnough) {
+  std::vector<std::uint32_t> counts(fuse_flow::kNoiseBins, 0);
+  counts[static_cast<std::size_t>(fuse_flow::noiseBin(2.0f))] = fuse_flow::kMinNoiseSamples;
+  EXPECT_GT(fuse_flow::noiseScale(counts.data()), 2.0f);
+  --counts[static_cast<std::size_t>(fuse_flow::noiseBin(2.0f))];
+  EXPECT_EQ(fuse_flow::noiseScale(counts.data()), 1.0f);
+}
+
+TEST(NoiseScale, HalfOfTheDifferencesAreBeforeTheMedian) {
+  // Half of them in one bin: the median is where that one ends.
+  std::vector<std::uint32_t> counts(fuse_flow::kNoiseBins, 0);
+  const auto first = static_cast<std::size_t>(fuse_flow::noiseBin(1.0f)),
+             second = static_cast<std::size_t>(fuse_flow::noiseBin(1.5f));
+  counts[first] = counts[second] = 100;
+  EXPECT_FLOAT_EQ(fuse_flow::noiseScale(counts.data()), (1 + 1.0f / 32) / 0.6745f);
+  counts[second] = 300;  // its middle third begins there
+  EXPECT_FLOAT_EQ(fuse_flow::noiseScale(counts.data()), (1.5f + (1.0f / 32) / 3) / 0.6745f);
+  // Beyond all bins: the last one that has any.
+  counts.assign(fuse_flow::kNoiseBins, 0);
+  counts[fuse_flow::kNoiseBins - 2] = 1000;
   EXPECT_EQ(fuse_flow::noiseScale(counts.data()), fuse_flow::kMaxNoiseScale);
 }
 

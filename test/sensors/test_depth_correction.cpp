@@ -46,6 +46,20 @@ TEST(DepthCorrection, HoldsItsKnotsAtTheCornersOfTheImageAndIsLinearBetween) {
   EXPECT_EQ(DepthCorrection().at(3, 4, w, h).relative, 0.0f);
 }
 
+TEST(DepthCorrection, BetweenTheKnotsOfEachCell) {
+  // 4 × 3 knots, and numbers behind them that no place may reach.
+  const float knots[] = {0, 1, 3, 7, 10, 20, 40, 80, 500, 600, 800, 1200, 9e9f, 9e9f, 9e9f, 9e9f};
+  const auto at = [&knots](float x, float y) { return betweenKnots(knots, 4, 3, x, y); };
+  for (int j = 0; j < 3; ++j)
+    for (int i = 0; i < 4; ++i)
+      EXPECT_EQ(at(static_cast<float>(i), static_cast<float>(j)), knots[4 * j + i]) << i << ", " << j;
+  EXPECT_EQ(at(0.5f, 0), 0.5f);
+  EXPECT_EQ(at(2.5f, 1), 60);
+  EXPECT_EQ(at(3, 1.5f), 640);
+  EXPECT_EQ(at(0, 0.5f), 5);
+  EXPECT_EQ(at(1.5f, 1.5f), (20 + 40 + 600 + 800) / 4);
+}
+
 TEST(DepthCorrection, APutRightSensorGivesTheCloudOfARightOne) {
   const Scene truth = makeScene(cameraRow(3), ballAndWall());
   Scene wrong = makeScene(cameraRow(3), ballAndWall());

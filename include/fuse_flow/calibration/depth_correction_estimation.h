@@ -19,7 +19,7 @@ class AlignmentSystem;
 
 /** \brief How DepthCorrectionEstimation searches for corrections. */
 struct DepthCorrectionParameters {
-  /** \brief How views are prepared and compared. max_distance should be the largest error that poses and corrections cause together. There
+  /** \brief How views are prepared and compared. max_correspondence_distance should be the largest error that poses and corrections cause together. There
    *  are fewer samples than in ExtrinsicEstimation, because a correspondence costs ten times as much. Colour is not used. */
   ExtrinsicParameters views = defaultViews();
   int columns{8};  ///< knots in a row of a correction; 2 … 64
@@ -43,7 +43,7 @@ struct DepthCorrectionParameters {
   static ExtrinsicParameters defaultViews() {
     ExtrinsicParameters p;
     p.samples = 6000;
-    p.max_distance = 0.15f;
+    p.max_correspondence_distance = 0.15f;
     p.max_iterations = 60;
     p.use_color = false;
     return p;
@@ -60,23 +60,23 @@ struct DepthCorrectionResult {
    *  follows its neighbours. */
   std::vector<double> observable;
   double residual_before{
-      0};                  ///< root mean square point-to-plane distance at the given poses, without corrections, metres
-  double residual{0};      ///< the same with the new poses and corrections, metres; both are 0 without correspondences
-  std::size_t matches{0};  ///< number of correspondences of residual
+      0};              ///< root mean square point-to-plane distance at the given poses, without corrections, metres
+  double residual{0};  ///< the same with the new poses and corrections, metres; both are 0 without correspondences
+  std::size_t correspondences{0};  ///< number of correspondences of residual
   /** \brief The same for the poses that estimate() was given for comparison, without corrections, over the same samples. */
   double residual_of_poses{0};
-  std::size_t matches_of_poses{0};  ///< number of correspondences of residual_of_poses
-  bool compared{false};             ///< whether there were such poses
-  int iterations{0};                ///< until convergence
-  bool converged{false};            ///< before max_iterations
+  std::size_t correspondences_of_poses{0};  ///< number of correspondences of residual_of_poses
+  bool compared{false};                     ///< whether there were such poses
+  int iterations{0};                        ///< until convergence
+  bool converged{false};                    ///< before max_iterations
 
   /** \brief Whether the corrections explain more than poses alone: the views then agree better, or as well at many more places. If not, the
    *  views show no depth distortion, and the corrections only follow noise. There is one answer for the whole rig. False without poses to
    *  compare with. \param gain share of the residual of poses alone that the corrections must remove; [0, 1) */
   bool explainsMore(double gain = 0.05) const {
-    const auto own = static_cast<double>(matches), of_poses = static_cast<double>(matches_of_poses);
+    const auto own = static_cast<double>(correspondences), of_poses = static_cast<double>(correspondences_of_poses);
     constexpr double as_many = 0.9;  // some fall beside an edge by a hair
-    if (!compared || matches == 0 || own < as_many * of_poses) return false;
+    if (!compared || correspondences == 0 || own < as_many * of_poses) return false;
     return of_poses < as_many * own || residual < (1 - gain) * residual_of_poses;
   }
 };

@@ -37,11 +37,11 @@ struct ExtrinsicParameters {
   /** \brief Largest number of views that a view is compared with; those that overlap it most are chosen; ≥ 1. The cost is linear in
    *  this. */
   int max_neighbours{8};
-  /** \brief Largest distance of a correspondence in the first iteration, metres; (0, 10]; see min_distance. */
-  float max_distance{0.25f};
-  /** \brief Largest distance in the last iterations, metres; (0, max_distance]. Where three standard deviations of the noise are more,
+  /** \brief Largest distance of a correspondence in the first iteration, metres; (0, 10]; see min_correspondence_distance. */
+  float max_correspondence_distance{0.25f};
+  /** \brief Largest distance in the last iterations, metres; (0, max_correspondence_distance]. Where three standard deviations of the noise are more,
    *  these count. */
-  float min_distance{0.03f};
+  float min_correspondence_distance{0.03f};
   /** \brief Largest angle between the normals of a correspondence, radians; (0, π/2). */
   float max_normal_angle{0.7f};
   /** \brief A direction is estimated only if its information is at least this many times the information that noise alone would produce;

@@ -34,11 +34,11 @@ struct CameraCorrection {
 
 /** \brief Two cameras that see the same surfaces. */
 struct CameraOverlap {
-  std::size_t first{0};       ///< number of a camera
-  std::size_t second{0};      ///< of another, larger
-  std::size_t matches{0};     ///< number of correspondences
-  double residual_before{0};  ///< root mean square distance of points to the other view's surface, metres
-  double residual{0};         ///< the same at the new poses
+  std::size_t first{0};            ///< number of a camera
+  std::size_t second{0};           ///< of another, larger
+  std::size_t correspondences{0};  ///< number of correspondences
+  double residual_before{0};       ///< root mean square distance of points to the other view's surface, metres
+  double residual{0};              ///< the same at the new poses
 };
 
 /** \brief What ExtrinsicEstimation found. */

@@ -24,7 +24,7 @@ struct alignas(16) FusedPoint {
   std::uint32_t source[kRepresentatives]{};  ///< numbers of the representatives' points
   float share[kRepresentatives]{};           ///< of each in eq. 11; they add up to 1
   std::uint32_t count{0};                    ///< of representatives
-  /** \brief Different cameras that it is from, see PointCameras. */
+  /** \brief Different cameras that it is from, see PointCameras; set when the point is written. */
   std::uint32_t views{0};
 };
 
@@ -182,7 +182,6 @@ FUSE_FLOW_HD FusedPoint fuseRepresentatives(const RepresentativeSelection& chose
   // units of sixteen.
   Vec3 sum{};
   float total = 0, sum_weights = 0;
-  std::uint32_t views = 0;
   std::uint32_t source[kRepresentatives]{};
   float share[kRepresentatives]{};
   for (int k = 0; k < kRepresentatives; ++k) {
@@ -194,9 +193,6 @@ FUSE_FLOW_HD FusedPoint fuseRepresentatives(const RepresentativeSelection& chose
     total += share[k];
     sum_weights += share[k] * (share[k] / c.n);
     source[k] = c.best;
-    bool seen = false;
-    for (int m = 0; m < kRepresentatives; ++m) seen |= m < k && chosen[m].camera == c.camera;
-    views += seen ? 0u : 1u;
   }
   const bool any = total > FLT_MIN;  // else every view contradicts: weight stays 0
   FusedPoint fused;
@@ -207,7 +203,6 @@ FUSE_FLOW_HD FusedPoint fuseRepresentatives(const RepresentativeSelection& chose
     fused.share[k] = any ? share[k] / total : share[k];
   }
   fused.count = static_cast<std::uint32_t>(chosen.count());
-  fused.views = views;
   return fused;
 }
 

@@ -186,7 +186,7 @@ TEST_F(Calibrate, CorrectionsThatExplainNothingAreLeftOut) {
   const nlohmann::json figures = read(out("figures.json"))["with_corrections"];
   EXPECT_TRUE(figures["left_out"]);
   EXPECT_NEAR(figures["residual_of_poses_mm"], figures["residual_mm"], 0.05 * figures["residual_mm"].get<double>());
-  EXPECT_GT(figures["matches"], 1000);
+  EXPECT_GT(figures["correspondences"], 1000);
   // What is written is what poses alone gave.
   const nlohmann::json alone = read(out("refined.json"));
   const auto poseOf = [](const nlohmann::json& rig) { return rig["cameras"][1]["T_world_camera"]; };

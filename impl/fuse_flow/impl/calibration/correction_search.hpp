@@ -136,7 +136,7 @@ class CorrectionSearch {
     knots_ = Eigen::VectorXd::Zero(corrections * of_correction_);
     moved_ = Eigen::VectorXd::Zero(6 * count());
 
-    gate_ = p_.views.max_distance;
+    gate_ = p_.views.max_correspondence_distance;
     const AlignmentGates gates{gate_, kDeviations, normal_cosine_, 1e9f, 0, 0, false, 0, 1};
     system_.findNeighbours(poses_, gates, p_.views.max_neighbours);
     measureDepths();
@@ -147,7 +147,7 @@ class CorrectionSearch {
       result.compared = true;
       const std::vector<Eigen::Isometry3d> own = poses_;
       for (std::size_t i = 0; i < poses_.size(); ++i) poses_[i] = Eigen::Translation3d(-center_) * (*compared)[i];
-      result.residual_of_poses = residual(result.matches_of_poses);
+      result.residual_of_poses = residual(result.correspondences_of_poses);
       poses_ = own;
     }
     Eigen::VectorXd last;
@@ -159,8 +159,8 @@ class CorrectionSearch {
       if (last.size() > 0 && step.dot(last) < 0) step *= 0.5;
       last = step;
       const double moved = apply(step);
-      narrow = gate_ <= p_.views.min_distance;
-      gate_ = std::max(p_.views.min_distance, kNarrower * gate_);
+      narrow = gate_ <= p_.views.min_correspondence_distance;
+      gate_ = std::max(p_.views.min_correspondence_distance, kNarrower * gate_);
       tukey_ = kTukey * std::max(1.0f, 1.4826f * median_);
       still = narrow && moved < kStill ? still + 1 : 0;
       if (still == 2) {
@@ -170,8 +170,8 @@ class CorrectionSearch {
     }
     result.iterations = std::min(result.iterations, p_.views.max_iterations);
     fixGauge();
-    gate_ = p_.views.max_distance;
-    result.residual = residual(result.matches);
+    gate_ = p_.views.max_correspondence_distance;
+    result.residual = residual(result.correspondences);
     describe(result);
     return result;
   }

@@ -18,9 +18,10 @@ FUSE_FLOW_INLINE void checkParameters(const ExtrinsicParameters& p) {
   detail::checkNonNegative(owner, "max_speckle", p.max_speckle);
   detail::checkRange(owner, "samples", p.samples, 100, 1 << 24);
   detail::checkRange(owner, "max_neighbours", p.max_neighbours, 1, 1 << 16);
-  detail::checkLength(owner, "max_distance", p.max_distance);
-  detail::checkPositive(owner, "min_distance", p.min_distance);
-  detail::checkRange(owner, "min_distance", p.min_distance, 0.0f, p.max_distance);
+  detail::checkLength(owner, "max_correspondence_distance", p.max_correspondence_distance);
+  detail::checkPositive(owner, "min_correspondence_distance", p.min_correspondence_distance);
+  detail::checkRange(owner, "min_correspondence_distance", p.min_correspondence_distance, 0.0f,
+                     p.max_correspondence_distance);
   detail::checkRange(owner, "max_normal_angle", p.max_normal_angle, 0.01f, 1.57f);
   detail::checkRange(owner, "min_information", p.min_information, 1.0f, 1e12f);
   detail::checkNonNegative(owner, "residual_multipath", p.residual_multipath);

@@ -22,8 +22,15 @@ class RigAlignment {
   ExtrinsicResult run() {
     system_.sample(starts_, p_.samples);
     findCenter();
-    AlignmentGates gates{
-        p_.max_distance, kDeviations, std::cos(p_.max_normal_angle), kNoLimit, 0.0f, kGreyLimit, false, 0, kHurry};
+    AlignmentGates gates{p_.max_correspondence_distance,
+                         kDeviations,
+                         std::cos(p_.max_normal_angle),
+                         kNoLimit,
+                         0.0f,
+                         kGreyLimit,
+                         false,
+                         0,
+                         kHurry};
     system_.findNeighbours(poses_, gates, p_.max_neighbours);
     measure(&CameraOverlap::residual_before, result_.residual_before);
     PoseGraph graph(system_.cameras());
@@ -54,11 +61,11 @@ class RigAlignment {
         result_.converged = true;
         break;  // before the count goes on
       }
-      const bool narrow = gates.distance <= p_.min_distance && information <= p_.min_information;
+      const bool narrow = gates.distance <= p_.min_correspondence_distance && information <= p_.min_information;
       polishing = polishing || (narrow && (moved < kSettled || ++settling > kPatience));
       information = std::max(kMoreDaring * information, static_cast<double>(p_.min_information));
-      gates.distance = std::max(
-          {p_.min_distance, kNarrower * gates.distance, std::min(gates.distance, kReach * static_cast<float>(moved))});
+      gates.distance = std::max({p_.min_correspondence_distance, kNarrower * gates.distance,
+                                 std::min(gates.distance, kReach * static_cast<float>(moved))});
       gates.tukey = kTukey * std::max(1.0f, 1.4826f * system_.medianResidual());
       gates.reach = polishing ? 0.0f : 0.5f * gates.distance;
       gates.stride = polishing ? 1 : kHurry;
@@ -210,30 +217,32 @@ class RigAlignment {
       result_.corrections.push_back(c);
     }
     for (const CameraOverlap& overlap : result_.overlaps) {
-      if (overlap.matches < static_cast<std::size_t>(kFewest)) continue;
+      if (overlap.correspondences < static_cast<std::size_t>(kFewest)) continue;
       ++result_.corrections[overlap.first].neighbours;
       ++result_.corrections[overlap.second].neighbours;
     }
   }
 
-  /** \brief Root mean squares with everything that max_distance lets correspond, so that before and after compare. */
+  /** \brief Root mean squares with everything that max_correspondence_distance lets correspond, so that before and after compare. */
   void measure(double CameraOverlap::*residual, double& total) {
-    system_.evaluate(poses_, result_.scene_radius,
-                     {p_.max_distance, 0.0f, std::cos(p_.max_normal_angle), kNoLimit, 0.0f, kGreyLimit, false, 0, 1});
+    system_.evaluate(
+        poses_, result_.scene_radius,
+        {p_.max_correspondence_distance, 0.0f, std::cos(p_.max_normal_angle), kNoLimit, 0.0f, kGreyLimit, false, 0, 1});
     AlignmentSums all{};
     const auto rms = [](const AlignmentSums& sums) { return sums.w > 0 ? std::sqrt(sums.wrr / sums.w) : 0.0; };
-    for (CameraOverlap& overlap : result_.overlaps) overlap.matches = 0;
+    for (CameraOverlap& overlap : result_.overlaps) overlap.correspondences = 0;
     for (const PairSums& pair : system_.pairs()) {
       const std::size_t first = std::min(pair.i, pair.j), second = std::max(pair.i, pair.j);
       auto overlap = std::find_if(result_.overlaps.begin(), result_.overlaps.end(),
                                   [&](const CameraOverlap& o) { return o.first == first && o.second == second; });
       if (overlap == result_.overlaps.end()) overlap = result_.overlaps.insert(overlap, {first, second, 0, 0.0, 0.0});
-      const double both = static_cast<double>(overlap->matches) + pair.geometry.count;
+      const double both = static_cast<double>(overlap->correspondences) + pair.geometry.count;
       if (both > 0)
-        (*overlap).*residual = std::sqrt((std::pow((*overlap).*residual, 2) * static_cast<double>(overlap->matches) +
-                                          std::pow(rms(pair.geometry), 2) * pair.geometry.count) /
-                                         both);
-      overlap->matches = static_cast<std::size_t>(both);
+        (*overlap).*residual =
+            std::sqrt((std::pow((*overlap).*residual, 2) * static_cast<double>(overlap->correspondences) +
+                       std::pow(rms(pair.geometry), 2) * pair.geometry.count) /
+                      both);
+      overlap->correspondences = static_cast<std::size_t>(both);
       all += pair.geometry;
     }
     total = rms(all);
