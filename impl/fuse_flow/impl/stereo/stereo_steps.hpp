@@ -468,13 +468,14 @@ struct WriteStereoDepth {
     candidate.ray = ray;
     to.depth[place] = 1.0f / w;
     to.normals[place] = rotate(to.T_world_camera, normalOf(plane));
-    to.confidence[place] = confidenceOf(candidate, plane, w);
+    to.confidence[place] = confidenceOf(candidate, at, plane, w);
   }
 
  private:
-  /** \brief The root of how alike the windows are, halved if only one of several other views agrees, 0 if none does. The root, so that a
-   *  threshold of a half takes what correlates by a quarter: where two other views agree, most of that is right. */
-  FUSE_FLOW_HD float confidenceOf(const StereoCandidate& candidate, const InversePlane& plane, float w) const {
+  /** \brief The root of how alike the windows are, halved if only one of several other views agrees or if the surface ends beside the pixel, 0 if no
+   *  view agrees. The root, so that a threshold of a half takes what correlates by a quarter: where two other views agree, most of that is right. */
+  FUSE_FLOW_HD float confidenceOf(const StereoCandidate& candidate, const StereoPixel& at, const InversePlane& plane,
+                                  float w) const {
     const StereoLevel& level = candidate.level;
     int agreeing = 0;
     for (int k = 0; k < level.sources; ++k) {
@@ -485,7 +486,32 @@ struct WriteStereoDepth {
     const float likeness = 1.0f - candidate.costOf(plane, 0);
     if (agreeing == 0 || !(likeness > 0)) return 0;
     const float confidence = std::sqrt(likeness);
-    return agreeing == 1 && level.sources > 1 ? 0.5f * confidence : confidence;
+    const bool doubtful = (agreeing == 1 && level.sources > 1) || isBesideEdge(level, at);
+    return doubtful ? 0.5f * confidence : confidence;
+  }
+
+  /** \brief Whether the surface of a pixel ends within half a window. A window that shows the edge of a surface looks most alike at that surface's
+   *  depth even where its middle lies beyond the edge: so surfaces grow, in all views alike, and these agree. */
+  FUSE_FLOW_HD bool isBesideEdge(const StereoLevel& level, const StereoPixel& at) const {
+    const int reach = form.window.spacing;
+    const float here = inverseDepthAt(level, at.u, at.v);
+    bool edge = false;
+    for (int b = -1; b <= 1; ++b)
+      for (int a = -1; a <= 1; ++a) {
+        if (a == 0 && b == 0) continue;
+        const int u = at.u + a * reach, v = at.v + b * reach, u_opposite = at.u - a * reach,
+                  v_opposite = at.v - b * reach;
+        if (!isInside(level, u, v) || !isInside(level, u_opposite, v_opposite)) continue;
+        edge |= surfaceEnds(here, inverseDepthAt(level, u, v), inverseDepthAt(level, u_opposite, v_opposite));
+      }
+    return edge;
+  }
+
+  FUSE_FLOW_HD static bool isInside(const StereoLevel& level, int u, int v) {
+    return u >= 0 && v >= 0 && u < level.K.width && v < level.K.height;
+  }
+  FUSE_FLOW_HD static float inverseDepthAt(const StereoLevel& level, int u, int v) {
+    return inverseDepth(level.plane[level.indexOf(u, v)], level.ray(u, v));
   }
 
   FUSE_FLOW_HD bool agrees(const StereoCandidate& candidate, const StereoSource& source, const LocalWarp& warp,
