@@ -45,6 +45,7 @@ def annotation(text):
     text = re.sub(r"\bList\[", "list[", text)
     text = re.sub(r"\bTuple\[", "tuple[", text)
     text = re.sub(r"\bDict\[", "dict[", text)
+    text = re.sub(r"list\[float\[3\]\]|Annotated\[list\[float\], FixedSize\(3\)\]", "ArrayLike", text)
     return text
 
 
@@ -53,6 +54,7 @@ def arguments(text):
     text = re.sub(r"<(\w+)\.(\w+): -?\d+>", r"\1.\2", text)  # the default of an enumeration
     text = re.sub(r"= <[^>]*>|= Distortion\(\)|= [\w.]+ object at \w+", "= ...", text)
     text = re.sub(r"\bpath: (object|handle)", "path: " + PATHS, text)
+    text = re.sub(r"\bcloud: (object|handle)", "cloud: Union[Cloud, StreamedCloud, ArrayLike]", text)
     text = re.sub(r": (object|handle) = None", ": Optional[ArrayLike] = None", text)
     text = re.sub(r": (object|handle)\b", ": ArrayLike", text)
     text = re.sub(r": (\w+) = None", r": Optional[\1] = None", text)
