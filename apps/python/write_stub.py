@@ -53,7 +53,7 @@ def arguments(text):
     text = annotation(text)
     text = re.sub(r"<(\w+)\.(\w+): -?\d+>", r"\1.\2", text)  # the default of an enumeration
     text = re.sub(r"= <[^>]*>|= Distortion\(\)|= [\w.]+ object at \w+", "= ...", text)
-    text = re.sub(r"\bpath: (object|handle)", "path: " + PATHS, text)
+    text = re.sub(r"\b(path|source): (object|handle)", r"\1: " + PATHS, text)
     text = re.sub(r"\bcloud: (object|handle)", "cloud: Union[Cloud, StreamedCloud, ArrayLike]", text)
     text = re.sub(r": (object|handle) = None", ": Optional[ArrayLike] = None", text)
     text = re.sub(r": (object|handle)\b", ": ArrayLike", text)

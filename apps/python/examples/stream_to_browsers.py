@@ -1,6 +1,7 @@
-"""stream_to_browsers.py RECORDING: fuses a recording again and again, and streams the clouds until Ctrl-C.
+"""stream_to_browsers.py RECORDING | DEVICE…: fuses cameras as they run, and streams the clouds until Ctrl-C.
 
-It prints a link, which browsers, fuse_flow_viewer and StreamClient open.
+A recording is played again and again, as if its cameras ran now. The link that is printed opens in browsers, in fuse_flow_viewer and in
+StreamClient.
 """
 
 import sys
@@ -8,14 +9,13 @@ import time
 
 import fuse_flow
 
-recording = fuse_flow.open(sys.argv[1])
 fusion = fuse_flow.FuseFlow()
-with fuse_flow.StreamServer(port=0) as server:  # 0: a port that is free; for this machine alone
-    server.describe("fused in Python", recording.cameras)
-    print(server.link, flush=True)
+with fuse_flow.LiveRig(sys.argv[1:], loop=True) as rig, fuse_flow.StreamServer(port=0) as server:
+    server.describe("fused in Python", rig.cameras)
     for warning in server.warnings:
         print(warning, file=sys.stderr)
-    while True:
-        for frame in recording:
-            server.publish(fusion.fuse(frame), captured=time.time_ns())
-            time.sleep(1 / (recording.frames_per_second or 30))
+    print(server.link, flush=True)
+    for frame in rig:  # the newest one; those that came meanwhile are left out
+        server.publish(fusion.fuse(frame), captured=time.time_ns())
+        for notice in rig.take_notices() + server.take_notices():
+            print(notice, file=sys.stderr)

@@ -1,5 +1,6 @@
+#include "../open_ends.h"
+#include "../paths.h"
 #include "../plain.h"
-#include "open_ends.h"
 #include "published.h"
 #include "streams.h"
 
@@ -20,8 +21,6 @@ namespace fuse_flow::python {
 namespace {
 
 namespace py = pybind11;
-
-std::string fileOf(const py::object& path) { return py::str(py::module_::import("os").attr("fspath")(path)); }
 
 /** \brief What a stream file throws as what a recording throws. */
 template <typename Error, typename Work>
@@ -137,7 +136,7 @@ void bindWriter(py::module_& module) {
                        const std::optional<stream::EncodingOptions>& encoding) {
              stream::EncodingOptions options = encoding.value_or(stream::EncodingOptions());
              if (step) options.step = *step;
-             return std::make_unique<FileWriter>(fileOf(path), describedAs(name, cameras, frame, options.step),
+             return std::make_unique<FileWriter>(pathOf(path), describedAs(name, cameras, frame, options.step),
                                                  options);
            }),
            py::arg("path"), py::kw_only(), py::arg("name") = "", py::arg("cameras") = std::vector<Camera>(),
@@ -170,7 +169,7 @@ void bindReader(py::module_& module) {
       .def("__next__", &CloudIterator::next);
   py::class_<FileReader, std::shared_ptr<FileReader>>(module, "StreamReader",
                                                       "Reads a stream file, .ffs. Iterating gives its clouds.")
-      .def(py::init([](const py::object& path) { return std::make_shared<FileReader>(fileOf(path)); }), py::arg("path"),
+      .def(py::init([](const py::object& path) { return std::make_shared<FileReader>(pathOf(path)); }), py::arg("path"),
            "Raises ValueError naming the file, if it is no stream file, or cannot be read.")
       .def("__len__", [](FileReader& file) { return file.reader().frames(); })
       .def("__iter__", [](const std::shared_ptr<FileReader>& file) { return CloudIterator(file); })

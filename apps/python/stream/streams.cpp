@@ -1,9 +1,7 @@
 #include "streams.h"
 
 #include "../bindings.h"
-#include "../in_flight.h"
 #include "../plain.h"
-#include "open_ends.h"
 
 #include <fuse_flow/stream/encoded_frame.h>
 
@@ -36,7 +34,6 @@ void bindStreams(py::module_& module) {
   bindStreamServer(module);
   bindStreamClient(module);
   bindStreamFiles(module);
-  beforeExit(&OpenEnd::closeAll);
 }
 
 }  // namespace fuse_flow::python

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "../in_flight.h"
+#include "in_flight.h"
 
 #include <pybind11/pybind11.h>
 
