@@ -134,7 +134,11 @@ def write_class(name, cls):
         return out
     body = ""
     for member, value in vars(cls).items():
-        if isinstance(value, property):
+        if member in RETURNS_SELF and (member != "__iter__" or hasattr(cls, "__next__")):
+            body += f"    def {member}(self) -> {name}: ...\n"
+        elif member == "__exit__":
+            body += "    def __exit__(self, *exception: Any) -> None: ...\n"
+        elif isinstance(value, property):
             body += write_property(name, member, value)
         elif isinstance(value, staticmethod):
             body += write_function(value.__func__, 1, name, True)
@@ -143,6 +147,8 @@ def write_class(name, cls):
     return out + (body or "    ...\n")
 
 
+# Of these the module knows no type, as they take and return any object.
+RETURNS_SELF = ("__enter__", "__iter__")
 DUNDERS = ("__init__", "__len__", "__iter__", "__next__", "__repr__", "__copy__", "__deepcopy__", "__iadd__")
 
 

@@ -93,7 +93,7 @@ def check_row(received, points, fields):
 
 def test_arrays_arrive_each_point_with_what_is_its_own():
     points, fields = points_in_a_row()
-    with fuse_flow.StreamServer(0, encoding=fuse_flow.EncodingOptions(camera_mask=True)) as server:
+    with fuse_flow.StreamServer(0, encoding=fuse_flow.StreamEncoding(camera_mask=True)) as server:
         with fuse_flow.StreamClient(server.link) as client:
             check_row(receive(server, client, points, **fields), points, fields)
             mirrored = dict(fields, colors=fields["colors"][:, ::-1])  # strides that run backwards
@@ -125,7 +125,7 @@ def test_arrays_that_do_not_fit_are_refused_and_it_is_said_what_would():
 
 def test_a_received_cloud_is_sent_on_with_its_number():
     points, fields = points_in_a_row()
-    encoding = fuse_flow.EncodingOptions(camera_mask=True)
+    encoding = fuse_flow.StreamEncoding(camera_mask=True)
     with fuse_flow.StreamServer(0, encoding=encoding) as first, fuse_flow.StreamServer(0, encoding=encoding) as second:
         with fuse_flow.StreamClient(first.link) as between, fuse_flow.StreamClient(second.link) as client:
             received = receive(first, between, points, 41, captured=10**18, **fields)
@@ -156,7 +156,7 @@ def test_a_client_learns_what_the_stream_is():
 
 def test_a_client_gets_as_little_as_it_wishes():
     cloud = points_in_a_row(40000)[0]
-    with fuse_flow.StreamServer(0, encoding=fuse_flow.EncodingOptions(chunk_points=1024)) as server:
+    with fuse_flow.StreamServer(0, encoding=fuse_flow.StreamEncoding(chunk_points=1024)) as server:
         with fuse_flow.StreamClient(server.link) as client:
             assert len(receive(server, client, cloud)) == 40000
             client.wish(region=((0, -1, 0), (100, 1, 3)))
@@ -185,7 +185,7 @@ def test_browsers_get_a_page_where_it_was_built():
 def test_a_file_gives_back_the_clouds_that_were_written(tmp_path):
     points, fields = points_in_a_row()
     cloud = fuse_flow.FuseFlow().fuse(wall_frame())
-    encoding = fuse_flow.EncodingOptions(camera_mask=True)
+    encoding = fuse_flow.StreamEncoding(camera_mask=True)
     with fuse_flow.StreamWriter(tmp_path / "stream.ffs", name="walls", cameras=wall_frame().cameras, encoding=encoding) as writer:
         writer.write(points, captured=10**18, **fields)
         writer.write(cloud)
@@ -251,7 +251,7 @@ def test_other_threads_run_while_a_cloud_is_encoded(tmp_path):
     thread = threading.Thread(target=count)
     thread.start()
     in_one_cloud = []
-    with fuse_flow.StreamWriter(tmp_path / "stream.ffs", encoding=fuse_flow.EncodingOptions(threads=1)) as writer:
+    with fuse_flow.StreamWriter(tmp_path / "stream.ffs", encoding=fuse_flow.StreamEncoding(threads=1)) as writer:
         for _ in range(3):
             before = counted[0]
             writer.write(cloud)
@@ -259,6 +259,32 @@ def test_other_threads_run_while_a_cloud_is_encoded(tmp_path):
     stop.set()
     thread.join()
     assert max(in_one_cloud) > 10
+
+
+def test_thousands_of_clouds_leave_no_memory(tmp_path):
+    from test_lifetime import resident_kilobytes
+
+    points, fields = points_in_a_row(2000)
+
+    def run(count):
+        kept = None
+        with fuse_flow.StreamWriter(tmp_path / "stream.ffs", encoding=fuse_flow.StreamEncoding(threads=1)) as writer:
+            for _ in range(count):
+                writer.write(points, **fields)
+        for received in fuse_flow.StreamReader(tmp_path / "stream.ffs"):
+            kept = (received.points, received.colors, received.camera_mask)
+        return kept
+
+    run(50)
+    before = resident_kilobytes()
+    run(1000)
+    assert resident_kilobytes() - before < 4096
+
+
+def test_a_port_that_is_taken_is_said():
+    with fuse_flow.StreamServer(0) as server:
+        with pytest.raises(RuntimeError, match=str(server.port)):
+            fuse_flow.StreamServer(server.port)
 
 
 def test_an_end_is_not_closed_under_the_thread_that_uses_it():

@@ -90,12 +90,16 @@ class FileReader {
   }
 
   stream::StreamReader& reader() { return *reader_; }
+  stream::Description description() {
+    const Busy::Inside inside(busy_, kName);  // reading changes it
+    return reader_->description();
+  }
 
   Received read(std::size_t frame) {
     if (frame >= reader_->frames())
       throw py::index_error("frame " + std::to_string(frame) + " does not exist: the file has " +
                             std::to_string(reader_->frames()));
-    const Busy::Inside inside(busy_, "fuse_flow.StreamReader");
+    const Busy::Inside inside(busy_, kName);
     auto cloud = std::make_shared<stream::StreamedCloud>();
     const InFlight in_flight;
     throwing<io::InputError>([&] { reader_->read(frame, message_); });
@@ -108,6 +112,7 @@ class FileReader {
   }
 
  private:
+  static constexpr const char* kName = "fuse_flow.StreamReader";
   std::string path_;
   std::optional<stream::StreamReader> reader_;
   stream::FrameDecoder decoder_;
@@ -182,8 +187,7 @@ void bindReader(py::module_& module) {
             return file.reader().time(frame);
           },
           py::arg("frame"), doc("StreamReader::time"))
-      .def_property_readonly(
-          "description", [](FileReader& file) { return file.reader().description(); }, doc("StreamReader::description"))
+      .def_property_readonly("description", &FileReader::description, doc("StreamReader::description"))
       .def_property_readonly(
           "cut_off", [](FileReader& file) { return file.reader().cutOff(); }, doc("StreamReader::cutOff"));
 }

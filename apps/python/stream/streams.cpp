@@ -14,7 +14,7 @@ namespace py = pybind11;
 void bindStreams(py::module_& module) {
   using stream::Description;
   using stream::EncodingOptions;
-  auto encoding = named<EncodingOptions>(module, "EncodingOptions");
+  py::class_<EncodingOptions> encoding(module, "StreamEncoding", doc("EncodingOptions"));
   plain(encoding)
       .FUSE_FLOW_FIELD(EncodingOptions, step)
       .FUSE_FLOW_FIELD(EncodingOptions, chroma_step)
