@@ -57,8 +57,8 @@ class Frames {
       throw py::index_error("frame " + std::to_string(number) + " does not exist: the recording has " +
                             std::to_string(recording_->frameCount()));
     const std::shared_ptr<io::LoadedFrame> loaded = pool_->take();
+    const Busy::Inside inside(busy_, "fuse_flow.Recording");
     {
-      const Busy::Inside inside(busy_, "fuse_flow.Recording");
       const InFlight in_flight;
       recording_->read(number, *loaded);
     }
