@@ -112,6 +112,11 @@ endif()
 set(CPACK_DEBIAN_HEADERS_PACKAGE_DEPENDS "${pcl_range}, libeigen3-dev, libflann-dev")
 set(CPACK_DEBIAN_HEADERS_PACKAGE_SUGGESTS "libopenmpi-dev, libthrust-dev")
 
+if(FUSE_FLOW_PAGE)  # in the module, and in fuse_flow_serve
+  fuse_flow_copyright(copyright "build/third_party/three/*" "2010-2025, three.js authors" Expat ${FUSE_FLOW_THREE}/LICENSE)
+  fuse_flow_copyright(copyright "build/third_party/zstddec/*" "2020, Don McCurdy; 2016, Yann Collet, Facebook, Inc."
+                      "Expat and BSD-3-Clause" ${FUSE_FLOW_ZSTDDEC}/LICENSE)
+endif()
 if(FUSE_FLOW_HAS_python)
   list(APPEND CPACK_COMPONENTS_ALL python)
   fuse_flow_deb(python python3-fuse-flow python "fusion of many depth cameras (Python 3)"
@@ -128,11 +133,6 @@ endif()
 
 if(FUSE_FLOW_BUILD_APPS)
   list(APPEND CPACK_COMPONENTS_ALL tools)
-  if(FUSE_FLOW_PAGE)  # in fuse_flow_serve
-    fuse_flow_copyright(copyright "build/third_party/three/*" "2010-2025, three.js authors" Expat ${FUSE_FLOW_THREE}/LICENSE)
-    fuse_flow_copyright(copyright "build/third_party/zstddec/*" "2020, Don McCurdy; 2016, Yann Collet, Facebook, Inc."
-                        "Expat and BSD-3-Clause" ${FUSE_FLOW_ZSTDDEC}/LICENSE)
-  endif()
   fuse_flow_deb(tools fuse-flow-tools science "fusion of many depth cameras (programs)"
                 "${what}\n\nThis package has the programs: fuse recordings and cameras as they run,\ncalibrate, judge, simulate, look, and \
 stream to browsers.")

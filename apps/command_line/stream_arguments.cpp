@@ -3,7 +3,7 @@
 #include "command_line/option_checks.h"
 #include "command_line/recording_arguments.h"
 #include "methods/method.h"
-#include "stream/page/page_files.h"
+#include "stream/page/serve_page.h"
 
 #include <fuse_flow/recordings/error.h>
 
@@ -82,11 +82,7 @@ std::shared_ptr<stream::Server> StreamArguments::open(const std::string& method)
   } catch (const std::runtime_error& error) {
     throw io::InputError(error.what());
   }
-  for (const stream::PageFile& file : stream::pageFiles()) {
-    const std::string path = "/" + std::string(file.path);
-    server->serve(path == "/index.html" ? "/" : path,
-                  {file.type, std::string(reinterpret_cast<const char*>(file.data), file.size), ""});
-  }
+  stream::servePage(*server);
   return server;
 }
 

@@ -16,6 +16,7 @@ void bindClouds(pybind11::module_& module);
 void bindDeviceClouds(pybind11::module_& module);
 void bindFusion(pybind11::module_& module);
 void bindRecordings(pybind11::module_& module);
+void bindRigWriter(pybind11::module_& module);
 void bindFilters(pybind11::module_& module);
 void bindQuality(pybind11::module_& module);
 void bindExtrinsics(pybind11::module_& module);
@@ -23,6 +24,7 @@ void bindCoarseAlignment(pybind11::module_& module);
 void bindDepthCorrection(pybind11::module_& module);
 void bindTracking(pybind11::module_& module);
 void bindSynchronizer(pybind11::module_& module);
+void bindLive(pybind11::module_& module);
 void bindStereo(pybind11::module_& module);
 /** \brief Where the module was built with streams. */
 void bindStreams(pybind11::module_& module);

@@ -5,6 +5,7 @@
 #include "gpu/gpu_fusion.h"
 #include "in_flight.h"
 #include "input_checks/depth_in_range.h"
+#include "warn.h"
 
 #include <memory>
 #include <sstream>
@@ -108,10 +109,6 @@ class FrameFusion {
     io::DepthInRange check(parameters_->preprocessing);
     check.look(frame);
     for (const std::string& line : check.complaints()) warn(line);
-  }
-
-  static void warn(const std::string& line) {
-    if (PyErr_WarnEx(PyExc_UserWarning, line.c_str(), 1) != 0) throw py::error_already_set();
   }
 
   Busy busy_;

@@ -39,18 +39,14 @@ void waitForAll() {
 
 }  // namespace
 
-InFlight::InFlight() {
-  {
-    const std::lock_guard<std::mutex> lock(state().mutex);
-    if (state().ending && *state().ending != std::this_thread::get_id())
-      throw std::runtime_error("fuse_flow: the interpreter is ending");
-    ++state().count;
-  }
-  release_.emplace();
+NotAtTheEnd::NotAtTheEnd() {
+  const std::lock_guard<std::mutex> lock(state().mutex);
+  if (state().ending && *state().ending != std::this_thread::get_id())
+    throw std::runtime_error("fuse_flow: the interpreter is ending");
+  ++state().count;
 }
 
-InFlight::~InFlight() {
-  release_.reset();
+NotAtTheEnd::~NotAtTheEnd() {
   const std::lock_guard<std::mutex> lock(state().mutex);
   --state().count;
   state().changed.notify_all();

@@ -6,17 +6,28 @@
 
 namespace fuse_flow::python {
 
+/** \brief The interpreter does not end before all of these are gone: a thread that waits for its lock then is torn down, in the middle of
+ *  C++ if it is there. To be made and destroyed with the lock, which may be given away in between. */
+class NotAtTheEnd {
+ public:
+  /** \throws std::runtime_error in a thread that begins while the interpreter ends */
+  NotAtTheEnd();
+  ~NotAtTheEnd();
+  NotAtTheEnd(const NotAtTheEnd&) = delete;
+  NotAtTheEnd& operator=(const NotAtTheEnd&) = delete;
+};
+
 /** \brief Work without the interpreter's lock (GIL), so that other threads of Python run meanwhile. The interpreter does not end before all
- *  such work is done: a thread that came back afterwards would be torn down in the middle of C++. */
+ *  such work is done. */
 class InFlight {
  public:
   /** \brief Needs the lock, and gives it away. \throws std::runtime_error in a thread that begins while the interpreter ends */
-  InFlight();
-  ~InFlight();
+  InFlight() { release_.emplace(); }
   InFlight(const InFlight&) = delete;
   InFlight& operator=(const InFlight&) = delete;
 
  private:
+  NotAtTheEnd not_at_the_end_;  // until the lock is back
   std::optional<pybind11::gil_scoped_release> release_;
 };
 
@@ -37,6 +48,7 @@ class Busy {
     Inside& operator=(const Inside&) = delete;
 
    private:
+    const NotAtTheEnd not_at_the_end_;  // what is made of the results is Python's, too
     Busy& busy_;
   };
 

@@ -1,10 +1,12 @@
 #include "bindings.h"
 #include "in_flight.h"
+#include "open_ends.h"
 
 PYBIND11_MODULE(_fuse_flow, module) {
   using namespace fuse_flow::python;
   module.doc() = "Fuses the images of several calibrated depth cameras into one point cloud, frame by frame.";
   finishBeforeExit();
+  beforeExit(&OpenEnd::closeAll);
   bindErrors(module);
   bindCameras(module);
   bindFrames(module);
@@ -14,6 +16,7 @@ PYBIND11_MODULE(_fuse_flow, module) {
   bindDeviceClouds(module);
   bindFusion(module);
   bindRecordings(module);
+  bindRigWriter(module);
   bindFilters(module);
   bindQuality(module);
   bindExtrinsics(module);
@@ -21,6 +24,7 @@ PYBIND11_MODULE(_fuse_flow, module) {
   bindDepthCorrection(module);
   bindTracking(module);
   bindSynchronizer(module);
+  bindLive(module);
   bindStereo(module);
 #ifdef FUSE_FLOW_WITH_STREAM
   bindStreams(module);

@@ -3,7 +3,9 @@
 #include "frames.h"
 #include "images.h"
 #include "in_flight.h"
+#include "paths.h"
 #include "pool.h"
+#include "warn.h"
 
 #include <fuse_flow/recordings/recording.h>
 #include <fuse_flow/recordings/rig_json.h>
@@ -21,10 +23,6 @@ namespace fuse_flow::python {
 namespace {
 
 namespace py = pybind11;
-
-void warn(const std::string& line) {
-  if (PyErr_WarnEx(PyExc_UserWarning, line.c_str(), 1) != 0) throw py::error_already_set();
-}
 
 template <typename Pixel>
 py::object arrayOrNone(const ImageView<Pixel>& image, const py::object& owner) {
@@ -59,8 +57,8 @@ class Frames {
       throw py::index_error("frame " + std::to_string(number) + " does not exist: the recording has " +
                             std::to_string(recording_->frameCount()));
     const std::shared_ptr<io::LoadedFrame> loaded = pool_->take();
+    const Busy::Inside inside(busy_, "fuse_flow.Recording");
     {
-      const Busy::Inside inside(busy_, "fuse_flow.Recording");
       const InFlight in_flight;
       recording_->read(number, *loaded);
     }
@@ -91,15 +89,6 @@ class FrameIterator {
   std::size_t at_{0};
 };
 
-/** \brief A path, or several, each a str or an os.PathLike. */
-std::vector<std::string> pathsOf(const py::object& paths) {
-  const py::object fspath = py::module_::import("os").attr("fspath");
-  if (py::isinstance<py::str>(paths) || py::hasattr(paths, "__fspath__")) return {py::str(fspath(paths))};
-  std::vector<std::string> all;
-  for (const py::handle path : paths) all.push_back(py::str(fspath(path)));
-  return all;
-}
-
 std::shared_ptr<Frames> open(const py::object& paths, const io::RecordingOptions& options) {
   const std::vector<std::string> inputs = pathsOf(paths);
   std::unique_ptr<io::Recording> recording;
@@ -113,7 +102,7 @@ std::shared_ptr<Frames> open(const py::object& paths, const io::RecordingOptions
 
 /** \brief The cameras of a rig.json. What of it no Camera has is said: open() takes it into account. */
 std::vector<Camera> readRig(const py::object& path) {
-  const io::RigDescription rig = io::readRigJson(py::str(py::module_::import("os").attr("fspath")(path)));
+  const io::RigDescription rig = io::readRigJson(pathOf(path));
   for (const std::string& warning : rig.warnings) warn(warning);
   std::vector<Camera> cameras;
   for (const io::RigCamera& camera : rig.cameras) {
@@ -133,7 +122,7 @@ void writeRig(const py::object& path, const std::vector<Camera>& cameras,
     checkCamera(camera);
     rig.cameras.emplace_back().camera = camera;
   }
-  io::writeRigJson(py::str(py::module_::import("os").attr("fspath")(path)), rig);
+  io::writeRigJson(pathOf(path), rig);
 }
 
 std::string optionDocs() {

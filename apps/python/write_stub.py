@@ -45,6 +45,7 @@ def annotation(text):
     text = re.sub(r"\bList\[", "list[", text)
     text = re.sub(r"\bTuple\[", "tuple[", text)
     text = re.sub(r"\bDict\[", "dict[", text)
+    text = re.sub(r"list\[float\[3\]\]|Annotated\[list\[float\], FixedSize\(3\)\]", "ArrayLike", text)
     return text
 
 
@@ -52,7 +53,8 @@ def arguments(text):
     text = annotation(text)
     text = re.sub(r"<(\w+)\.(\w+): -?\d+>", r"\1.\2", text)  # the default of an enumeration
     text = re.sub(r"= <[^>]*>|= Distortion\(\)|= [\w.]+ object at \w+", "= ...", text)
-    text = re.sub(r"\bpath: (object|handle)", "path: " + PATHS, text)
+    text = re.sub(r"\b(path|source): (object|handle)", r"\1: " + PATHS, text)
+    text = re.sub(r"\bcloud: (object|handle)", "cloud: Union[Cloud, StreamedCloud, ArrayLike]", text)
     text = re.sub(r": (object|handle) = None", ": Optional[ArrayLike] = None", text)
     text = re.sub(r": (object|handle)\b", ": ArrayLike", text)
     text = re.sub(r": (\w+) = None", r": Optional[\1] = None", text)
@@ -132,7 +134,11 @@ def write_class(name, cls):
         return out
     body = ""
     for member, value in vars(cls).items():
-        if isinstance(value, property):
+        if member in RETURNS_SELF and (member != "__iter__" or hasattr(cls, "__next__")):
+            body += f"    def {member}(self) -> {name}: ...\n"
+        elif member == "__exit__":
+            body += "    def __exit__(self, *exception: Any) -> None: ...\n"
+        elif isinstance(value, property):
             body += write_property(name, member, value)
         elif isinstance(value, staticmethod):
             body += write_function(value.__func__, 1, name, True)
@@ -141,6 +147,8 @@ def write_class(name, cls):
     return out + (body or "    ...\n")
 
 
+# Of these the module knows no type, as they take and return any object.
+RETURNS_SELF = ("__enter__", "__iter__")
 DUNDERS = ("__init__", "__len__", "__iter__", "__next__", "__repr__", "__copy__", "__deepcopy__", "__iadd__")
 
 

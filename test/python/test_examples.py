@@ -4,8 +4,10 @@ import importlib.util
 import json
 import os
 import pathlib
+import signal
 import subprocess
 import sys
+import urllib.request
 
 import pytest
 
@@ -81,3 +83,33 @@ def test_a_rig_is_calibrated(recording, tmp_path):
 def test_cameras_that_run_are_fused_as_they_come(recording):
     lines = run("live_loop.py", recording).splitlines()
     assert 1 <= len(lines) <= 3 and all("points" in line for line in lines)
+
+
+def test_arrays_become_a_recording(tmp_path):
+    lines = run("write_recording.py", tmp_path / "recording").splitlines()
+    assert [line.split()[0] for line in lines] == ["0.00", "0.03", "0.07"] and all("Cloud of " in line for line in lines)
+
+
+def test_fused_clouds_are_streamed_to_browsers(recording):
+    import fuse_flow
+
+    if not hasattr(fuse_flow, "StreamServer"):
+        pytest.skip("the module was built without streams")
+    command = [sys.executable, EXAMPLES / "stream_to_browsers.py", recording]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as server:
+        try:
+            link = server.stdout.readline().strip()
+            with fuse_flow.StreamClient(link) as client:
+                clouds = [client.pull(60) for _ in range(4)]
+                assert client.description.name == "fused in Python" and len(client.description.cameras) == 4
+            assert all(len(cloud) == cloud.points_of_frame > 100 for cloud in clouds)
+            for times in ([cloud.number for cloud in clouds], [cloud.captured for cloud in clouds]):
+                assert times == sorted(set(times))
+            with fuse_flow.StreamServer(0) as probe:
+                if probe.has_page:
+                    with urllib.request.urlopen(link) as page:
+                        assert b"<html" in page.read()
+        finally:
+            server.send_signal(signal.SIGINT)
+            said = server.communicate(timeout=60)[1]
+        assert "KeyboardInterrupt" in said and "terminate" not in said and server.returncode in (1, -signal.SIGINT)

@@ -27,6 +27,21 @@ def test_the_stub_has_every_name_of_the_module():
         assert {member for member in vars(cls) if not member.startswith("_")} <= members, name
 
 
+WITH_STREAMS = """
+server = fuse_flow.StreamServer(0, encoding=fuse_flow.StreamEncoding(chroma_step=4))
+server.publish(cloud)
+server.publish(numpy.zeros((7, 3)), colors=numpy.zeros((7, 3), numpy.uint8))
+client = fuse_flow.StreamClient(server.link)
+client.wish(region=((0, 0, 0), numpy.ones(3)), points=1000)
+with fuse_flow.StreamWriter("stream.ffs", name="all") as stream:
+    received = client.pull(1)
+    if received is not None:
+        stream.write(received, captured=5)
+for streamed in fuse_flow.StreamReader("stream.ffs"):
+    number: int = streamed.number
+"""
+
+
 def test_the_examples_pass_a_strict_type_check(tmp_path):
     if importlib.util.find_spec("mypy") is None:
         pytest.skip("no mypy")
@@ -42,8 +57,14 @@ def test_the_examples_pass_a_strict_type_check(tmp_path):
         "fusion.parameters.crop_box = ((0, 0, 0), (1, 1, 1))\n"
         "cloud: fuse_flow.Cloud = fusion.fuse(fuse_flow.RigFrame([camera], [view, None]))\n"
         "points: numpy.ndarray = cloud.points\n"
+        "with fuse_flow.RigWriter('recording', [camera], 30) as writer:\n"
+        "    writer.write(fuse_flow.RigFrame([camera], [view]))\n"
+        "with fuse_flow.LiveRig(['openni2:#1'], stalls=[(0, 1, 2)]) as rig:\n"
+        "    for live in rig:\n"
+        "        fused: fuse_flow.Cloud = fusion.fuse(live)\n"
         "for frame in fuse_flow.open('recording', views='0,1'):\n"
-        "    stamp: int = frame.stamp\n")
+        "    stamp: int = frame.stamp\n"
+        + (WITH_STREAMS if hasattr(fuse_flow, "StreamServer") else ""))
     check = [sys.executable, "-m", "mypy", "--strict", "--allow-any-generics", "--cache-dir", str(tmp_path)]
     for file in (program, PACKAGE / "__init__.pyi"):
         run = subprocess.run([*check, str(file)], capture_output=True, text=True)

@@ -130,3 +130,14 @@ def test_every_class_and_attribute_has_a_sentence():
         for attribute, found in vars(value).items():
             if type(found) is property and not hasattr(value, "__members__"):
                 assert found.__doc__, f"{name}.{attribute}"
+
+
+def test_what_was_not_built_is_said_where_it_is_asked_for():
+    with pytest.raises(AttributeError, match="has no attribute 'Nothing'$"):
+        fuse_flow.Nothing
+    if hasattr(fuse_flow, "StreamServer"):
+        with pytest.raises(AttributeError, match="has no attribute 'StreamNothing'$"):
+            fuse_flow.StreamNothing
+    else:
+        with pytest.raises(AttributeError, match="'StreamServer': it was built without streams, which need Boost, OpenSSL"):
+            fuse_flow.StreamServer

@@ -11,3 +11,9 @@ Metres, seconds, pixels. Cameras look along z, with x to the right and y down; T
 
 from ._fuse_flow import *  # noqa: F401,F403
 from ._fuse_flow import __doc__ as _sentence  # noqa: F401
+
+if "StreamServer" not in globals():
+
+    def __getattr__(name):
+        why = ": it was built without streams, which need Boost, OpenSSL, nlohmann_json and Zstandard"
+        raise AttributeError(f"module 'fuse_flow' has no attribute '{name}'{why if name.startswith('Stream') else ''}")
