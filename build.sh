@@ -20,8 +20,8 @@ browser=(nodejs chromium chromium-driver python3-selenium python3-websockets)
 python=(python3-dev pybind11-dev python3-numpy)
 python_tests=(python3-pytest python3-matplotlib python3-open3d python3-torch mypy)
 analysers=(clang-tidy cppcheck shellcheck)
-# The compiler of fuzzers; its libFuzzer is a package of its own on Debian, see fuzz().
-fuzzers=(clang)
+# The compiler of fuzzers and of CI's sanitizers; see install_clang().
+clang=(clang)
 
 fail() { echo "build.sh: $*" >&2; exit 1; }
 
@@ -332,15 +332,20 @@ tables() {
 }
 
 # ./build.sh fuzz [RUNS [SECONDS [TARGET…]]]: builds the fuzzers, and runs each RUNS times, but no longer than SECONDS, see test/fuzz/run.sh.
-fuzz() {
-  # Debian's clang 14 and later have libFuzzer and the sanitizers in packages of their own; Ubuntu 22.04's has them.
-  if [ -n "$(apt-cache madison libclang-rt-dev 2> /dev/null)" ]; then fuzzers+=(libclang-rt-dev); fi
+# clang, its sanitizers and libFuzzer.
+install_clang() {
+  # Debian's clang 14 and later have the sanitizers and libFuzzer in packages of their own; Ubuntu 22.04's has them.
+  if [ -n "$(apt-cache madison libclang-rt-dev 2> /dev/null)" ]; then clang+=(libclang-rt-dev); fi
   if ! command -v clang++ > /dev/null || ! echo 'extern "C" int LLVMFuzzerTestOneInput(const char*, unsigned long) { return 0; }' |
     clang++ -x c++ - -fsanitize=fuzzer,address -o /dev/null 2> /dev/null; then
-    install_missing "${fuzzers[@]}"
+    install_missing "${clang[@]}"
   else
     install_missing
   fi
+}
+
+fuzz() {
+  install_clang
   cmake --preset fuzz > /dev/null || cmake --preset fuzz
   cmake --build --preset fuzz --target fuse_flow_fuzzers
   test/fuzz/run.sh build-fuzz "${1:-100000}" "${2:-0}" "${@:3}"
@@ -374,7 +379,7 @@ format() {
 }
 
 case "${1:-}" in
-packages) install_missing; fetch_page_packages ;;
+packages) install_missing; fetch_page_packages; if [ "${2:-}" = clang ]; then install_clang; fi ;;
 demo) demo ;;
 test) run_tests ;;
 python) build_python ;;

@@ -52,6 +52,38 @@ bool sameBytes(const StereoFrame& a, const StereoFrame& b) {
 
 TEST(MultiViewStereo, FindsAWallAndABall) { expectFound(errorsOf(wallAndBall(), estimate(wallAndBall()))); }
 
+TEST(MultiViewStereo, WhereASurfaceGrewOverItsEdgeItIsDoubtful) {
+  // A board before a wall. Beside it the wall is seen, and windows that show the board's edge find the board.
+  Rig rig = textured::onArc(4, 160);
+  const scenes::Surface wall = scenes::plane(Eigen::Vector3d(0, 0, 1), 2.6);
+  const scenes::Surface board = scenes::plane(Eigen::Vector3d(0, 0, 1), 1.6);
+  rig.render(
+      [&](const Eigen::Vector3d& from, const Eigen::Vector3d& direction) {
+        const double z = board(from, direction);
+        const Eigen::Vector3d p = from + z * direction;
+        return std::abs(p.x()) < 0.25 && std::abs(p.y()) < 0.25 ? z : wall(from, direction);
+      },
+      textured::noise(0.06));
+  const StereoFrame found = estimate(rig);
+  std::size_t grown = 0, confident = 0, on_board = 0, board_confident = 0;
+  for (std::size_t k = 0; k < found.views.size(); ++k)
+    for (std::size_t i = 0; i < found.views[k].depth.size(); ++i) {
+      const float z = found.views[k].depth[i], truth = rig.depth[k][i];
+      if (!(z > 0)) continue;
+      const bool sure = found.views[k].confidence[i] > 0.5f;
+      if (truth > 2 && z < 1.8f) {
+        ++grown;
+        confident += sure ? 1 : 0;
+      } else if (truth < 2) {
+        ++on_board;
+        board_confident += sure ? 1 : 0;
+      }
+    }
+  EXPECT_GT(grown, 100u) << "nothing grew: this tests nothing";
+  EXPECT_LT(confident, grown / 400) << "a fourth of a percent; 0.45 where edges are not looked for";
+  EXPECT_GT(board_confident, on_board / 2);
+}
+
 TEST(MultiViewStereo, NormalsAreThoseOfTheSurfaceAndFaceTheCamera) {
   Rig rig = textured::onArc(4);
   const Eigen::Vector3d normal = Eigen::Vector3d(0.5, -0.2, 1).normalized();
