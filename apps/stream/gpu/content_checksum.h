@@ -33,7 +33,7 @@ struct ContentHash {
   /** \brief One lane over all stripes of 32 bytes. Some words at a time are on their way from memory. */
   FUSE_FLOW_HD static std::uint64_t lane(std::uint32_t number, const std::uint8_t* from, std::uint32_t stripes) {
     std::uint64_t sum = number == 0 ? kPrime1 + kPrime2 : number == 1 ? kPrime2 : number == 2 ? 0 : 0 - kPrime1;
-    from += 8 * number;
+    from += stripes > 0 ? 8 * number : 0;  // of no bytes there may be no address
     constexpr std::uint32_t some = 16;
     std::uint64_t next[some], now[some];
     std::uint32_t at = 0;

@@ -26,7 +26,8 @@ async def main(url, token):
         numbers = []
         for _ in range(10):
             number, (whole, points) = await frame()
-            assert whole == points, (whole, points)
+            # Who answers late, as on a busy machine, gets fewer; the first one is sent before anybody knows.
+            assert points == whole if not numbers else 0 < points <= whole, (whole, points)
             numbers.append(number)
         assert numbers == sorted(set(numbers)), numbers
         print(f"10 frames of {whole} points")
