@@ -285,7 +285,7 @@ TEST_F(CalibrateByBoard, WhatIsMissingOrWrongIsOneLine) {
 TEST_F(Calibrate, MistakesAreOneLine) {
   EXPECT_TRUE(isOneLineError(calibrate({}), 1, {"recording", "not found"}));
   WallRecording().write(recording_);
-  EXPECT_TRUE(isOneLineError(calibrate({"--max-distance", "-1"}), 2, {"--max-distance"}));
+  EXPECT_TRUE(isOneLineError(calibrate({"--max-distance", "-1"}), 2, {"--max-correspondence-distance"}));
   EXPECT_TRUE(isOneLineError(calibrate({"--device", "abacus"}), 2, {"--device", "abacus", "cpu", "gpu"}));
   EXPECT_TRUE(isOneLineError(calibrate({"--samples", "3"}), 1, {"samples is 3"}));
   EXPECT_TRUE(isOneLineError(runProgram(FUSE_FLOW_CALIBRATE_TOOL, {recording(), "-o", "/nowhere/rig.json"}), 1,

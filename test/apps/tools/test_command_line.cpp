@@ -134,9 +134,9 @@ TEST_F(CommandLine, ALengthInMillimetresIsRefusedWithTheUnitThatIsMeant) {
   expectWrong({"--leaf-size", "20"}, {"--leaf-size", "20", "metres, 10 or less"});
   expectWrong({"--coverage-radius", "15"}, {"--coverage-radius", "15", "metres"});
   expectWrong({"--visibility", "50"}, {"--visibility", "50", "metres"});
-  EXPECT_TRUE(
-      isOneLineError(runProgram(FUSE_FLOW_CALIBRATE_TOOL, {recording(), "-o", out("r.json"), "--max-distance", "250"}),
-                     2, {"--max-distance", "250", "metres"}));
+  EXPECT_TRUE(isOneLineError(
+      runProgram(FUSE_FLOW_CALIBRATE_TOOL, {recording(), "-o", out("r.json"), "--max-correspondence-distance", "250"}),
+      2, {"--max-correspondence-distance", "250", "metres"}));
 }
 
 TEST_F(CommandLine, WhetherIsSaidInWordsOrNumbers) {
