@@ -34,6 +34,9 @@ StereoArguments::StereoArguments(CLI::App& app, bool may_be_off) {
       "over the images in full size, 0-16; more is slower and finer, 0 leaves it at half size");
   add("--stereo-window", "window_spacing", parameters_.window_spacing,
       "between the 5 x 5 samples that are compared, 1-8 pixels; more blurs details");
+  add("--stereo-edge-step", "edge_step", parameters_.edge_step,
+      "doubt pixels beside edges of at least this share of the depth, 0-0.99, 0: none; more keeps feet and hands "
+      "whole, and wrong points");
 }
 
 io::StereoOptions StereoArguments::options(const std::string& tool) const {

@@ -168,6 +168,7 @@ void bindStereo(py::module_& module) {
       .FUSE_FLOW_FIELD(StereoParameters, geometric_weight)
       .FUSE_FLOW_FIELD(StereoParameters, geometric_limit)
       .FUSE_FLOW_FIELD(StereoParameters, min_incidence)
+      .FUSE_FLOW_FIELD(StereoParameters, edge_step)
       .FUSE_FLOW_FIELD(StereoParameters, seed);
   bindStereoResult(module);
   py::class_<Stereo>(module, "MultiViewStereo", doc("MultiViewStereo"))

@@ -176,18 +176,21 @@ TEST(PixelRandom, IsUniformAndDependsOnEachOfItsSeeds) {
 
 TEST(SurfaceEnds, WhereTheOtherPixelIsFartherThanThePlaneGoesOn) {
   // Here at 2 m: 0.5 in inverse depth. The opposite pixel shows the same plane.
-  EXPECT_FALSE(surfaceEnds(0.5f, 0.5f, 0.5f));
-  EXPECT_TRUE(surfaceEnds(0.5f, 0.25f, 0.5f)) << "4 m";
-  EXPECT_FALSE(surfaceEnds(0.5f, 1.0f, 0.5f)) << "something nearer is another surface's edge";
-  EXPECT_FALSE(surfaceEnds(0.5f, 0.496f, 0.5f)) << "less than a hundredth";
-  EXPECT_TRUE(surfaceEnds(0.5f, 0.494f, 0.5f));
+  EXPECT_FALSE(surfaceEnds(0.5f, 0.5f, 0.5f, 0.01f));
+  EXPECT_TRUE(surfaceEnds(0.5f, 0.25f, 0.5f, 0.01f)) << "4 m";
+  EXPECT_FALSE(surfaceEnds(0.5f, 1.0f, 0.5f, 0.01f)) << "something nearer is another surface's edge";
+  EXPECT_FALSE(surfaceEnds(0.5f, 0.496f, 0.5f, 0.01f)) << "less than a hundredth";
+  EXPECT_TRUE(surfaceEnds(0.5f, 0.494f, 0.5f, 0.01f));
   // A floor that is seen at a small angle goes on as it comes; one that turns away by less than a hundredth, too.
-  EXPECT_FALSE(surfaceEnds(0.5f, 0.48f, 0.52f));
-  EXPECT_FALSE(surfaceEnds(0.5f, 0.478f, 0.518f));
-  EXPECT_TRUE(surfaceEnds(0.5f, 0.46f, 0.52f));
+  EXPECT_FALSE(surfaceEnds(0.5f, 0.48f, 0.52f, 0.01f));
+  EXPECT_FALSE(surfaceEnds(0.5f, 0.478f, 0.518f, 0.01f));
+  EXPECT_TRUE(surfaceEnds(0.5f, 0.46f, 0.52f, 0.01f));
+  // Steps of a tenth.
+  EXPECT_FALSE(surfaceEnds(0.5f, 0.46f, 0.5f, 0.1f));
+  EXPECT_TRUE(surfaceEnds(0.5f, 0.44f, 0.5f, 0.1f));
   // A thin thing: the opposite pixel is beyond its other edge, or something is before it.
-  EXPECT_FALSE(surfaceEnds(0.5f, 0.25f, 0.25f));
-  EXPECT_FALSE(surfaceEnds(0.5f, 0.25f, 1.0f));
+  EXPECT_FALSE(surfaceEnds(0.5f, 0.25f, 0.25f, 0.01f));
+  EXPECT_FALSE(surfaceEnds(0.5f, 0.25f, 1.0f, 0.01f));
 }
 
 }  // namespace

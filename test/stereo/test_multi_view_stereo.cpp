@@ -65,23 +65,33 @@ TEST(MultiViewStereo, WhereASurfaceGrewOverItsEdgeItIsDoubtful) {
       },
       textured::noise(0.06));
   const StereoFrame found = estimate(rig);
-  std::size_t grown = 0, confident = 0, on_board = 0, board_confident = 0;
+  StereoParameters parameters;
+  parameters.edge_step = 0;
+  const StereoFrame without = estimate(rig, parameters);
+  std::size_t grown = 0, grown_without = 0, on_board = 0, on_board_without = 0, wall_without = 0, wall_and_doubted = 0;
   for (std::size_t k = 0; k < found.views.size(); ++k)
     for (std::size_t i = 0; i < found.views[k].depth.size(); ++i) {
       const float z = found.views[k].depth[i], truth = rig.depth[k][i];
-      if (!(z > 0)) continue;
-      const bool sure = found.views[k].confidence[i] > 0.5f;
+      const float before = without.views[k].confidence[i], now = found.views[k].confidence[i];
+      EXPECT_EQ(z, without.views[k].depth[i]) << "only confidence changes";
+      EXPECT_TRUE(now == before || now == 0.5f * before);
+      if (!(before > 0.5f)) continue;
+      const bool sure = now > 0.5f;
       if (truth > 2 && z < 1.8f) {
-        ++grown;
-        confident += sure ? 1 : 0;
-      } else if (truth < 2) {
-        ++on_board;
-        board_confident += sure ? 1 : 0;
+        ++grown_without;
+        grown += sure ? 1 : 0;
+      } else if (truth > 2) {
+        ++wall_without;
+        wall_and_doubted += sure ? 0 : 1;
+      } else {
+        ++on_board_without;
+        on_board += sure ? 1 : 0;
       }
     }
-  EXPECT_GT(grown, 100u) << "nothing grew: this tests nothing";
-  EXPECT_LT(confident, grown / 400) << "a fourth of a percent; 0.45 where edges are not looked for";
-  EXPECT_GT(board_confident, on_board / 2);
+  EXPECT_GT(grown_without, 20u) << "nothing grew: this tests nothing";
+  EXPECT_LT(4 * grown, grown_without);
+  EXPECT_GT(on_board, on_board_without * 3 / 4) << "all but its edges";
+  EXPECT_LT(wall_and_doubted, wall_without / 10) << "what lies behind has no edge there";
 }
 
 TEST(MultiViewStereo, NormalsAreThoseOfTheSurfaceAndFaceTheCamera) {
@@ -351,6 +361,8 @@ TEST(MultiViewStereo, RefusesWhatContradictsItself) {
   refuses("min_variance", &StereoParameters::min_variance, 0.0f);
   refuses("geometric_weight", &StereoParameters::geometric_weight, -1.0f);
   refuses("min_incidence", &StereoParameters::min_incidence, 1.0f);
+  refuses("edge_step", &StereoParameters::edge_step, -0.01f);
+  refuses("edge_step", &StereoParameters::edge_step, 1.0f);
   StereoParameters parameters;
   parameters.min_depth = 2;
   parameters.max_depth = 1;

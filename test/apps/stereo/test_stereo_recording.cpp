@@ -85,7 +85,9 @@ std::size_t bytesThatDiffer(const std::vector<float>& a, const std::vector<float
 }
 
 TEST(StereoRecording, GivesTheDepthOfTheTrueSurface) {
-  Estimated estimated({false, false, false, false});
+  io::StereoOptions options;
+  options.parameters.edge_step = 0;  // of so small an image much lies beside an edge
+  Estimated estimated({false, false, false, false}, options);
   ASSERT_NE(estimated.stereo(), nullptr);
   EXPECT_EQ(estimated.stereo()->estimatedViews(), 4u);
   EXPECT_TRUE(estimated.saysAtFirst("depth is estimated from the colour images of 4 views"));
@@ -107,7 +109,7 @@ TEST(StereoRecording, GivesTheDepthOfTheTrueSurface) {
       ++sure;
       right += std::fabs(depth.at(u, v) / z - 1) < 0.03f ? 1 : 0;
     }
-  EXPECT_GT(sure, depth.data.size() / 7);  // much of so small an image lies beside an edge
+  EXPECT_GT(sure, depth.data.size() / 5);
   EXPECT_GT(right, sure * 8 / 10);
   EXPECT_GT(estimated.stereo()->agreeing(), 0.3);
   EXPECT_GT(estimated.stereo()->seconds(), 0);

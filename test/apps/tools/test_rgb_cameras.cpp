@@ -204,6 +204,7 @@ TEST_F(RgbCameras, TheirOptionsAreChecked) {
            {"--stereo-max-depth", "nan", {"--stereo-max-depth", "nan", "must be a number"}},
            {"--stereo-levels", "6", {"--stereo-levels is 6", "5"}},
            {"--stereo-passes", "17", {"--stereo-passes is 17", "16"}},
+           {"--stereo-edge-step", "1", {"--stereo-edge-step is 1", "0.99"}},
            {"--stereo-window", "two", {"--stereo-window", "two"}}})
     EXPECT_TRUE(isOneLineError(fuseTo("cloud.ply", {option, value}), 2, words)) << option;
   EXPECT_TRUE(isOneLineError(fuseTo("cloud.ply", {"--stereo-min-depth", "2", "--stereo-max-depth", "1"}), 2,
@@ -227,8 +228,8 @@ TEST_F(RgbCameras, AreExplainedByTheHelpOfTheTools) {
   for (const char* tool : {FUSE_FLOW_FUSE_TOOL, FUSE_FLOW_EVALUATE_TOOL, FUSE_FLOW_EXPORT_TOOL, FUSE_FLOW_DEPTH_TOOL}) {
     const ToolResult help = runProgram(tool, {"--help"});
     EXPECT_EQ(help.exit_code, 0);
-    for (const char* option :
-         {"Depth of cameras without depth", "--stereo-sources", "--stereo-max-depth", "--stereo-passes"})
+    for (const char* option : {"Depth of cameras without depth", "--stereo-sources", "--stereo-max-depth",
+                               "--stereo-passes", "--stereo-edge-step"})
       EXPECT_TRUE(says(help.out, option)) << tool;
     EXPECT_EQ(help.out.find("--no-stereo") == std::string::npos, tool == std::string(FUSE_FLOW_DEPTH_TOOL));
   }

@@ -27,6 +27,8 @@ inline void checkParameters(const StereoParameters& p) {
   detail::checkPositive(owner, "geometric_limit", p.geometric_limit);
   detail::checkNonNegative(owner, "min_incidence", p.min_incidence);
   detail::checkRange(owner, "min_incidence", p.min_incidence, 0.0f, 0.99f);
+  detail::checkNonNegative(owner, "edge_step", p.edge_step);
+  detail::checkRange(owner, "edge_step", p.edge_step, 0.0f, 0.99f);
 }
 
 }  // namespace fuse_flow

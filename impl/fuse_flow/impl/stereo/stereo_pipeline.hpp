@@ -75,9 +75,8 @@ class StereoPipeline {
     backend.forEach(pixels(0), BeginPass{grid(0)});
     StereoForm last = form(0);
     last.geometric_limit = 10;
-    backend.forEach(
-        first_color_.back(),
-        WriteStereoDepth{grid(0), first_color_table_.data(), last, lens_table_.data(), output_table_.data(), {}});
+    backend.forEach(first_color_.back(), WriteStereoDepth{grid(0), first_color_table_.data(), last, lens_table_.data(),
+                                                          output_table_.data(), parameters.edge_step});
   }
 
   /** \brief After run(): what it was. */

@@ -443,6 +443,7 @@ struct WriteStereoDepth {
   StereoForm form;
   const Intrinsics* lenses;  ///< of the colour images
   const StereoOutput* outputs;
+  float edge_step;  ///< see StereoParameters
   AgreementLimits agreement{};
 
   FUSE_FLOW_HD void operator()(std::uint32_t index) const {
@@ -493,17 +494,16 @@ struct WriteStereoDepth {
   /** \brief Whether the surface of a pixel ends within half a window. A window that shows the edge of a surface looks most alike at that surface's
    *  depth even where its middle lies beyond the edge: so surfaces grow, in all views alike, and these agree. */
   FUSE_FLOW_HD bool isBesideEdge(const StereoLevel& level, const StereoPixel& at) const {
+    if (!(edge_step > 0)) return false;
     const int reach = form.window.spacing;
     const float here = inverseDepthAt(level, at.u, at.v);
     bool edge = false;
-    for (int b = -1; b <= 1; ++b)
-      for (int a = -1; a <= 1; ++a) {
-        if (a == 0 && b == 0) continue;
-        const int u = at.u + a * reach, v = at.v + b * reach, u_opposite = at.u - a * reach,
-                  v_opposite = at.v - b * reach;
-        if (!isInside(level, u, v) || !isInside(level, u_opposite, v_opposite)) continue;
-        edge |= surfaceEnds(here, inverseDepthAt(level, u, v), inverseDepthAt(level, u_opposite, v_opposite));
-      }
+    for (int k = 0; k < 4; ++k) {  // along the row, the column and both diagonals
+      const int a = k == 1 ? 0 : reach, b = k == 0 ? 0 : k == 3 ? -reach : reach;
+      if (!isInside(level, at.u + a, at.v + b) || !isInside(level, at.u - a, at.v - b)) continue;
+      const float one = inverseDepthAt(level, at.u + a, at.v + b), other = inverseDepthAt(level, at.u - a, at.v - b);
+      edge |= surfaceEnds(here, one, other, edge_step) | surfaceEnds(here, other, one, edge_step);
+    }
     return edge;
   }
 

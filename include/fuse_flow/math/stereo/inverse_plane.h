@@ -38,13 +38,13 @@ FUSE_FLOW_HD Vec3 normalOf(const InversePlane& plane) {
   return norm > 0 ? (-1.0f / norm) * Vec3{plane.x, plane.y, plane.w} : Vec3{};
 }
 
-/** \brief Whether a surface ends between a pixel and another one: that one is farther, by over a hundredth, than the surface would be if it went on
- *  as it comes from the opposite pixel, at the same distance. Depth is inverse, so that planes go on straight; 1/metres. Where the opposite pixel is of
- *  another surface, too, as on thin things, it is not known. */
-FUSE_FLOW_HD bool surfaceEnds(float here, float there, float opposite) {
-  constexpr float kStep = 0.01f, kSame = 0.05f;
-  return (2 * here - opposite - there > kStep * here) & (there < (1 - kStep) * here) &
-         (opposite - here < kSame * here) & (here - opposite < kSame * here);
+/** \brief Whether a surface ends between a pixel and another one: that one is farther than the surface would be if it went on as it comes from
+ *  the opposite pixel, at the same distance. Depth is inverse, so that planes go on straight; 1/metres. Where the opposite pixel is of another
+ *  surface, too (a twentieth nearer or farther), as on thin things, it is not known. \param step share of the depth by which it must be farther */
+FUSE_FLOW_HD bool surfaceEnds(float here, float there, float opposite, float step) {
+  constexpr float kSame = 0.05f;
+  return (2 * here - opposite - there > step * here) & (there < (1 - step) * here) & (opposite - here < kSame * here) &
+         (here - opposite < kSame * here);
 }
 
 }  // namespace fuse_flow
