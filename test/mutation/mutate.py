@@ -7,6 +7,7 @@ a mutant is run with the suites that reach it, the fastest first, until one fail
 
 import argparse
 import concurrent.futures
+import functools
 import json
 import os
 import pathlib
@@ -54,8 +55,7 @@ class Mutants:
             if begin < at:
                 continue
             out.append(text[at:begin])
-            add = lambda becomes, path=path, number=number, text=text, operator=operator: self.add(
-                path, number, text, operator, becomes)
+            add = functools.partial(self.add, path, number, text, operator)
             opposite = {"<": (">=", "<="), "<=": (">", "<"), ">": ("<=", ">="), ">=": ("<", ">")}
             if operator in opposite:
                 first = add(opposite[operator][1])

@@ -5,7 +5,6 @@
  *  mutant 17 is chosen, and then a <= b. Precedence stays, since the operator is the same on both sides. */
 
 #include <algorithm>
-#include <cstddef>
 #include <cstdio>
 #include <cstdlib>
 #include <type_traits>
@@ -66,17 +65,14 @@ FUSE_FLOW_MUTATION_HAS(HasMinus, -)
 FUSE_FLOW_MUTATION_HAS(HasTimes, *)
 FUSE_FLOW_MUTATION_HAS(HasDivide, /)
 
-#define FUSE_FLOW_MUTATION_ARITHMETIC(Holder, op, Has, other)          \
+// a op Between<id>: holds a until op b comes. The body says what is returned instead of a op b.
+#define FUSE_FLOW_MUTATION(Holder, op, ...)                            \
   template <int id, typename A>                                        \
   struct Holder {                                                      \
     A&& a;                                                             \
     template <typename B>                                              \
     constexpr auto operator op(const B& b) const -> decltype(a op b) { \
-      if constexpr (Has<A, B, decltype(a op b)>::value) {              \
-        if (on<id>()) return a other b;                                \
-      } else {                                                         \
-        none<id>();                                                    \
-      }                                                                \
+      __VA_ARGS__                                                      \
       return a op b;                                                   \
     }                                                                  \
   };                                                                   \
@@ -84,46 +80,23 @@ FUSE_FLOW_MUTATION_HAS(HasDivide, /)
   constexpr Holder<id, A> operator op(A&& a, Between<id>) {            \
     return {static_cast<A&&>(a)};                                      \
   }
+#define FUSE_FLOW_MUTATION_ONE(Holder, op, other) FUSE_FLOW_MUTATION(Holder, op, if (on<id>()) return a other b;)
+// Two mutants: the next one along the boundary, and the opposite.
+#define FUSE_FLOW_MUTATION_RELATION(Holder, op, boundary, opposite) \
+  FUSE_FLOW_MUTATION(Holder, op, if (on<id>()) return a boundary b; if (on<id + 1>()) return a opposite b;)
+#define FUSE_FLOW_MUTATION_ARITHMETIC(Holder, op, Has, other)         \
+  FUSE_FLOW_MUTATION(                                                 \
+      Holder, op, if constexpr (Has<A, B, decltype(a op b)>::value) { \
+        if (on<id>()) return a other b;                               \
+      } else none<id>();)
 FUSE_FLOW_MUTATION_ARITHMETIC(Plus, +, HasMinus, -)
 FUSE_FLOW_MUTATION_ARITHMETIC(Minus, -, HasPlus, +)
 FUSE_FLOW_MUTATION_ARITHMETIC(Times, *, HasDivide, /)
 FUSE_FLOW_MUTATION_ARITHMETIC(Divide, /, HasTimes, *)
-
-// Two mutants: the next one along the boundary, and the opposite.
-#define FUSE_FLOW_MUTATION_RELATION(Holder, op, boundary, opposite)    \
-  template <int id, typename A>                                        \
-  struct Holder {                                                      \
-    A&& a;                                                             \
-    template <typename B>                                              \
-    constexpr auto operator op(const B& b) const -> decltype(a op b) { \
-      if (on<id>()) return a boundary b;                               \
-      if (on<id + 1>()) return a opposite b;                           \
-      return a op b;                                                   \
-    }                                                                  \
-  };                                                                   \
-  template <int id, typename A>                                        \
-  constexpr Holder<id, A> operator op(A&& a, Between<id>) {            \
-    return {static_cast<A&&>(a)};                                      \
-  }
 FUSE_FLOW_MUTATION_RELATION(Less, <, <=, >=)
 FUSE_FLOW_MUTATION_RELATION(LessEqual, <=, <, >)
 FUSE_FLOW_MUTATION_RELATION(Greater, >, >=, <=)
 FUSE_FLOW_MUTATION_RELATION(GreaterEqual, >=, >, <)
-
-#define FUSE_FLOW_MUTATION_ONE(Holder, op, other)                      \
-  template <int id, typename A>                                        \
-  struct Holder {                                                      \
-    A&& a;                                                             \
-    template <typename B>                                              \
-    constexpr auto operator op(const B& b) const -> decltype(a op b) { \
-      if (on<id>()) return a other b;                                  \
-      return a op b;                                                   \
-    }                                                                  \
-  };                                                                   \
-  template <int id, typename A>                                        \
-  constexpr Holder<id, A> operator op(A&& a, Between<id>) {            \
-    return {static_cast<A&&>(a)};                                      \
-  }
 FUSE_FLOW_MUTATION_ONE(Equal, ==, !=)
 FUSE_FLOW_MUTATION_ONE(NotEqual, !=, ==)
 FUSE_FLOW_MUTATION_ONE(And, &, |)
@@ -131,37 +104,33 @@ FUSE_FLOW_MUTATION_ONE(Or, |, &)
 
 // a += b: written a += FUSE_FLOW_MUTANT(17) += b, which is read from the right.
 template <int id, typename B>
-constexpr B operator+=(Between<id>, const B& b) {
+constexpr B negated(const B& b) {
   if constexpr (HasMinus<B, B, B>::value) {
     if (on<id>()) return b - b - b;
   } else {
     none<id>();
   }
   return b;
+}
+template <int id, typename B>
+constexpr B operator+=(Between<id>, const B& b) {
+  return negated<id>(b);
 }
 template <int id, typename B>
 constexpr B operator-=(Between<id>, const B& b) {
-  if constexpr (HasMinus<B, B, B>::value) {
-    if (on<id>()) return b - b - b;
-  } else {
-    none<id>();
-  }
-  return b;
+  return negated<id>(b);
 }
 template <int id, typename B>
 constexpr B operator*=(Between<id>, const B& b) {
-  if (on<id>()) return B(1) / b;
-  return b;
+  return on<id>() ? B(1) / b : b;
 }
 template <int id, typename B>
 constexpr B operator|=(Between<id>, const B& b) {
-  if (on<id>()) return B{};
-  return b;
+  return on<id>() ? B{} : b;
 }
 template <int id, typename B>
 constexpr B operator&=(Between<id>, const B& b) {
-  if (on<id>()) return static_cast<B>(~B{});
-  return b;
+  return on<id>() ? static_cast<B>(~B{}) : b;
 }
 
 template <int id, typename T>
