@@ -6,11 +6,13 @@
 #include "paths.h"
 #include "recordings/files/file_io.h"
 #include "recordings/readers/view_files.h"
+#include "warn.h"
 
 #include <fuse_flow/recordings/rig_writer.h>
 
 #include <pybind11/stl.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <map>
@@ -77,8 +79,13 @@ class RecordingWriter {
 
   void finish() {
     const Busy::Inside inside(busy_, "fuse_flow.RigWriter");
+    const bool timed = timed_ && timesAreTimes();
+    if (timed_ && !timed && stampsDiffer())
+      warn(
+          "fuse_flow.RigWriter: the recording has no times, as the stamps of its frames do not rise from number to "
+          "number; must rise, or give frames_per_second");
     const InFlight in_flight;
-    if (timed_ && timesAreTimes()) writeTimes();
+    if (timed) writeTimes();
     writer_->finish();
   }
 
@@ -122,6 +129,11 @@ class RecordingWriter {
       before = &stamp;
     }
     return stamps_.size() > 1;
+  }
+
+  bool stampsDiffer() const {
+    return std::any_of(stamps_.begin(), stamps_.end(),
+                       [this](const auto& frame) { return frame.second != stamps_.begin()->second; });
   }
 
   /** \brief A timestamps.txt for each camera, of the frames that it has; seconds. */

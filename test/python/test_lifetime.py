@@ -12,6 +12,7 @@ import pytest
 
 import fuse_flow
 from endings import assert_ended_cleanly
+from other_threads import most_counted_during
 from rigs import rough_frame, wall_frame
 
 
@@ -80,23 +81,7 @@ def test_each_thread_may_fuse_with_an_object_of_its_own():
 def test_other_threads_run_while_a_frame_is_fused():
     frame = rough_frame(cameras=8)
     fusion = fuse_flow.FuseFlow(threads=1)
-    stop, counted = threading.Event(), [0]
-
-    def count():
-        while not stop.is_set():
-            counted[0] += 1
-            time.sleep(0)
-
-    thread = threading.Thread(target=count)
-    thread.start()
-    in_one_frame = []
-    for _ in range(20):
-        before = counted[0]
-        fusion.fuse(frame)
-        in_one_frame.append(counted[0] - before)
-    stop.set()
-    thread.join()
-    assert max(in_one_frame) > 10
+    assert most_counted_during(lambda: fusion.fuse(frame), 20) > 10
 
 
 def test_a_second_thread_in_one_object_gets_an_error_and_the_first_its_cloud():

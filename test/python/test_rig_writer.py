@@ -120,6 +120,14 @@ def test_stamps_that_do_not_rise_are_no_times(tmp_path):
         for _ in range(3):
             writer.write(wall_frame())
     assert len(reading(tmp_path / "rig")) == 3
+    writer = fuse_flow.RigWriter(tmp_path / "back", wall_frame().cameras)
+    for stamp in (5, 7, 6):
+        frame = wall_frame()
+        frame.stamp = stamp
+        writer.write(frame)
+    with pytest.warns(UserWarning, match="has no times, as the stamps of its frames do not rise"):
+        writer.finish()
+    assert len(reading(tmp_path / "back")) == 3
 
 
 def test_frames_have_the_numbers_that_they_are_given(tmp_path):

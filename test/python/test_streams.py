@@ -14,6 +14,7 @@ import pytest
 
 import fuse_flow
 from endings import assert_ended_cleanly
+from other_threads import most_counted_during
 from rigs import wall_frame
 
 pytestmark = pytest.mark.skipif(not hasattr(fuse_flow, "StreamServer"), reason="the module was built without streams")
@@ -242,24 +243,8 @@ def test_what_is_no_stream_file_is_said(tmp_path):
 
 def test_other_threads_run_while_a_cloud_is_encoded(tmp_path):
     cloud = points_in_a_row(1000000)[0]
-    stop, counted = threading.Event(), [0]
-
-    def count():
-        while not stop.is_set():
-            counted[0] += 1
-            time.sleep(0)
-
-    thread = threading.Thread(target=count)
-    thread.start()
-    in_one_cloud = []
     with fuse_flow.StreamWriter(tmp_path / "stream.ffs", encoding=fuse_flow.StreamEncoding(threads=1)) as writer:
-        for _ in range(3):
-            before = counted[0]
-            writer.write(cloud)
-            in_one_cloud.append(counted[0] - before)
-    stop.set()
-    thread.join()
-    assert max(in_one_cloud) > 10
+        assert most_counted_during(lambda: writer.write(cloud), 3) > 10
 
 
 def test_thousands_of_clouds_leave_no_memory(tmp_path):
