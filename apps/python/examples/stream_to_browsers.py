@@ -15,7 +15,8 @@ with fuse_flow.LiveRig(sys.argv[1:], loop=True) as rig, fuse_flow.StreamServer(p
     for warning in server.warnings:
         print(warning, file=sys.stderr)
     print(server.link, flush=True)
-    for frame in rig:  # the newest one; those that came meanwhile are left out
-        server.publish(fusion.fuse(frame), captured=time.time_ns())
+    for frame in rig:  # the newest; those that came meanwhile are left out
+        came = time.time_ns()
+        server.publish(fusion.fuse(frame), captured=came)
         for notice in rig.take_notices() + server.take_notices():
             print(notice, file=sys.stderr)
