@@ -502,7 +502,7 @@ struct WriteStereoDepth {
       const int a = k == 1 ? 0 : reach, b = k == 0 ? 0 : k == 3 ? -reach : reach;
       if (!isInside(level, at.u + a, at.v + b) || !isInside(level, at.u - a, at.v - b)) continue;
       const float one = inverseDepthAt(level, at.u + a, at.v + b), other = inverseDepthAt(level, at.u - a, at.v - b);
-      edge |= surfaceEnds(here, one, other, edge_step) | surfaceEnds(here, other, one, edge_step);
+      edge = edge || surfaceEnds(here, one, other, edge_step) || surfaceEnds(here, other, one, edge_step);
     }
     return edge;
   }
