@@ -13,6 +13,7 @@
 #include <pcl/common/transforms.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <filesystem>
 #include <set>
 

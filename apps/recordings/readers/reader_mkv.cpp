@@ -5,6 +5,7 @@
 #include "recordings/streams/recorded_camera.h"
 #include "recordings/streams/video_file.h"
 
+#include <cstdlib>
 #include <filesystem>
 
 namespace fs = std::filesystem;

@@ -3,6 +3,7 @@
 #include "simulation/portable_math.h"
 #include "simulation/surfaces/shapes.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace fuse_flow::simulation {

@@ -2,6 +2,7 @@
 
 #include <fuse_flow/distributed/communicator.h>
 
+#include <cstdint>
 #include <cstring>
 #include <type_traits>
 

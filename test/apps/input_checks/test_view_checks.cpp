@@ -6,6 +6,8 @@
 #include "../recordings/io_fixture.h"
 #include "../recordings/room.h"
 
+#include <algorithm>
+
 namespace {
 
 using namespace io_test;

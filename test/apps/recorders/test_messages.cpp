@@ -4,6 +4,7 @@
 
 #include "../recordings/io_fixture.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace {

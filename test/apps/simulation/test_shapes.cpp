@@ -4,6 +4,8 @@
 #include "simulation/surfaces/implicit_surface.h"
 #include "simulation/surfaces/shapes.h"
 
+#include <algorithm>
+
 namespace {
 
 using namespace fuse_flow::simulation;

@@ -4,6 +4,7 @@
 #include <fuse_flow/gpu/fusion/generate_points.h>
 #include <fuse_flow/gpu/runtime/execution.h>
 
+#include <algorithm>
 #include <utility>
 #include <vector>
 
