@@ -88,6 +88,7 @@ ParameterOptions::ParameterOptions(CLI::App& app) : app_(app) {
       "what it takes for curvature, standard deviations of the noise");
   add(app, "--adapt-noise", given_.adapt_noise, "measure how noisy each view is (true/false)");
   add(app, "--half-weight-noise", given_.half_weight_noise, "axial noise that halves a weight, m; 0: none does");
+  add(app, "--gate-noise", given_.gate_noise, "ask for tau only above this axial noise, m; 0: everywhere");
   add(app, "--max-noise", given_.max_noise, "drop measurements of more axial noise, m; 0: none");
   add(app, "--min-confidence", given_.min_confidence,
       "drop measurements whose own confidence is less; 0: those of none");

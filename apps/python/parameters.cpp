@@ -127,6 +127,7 @@ void bindParameters(py::module_& module) {
       .FUSE_FLOW_FIELD(FuseFlowParameters, aggregation)
       .FUSE_FLOW_FIELD(FuseFlowParameters, adapt_noise)
       .FUSE_FLOW_FIELD(FuseFlowParameters, half_weight_noise)
+      .FUSE_FLOW_FIELD(FuseFlowParameters, gate_noise)
       .FUSE_FLOW_FIELD(FuseFlowParameters, max_noise)
       .FUSE_FLOW_FIELD(FuseFlowParameters, min_support)
       .FUSE_FLOW_FIELD(FuseFlowParameters, min_confidence)

@@ -37,7 +37,13 @@ scenes::Scene noisyBallAndWall() {
 TEST(Checksum, OfTheDefaultsIsThatOfBefore) {
   const scenes::Scene scene = noisyBallAndWall();
   for (const unsigned int threads : {1u, 3u})
-    EXPECT_EQ(checksum(scenes::fuse(scene.rig, {}, threads)), 2749984596211674045u) << threads << " threads";
+    EXPECT_EQ(checksum(scenes::fuse(scene.rig, {}, threads)), 15990745086987315749u) << threads << " threads";
+}
+
+TEST(Checksum, WhereTheGateIsForEveryMeasurementIsThatOfBefore) {
+  FuseFlowParameters parameters;
+  parameters.gate_noise = 0;
+  EXPECT_EQ(checksum(scenes::fuse(noisyBallAndWall().rig, parameters)), 2749984596211674045u);
 }
 
 TEST(Checksum, OfThePublishedFormIsThatOfBefore) {
@@ -49,6 +55,7 @@ FuseFlowParameters withoutTwicing() {
   FuseFlowParameters parameters;
   parameters.smoothing.twicing = false;
   parameters.smoothing.tolerance = 2.5f;
+  parameters.gate_noise = 0;
   return parameters;
 }
 

@@ -505,6 +505,7 @@ TEST(FuseFlow, WhatASensorIsHalfSureOfCountsHalf) {
   scene.attach();
   FuseFlowParameters parameters;
   parameters.min_confidence = 0.2f;
+  parameters.gate_noise = 0;
   parameters.aggregation.min_weight = parameters.aggregation.weak_weight = 0;  // which look at weights
   ASSERT_GT(parameters.confidence.threshold, 0.2f);
   FrameStatistics statistics;

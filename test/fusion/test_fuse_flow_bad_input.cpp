@@ -282,6 +282,8 @@ TEST(FuseFlowBadInput, AParameterOutOfItsRangeIsRefusedByClassNameAndValueAndCha
       {[](auto& p) { p.confidence.noise.floor = 20; }, {"ConfidenceEstimation", "noise.floor is 20 m"}},
       {[](auto& p) { p.confidence.noise_reference = 1e4f; }, {"ConfidenceEstimation", "noise_reference is 10000 m"}},
       {[](auto& p) { p.half_weight_noise = 25; }, {"FuseFlow", "half_weight_noise is 25 m"}},
+      {[](auto& p) { p.gate_noise = 20; }, {"FuseFlow", "gate_noise is 20 m", "20 mm are 0.02 m"}},
+      {[=](auto& p) { p.gate_noise = nan; }, {"FuseFlow", "gate_noise", "nan"}},
       {[](auto& p) { p.max_noise = 70; }, {"FuseFlow", "max_noise is 70 m", "70 mm are 0.07 m"}},
       {[](auto& p) { p.aggregation.points_per_cell = 0; }, {"AdaptiveHashFusion", "points_per_cell", "0"}},
       {[](auto& p) { p.smoothing.passes = 5; }, {"FuseFlow", "smoothing_passes", "5"}},

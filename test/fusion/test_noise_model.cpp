@@ -161,6 +161,53 @@ TEST(CameraNoise, WhatIsNoModelIsNamed) {
   }
 }
 
+// ---- The gate of eq. 9 is for what is noisy
+
+/** \brief How many measurements of a ball, whose rim is steep, become points. \param depth of its centre  \param gate_noise m */
+std::size_t pointsOfBall(double depth, float gate_noise, std::size_t* measured = nullptr) {
+  const double radius = 0.1 * depth;  // the same image at any depth
+  const Scene scene = scenes::makeScene(scenes::sameCameras(1, 96, 72, 400), scenes::sphere({0, 0, depth}, radius));
+  FuseFlowParameters p;
+  p.use_spatial_hash = false;  // a point a measurement
+  p.smoothing.passes = 0;
+  p.adapt_noise = false;
+  p.min_support = 0;
+  p.gate_noise = gate_noise;
+  FrameStatistics statistics;
+  scenes::fuse(scene.rig, p, 1, &statistics);
+  if (measured != nullptr) *measured = statistics.measured_points;
+  return statistics.gated_points;
+}
+
+TEST(GateNoise, KeepsTheRimsOfWhatIsMeasuredExactly) {
+  std::size_t measured = 0;
+  const std::size_t asked = pointsOfBall(2, 0, &measured);  // from 1.8 to 2 m: σ is 5.1 to 6.2 mm
+  EXPECT_LT(asked, measured) << "else there is nothing to keep";
+  EXPECT_EQ(pointsOfBall(2, 0.005f), asked);
+  EXPECT_EQ(pointsOfBall(2, 0.0065f), measured);
+  EXPECT_EQ(pointsOfBall(2, FuseFlowParameters().gate_noise), measured);
+}
+
+TEST(GateNoise, DoesNotKeepThoseOfWhatIsNoisy) {
+  std::size_t measured = 0;
+  const std::size_t asked = pointsOfBall(4.4, 0, &measured);  // σ(4 m) is 23 mm: more than the default
+  ASSERT_LT(asked, measured);
+  EXPECT_EQ(pointsOfBall(4.4, FuseFlowParameters().gate_noise), asked);
+}
+
+TEST(GateNoise, IsNotInThePublishedFormNorForEstimatedDepthNorForGivenConfidence) {
+  EXPECT_EQ(FuseFlowParameters::published().gate_noise, 0.0f);
+  EXPECT_EQ(FuseFlowParameters::estimatedDepth().gate_noise, 0.0f);
+  Scene scene = scenes::makeFlatScene(scenes::sameCameras(1, 9, 9, 40), {1.0f});
+  scene.confidence.push_back(scenes::uniform(9, 9, 0.55f));
+  scene.attach();
+  FuseFlowParameters p;
+  p.confidence.form = ConfidenceForm::Given;
+  FrameStatistics statistics;
+  scenes::fuse(scene.rig, p, 1, &statistics);
+  EXPECT_EQ(statistics.gated_points, 0u) << "0.55 is under tau, and the user's word counts";
+}
+
 // ---- The user's own measure of confidence
 
 TEST(GivenConfidence, IsWhatTheGateLooksAtAndWhatPointsWeigh) {

@@ -186,6 +186,7 @@ inline fuse_flow::FuseFlowParameters parameters(Random& random, double scale = 1
   p.smoothing.twicing_above = random.below(3) > 0 ? random.uniform(0.02f, 1.0f) : 0.0f;
   p.adapt_noise = !random.oneIn(3);
   p.half_weight_noise = random.oneIn(3) ? 0.0f : random.uniform(0.002f, 0.1f);
+  p.gate_noise = random.oneIn(3) ? 0.0f : random.uniform(0.002f, 0.05f);
   p.max_noise =
       random.oneIn(2) ? 0.0f : random.uniform(0.5f, 3.0f) * axialNoise(p.confidence.noise, static_cast<float>(scale));
   p.min_support = random.below(9);

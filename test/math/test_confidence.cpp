@@ -51,6 +51,22 @@ TEST(Confidence, FollowsEquationThreeByHand) {
   EXPECT_FLOAT_EQ(confidence(p, 3, 100), 0.25f);
 }
 
+TEST(Gate, AsksForConfidenceOnlyWhereNoiseIsMoreThanGateNoise) {
+  const auto weight = [](float C, float noise, float gate_noise, float max_noise = 0, float scale = 1) {
+    return measurementGate(0.6f, gate_noise, max_noise, 0, ViewNoise{{noise, 0, 0}, scale, 1}).weight(C, 2);
+  };
+  EXPECT_EQ(weight(0.7f, 0.03f, 0.02f), 0.7f);
+  EXPECT_EQ(weight(0.3f, 0.03f, 0.02f), 0.0f);
+  EXPECT_EQ(weight(0.3f, 0.02f, 0.02f), 0.3f) << "as much is not more";
+  EXPECT_EQ(weight(0.3f, 0.01f, 0.02f), 0.3f);
+  EXPECT_EQ(weight(0.3f, 0.01f, 0), 0.0f) << "0: everywhere";
+  EXPECT_EQ(weight(0.3f, 0, 0), 0.0f) << "of exact measurements, too";
+  EXPECT_EQ(weight(0, 0.01f, 0.02f), 0.0f) << "what has no confidence never passes";
+  EXPECT_EQ(weight(0.3f, 0.01f, 0.02f, 0, 2.5f), 0.0f) << "the noise that the view has: 25 mm";
+  EXPECT_EQ(weight(0.3f, 0.03f, 0.02f, 0, 0.5f), 0.3f) << "15 mm";
+  EXPECT_EQ(weight(0.3f, 0.01f, 0.02f, 0.005f), 0.0f) << "max_noise is asked as well";
+}
+
 TEST(Confidence, PublishedThresholdIsThePapersOnTheNormalisedScale) {
   // α / (1 + βG) + γ / (1 + δσ) = 0.5/5 + 1/2 = 0.6 is the paper's τ.
   const float threshold = fuse_flow::FuseFlowParameters::published().confidence.threshold;

@@ -18,10 +18,13 @@ def test_nested_attributes_are_set_where_they_are():
 
 
 def test_parameters_are_made_by_name_and_copied():
-    parameters = fuse_flow.FuseFlowParameters(max_noise=0.05, confidence=fuse_flow.ConfidenceParameters(threshold=0.5))
+    parameters = fuse_flow.FuseFlowParameters(
+        max_noise=0.05, gate_noise=0.01, confidence=fuse_flow.ConfidenceParameters(threshold=0.5)
+    )
     other = copy.deepcopy(parameters)
     other.confidence.threshold = 0.7
     assert parameters.confidence.threshold == 0.5 and other.max_noise == pytest.approx(0.05)
+    assert other.gate_noise == pytest.approx(0.01)
     with pytest.raises(TypeError, match="FuseFlowParameters has no max_nose"):
         fuse_flow.FuseFlowParameters(max_nose=0.05)
 

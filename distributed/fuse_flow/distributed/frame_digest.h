@@ -16,10 +16,10 @@ class FrameDigest {
  public:
   FrameDigest& add(const FuseFlowParameters& p) {
     const auto& [preprocessing, smoothing, confidence, consistency, aggregation, adapt_noise, half_weight_noise,
-                 max_noise, min_support, min_confidence, agreement, use_confidence, use_consistency, use_hash,
+                 gate_noise, max_noise, min_support, min_confidence, agreement, use_confidence, use_consistency, use_hash,
                  crop_box] = p;
     add(preprocessing).add(smoothing).add(confidence).add(consistency).add(aggregation);
-    addAll(adapt_noise, half_weight_noise, max_noise, min_support, min_confidence, use_confidence, use_consistency,
+    addAll(adapt_noise, half_weight_noise, gate_noise, max_noise, min_support, min_confidence, use_confidence, use_consistency,
            use_hash, crop_box.has_value());
     add(agreement);
     if (crop_box)

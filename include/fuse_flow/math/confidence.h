@@ -31,7 +31,8 @@ struct ConfidenceParameters {
   float gamma{1.0f};  ///< γ, weight of the spread term; ≥ 0, α + γ > 0
   float delta{1.0f};  ///< δ, per length unit; ≥ 0
   /** \brief τ of eq. 9 on the normalised scale C ∈ [0, 1]. On this scale the published 0.6 of α + γ = 1.5 is 0.4. At 0.6 each of the two
-   *  terms alone can close the gate, and a pixel without neighbours does not pass. */
+   *  terms alone can close the gate, and a pixel without neighbours does not pass. The frame pipeline asks for it only where noise is more
+   *  than FuseFlowParameters::gate_noise. */
   float threshold{0.6f};
   /** \brief Unit of G and σ_local, metres; (0, 10]. The paper names no unit; the default is centimetres. */
   float length_unit{0.01f};
@@ -133,6 +134,7 @@ FUSE_FLOW_HD float noiseLimit(float max_noise, float noise_scale) {
 /** \brief The conditions for a measurement to become a point, and its weight; the same for all pixels of a view. */
 struct MeasurementGate {
   float threshold;   ///< C must be more than that, eq. 9
+  float gate_noise;  ///< largest axialNoise() at which any C passes; negative: none
   float max_noise;   ///< see noiseLimit()
   float per_half;    ///< see noiseWeight()
   NoiseModel model;  ///< of the camera
@@ -141,17 +143,18 @@ struct MeasurementGate {
   FUSE_FLOW_HD float weight(float C, float depth) const {
     const float noise = axialNoise(model, depth);
     const float weight = C * noiseWeight(noise, per_half);
-    const bool passes = (C > threshold) & !(noise > max_noise);
+    const bool passes = ((C > threshold) | ((C > 0) & (noise <= gate_noise))) & !(noise > max_noise);
     return passes ? weight : 0.0f;
   }
 };
 
-/** \brief Once a view. \param threshold of C  \param max_noise of a measurement, metres; 0: any
+/** \brief Once a view. \param threshold of C  \param gate_noise of a measurement that need not exceed it, metres; 0: all must
+ *  \param max_noise of a measurement, metres; 0: any
  *  \param half_weight_noise σ_½ of noiseWeight(), metres; 0: noise does not weigh  \param noise of the view */
-FUSE_FLOW_HD MeasurementGate measurementGate(float threshold, float max_noise, float half_weight_noise,
-                                             const ViewNoise& noise) {
-  return {threshold, noiseLimit(max_noise, noise.scale), half_weight_noise > 0 ? noise.scale / half_weight_noise : 0.0f,
-          noise.model};
+FUSE_FLOW_HD MeasurementGate measurementGate(float threshold, float gate_noise, float max_noise,
+                                             float half_weight_noise, const ViewNoise& noise) {
+  return {threshold, gate_noise > 0 ? gate_noise / noise.scale : -1.0f, noiseLimit(max_noise, noise.scale),
+          half_weight_noise > 0 ? noise.scale / half_weight_noise : 0.0f, noise.model};
 }
 
 /** \brief Number of the eight neighbouring measurements that also pass the gate and continue the surface. A neighbour continues the surface

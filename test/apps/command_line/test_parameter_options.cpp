@@ -51,6 +51,7 @@ const std::vector<Option>& options() {
       {"--adapt-noise", "false", [](const P& p) { return p.adapt_noise; }, 0, "0.5"},
       {"--min-confidence", "0.25", [](const P& p) { return p.min_confidence; }, 0.25, "1.5"},
       {"--half-weight-noise", "0.5", [](const P& p) { return p.half_weight_noise; }, 0.5, "-1"},
+      {"--gate-noise", "0.03", [](const P& p) { return p.gate_noise; }, 0.03, "-1"},
       {"--max-noise", "0.5", [](const P& p) { return p.max_noise; }, 0.5, "-1"},
       {"--min-support", "5", [](const P& p) { return p.min_support; }, 5, "9"},
       {"--min-agreeing-views", "3", [](const P& p) { return p.agreement.min_views; }, 3, "64"},

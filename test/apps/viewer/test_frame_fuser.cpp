@@ -107,7 +107,10 @@ TEST_F(FrameFusing, ACameraWithADamagedImageIsMissingAndNamed) {
 TEST_F(FrameFusing, TheSettingThatLeavesNoPointIsFound) {
   const auto reason = [&](const std::function<void(FuseFlowParameters&)>& change) {
     controls_->reset();
-    controls_->change([](FuseFlowParameters& p) { p.crop_box.reset(); });
+    controls_->change([](FuseFlowParameters& p) {
+      p.crop_box.reset();
+      p.gate_noise = 0;  // tau is asked of all
+    });
     controls_->change(change);
     const auto answer = fuser_->fuse(requestOf(*controls_), stop_);
     EXPECT_TRUE(answer->clouds[0]->cloud->empty());

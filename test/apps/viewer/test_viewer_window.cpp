@@ -497,7 +497,7 @@ TEST_F(ViewerWindow, KeysThatCanDoNothingHereSaySo) {
 
 TEST_F(ViewerWindow, WhatLeavesNoPointIsSaid) {
   openWall();
-  viewer_->controls().change([](FuseFlowParameters& p) { p.confidence.threshold = 1; });
+  viewer_->controls().change([](FuseFlowParameters& p) { p.confidence.threshold = 1, p.gate_noise = 0; });
   viewer_->settle();
   EXPECT_STREQ(viewer_->overlay().title(0)->GetInput(), "no point passes tau = 1");
   EXPECT_TRUE(viewer_->overlay().title(0)->GetVisibility());
@@ -550,7 +550,7 @@ TEST_F(ViewerWindow, WhatIsUnderTheCursorIsOfTheCloudThatIsShownAndGoesWithTheCu
   EXPECT_EQ(viewer_->overlay().readout(), "") << "it moves";
   viewer_->tick(1);
   EXPECT_NE(viewer_->overlay().readout(), "");
-  viewer_->controls().change([](FuseFlowParameters& p) { p.confidence.threshold = 1; });
+  viewer_->controls().change([](FuseFlowParameters& p) { p.confidence.threshold = 1, p.gate_noise = 0; });
   viewer_->settle();
   EXPECT_EQ(viewer_->overlay().readout(), "") << "there is no point any more";
   press("BackSpace");

@@ -228,6 +228,7 @@ class FramePipeline {
             maps_.refined(),
             parameters.confidence,
             detail::halfWeightNoise(parameters),
+            detail::gateNoise(parameters),
             detail::maxNoise(parameters),
             parameters.min_confidence,
             parameters.use_measurement_confidence};

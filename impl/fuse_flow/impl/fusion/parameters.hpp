@@ -10,6 +10,7 @@ inline FuseFlowParameters FuseFlowParameters::published() {
   p.smoothing.passes = 0;
   p.adapt_noise = false;
   p.half_weight_noise = 0;
+  p.gate_noise = 0;
   p.max_noise = 0;
   p.min_support = 0;
   p.confidence.form = ConfidenceForm::Published;
@@ -28,6 +29,7 @@ inline FuseFlowParameters FuseFlowParameters::published() {
 inline FuseFlowParameters FuseFlowParameters::estimatedDepth() {
   FuseFlowParameters p;
   p.preprocessing.max_range = 1000;  // the unit of photographs may be any
+  p.gate_noise = 0;
   p.max_noise = 0;
   p.agreement.min_views = 2;
   p.adapt_noise = false;
@@ -48,6 +50,7 @@ inline void checkParameters(const FuseFlowParameters& p) {
   checkParameters(p.consistency);
   checkParameters(p.aggregation);
   detail::checkLengthOrNone("fuse_flow::FuseFlow", "half_weight_noise", p.half_weight_noise);
+  detail::checkLengthOrNone("fuse_flow::FuseFlow", "gate_noise", p.gate_noise);
   detail::checkLengthOrNone("fuse_flow::FuseFlow", "max_noise", p.max_noise);
   detail::checkRange("fuse_flow::FuseFlow", "min_support", p.min_support, 0, 8);
   detail::checkRange("fuse_flow::FuseFlow", "min_confidence", p.min_confidence, 0.0f, 1.0f);
