@@ -174,6 +174,14 @@ TEST(PixelRandom, IsUniformAndDependsOnEachOfItsSeeds) {
   EXPECT_NE(first, PixelRandom(1, 2, 3, 5).next());
 }
 
+TEST(GreyAround, IsTheSumOfNinePixelsOfWhichTheBorderCountsForThoseBeside) {
+  const std::uint8_t pixels[] = {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 200};  // four columns
+  const GreyImage image{pixels, nullptr, 4, 3};
+  EXPECT_EQ(greyAround(image, 1, 1), 1 + 2 + 3 + 5 + 6 + 7 + 9 + 10 + 11);
+  EXPECT_EQ(greyAround(image, 0, 0), 1 + 1 + 2 + 1 + 1 + 2 + 5 + 5 + 6);
+  EXPECT_EQ(greyAround(image, 3, 2), 7 + 8 + 8 + 11 + 200 + 200 + 11 + 200 + 200);
+}
+
 TEST(SurfaceEnds, WhereTheOtherPixelIsFartherThanThePlaneGoesOn) {
   // Here at 2 m: 0.5 in inverse depth. The opposite pixel shows the same plane.
   EXPECT_FALSE(surfaceEnds(0.5f, 0.5f, 0.5f, 0.01f));

@@ -94,6 +94,34 @@ TEST(MultiViewStereo, WhereASurfaceGrewOverItsEdgeItIsDoubtful) {
   EXPECT_LT(wall_and_doubted, wall_without / 10) << "what lies behind has no edge there";
 }
 
+TEST(MultiViewStereo, WhatLooksAsItsSurfaceIsNotDoubtedBesideItsEdge) {
+  // A bright bar of ten pixels, most of them within half a window of an edge, before a dark wall.
+  Rig rig = textured::onArc(4, 160);
+  const scenes::Surface wall = scenes::plane(Eigen::Vector3d(0, 0, 1), 2.6);
+  const scenes::Surface bar = scenes::plane(Eigen::Vector3d(0, 0, 1), 1.6);
+  const textured::Texture pattern = textured::noise(0.05);
+  const double half = 5 * 1.6 / static_cast<double>(rig.frame.cameras[0].intrinsics.fx);
+  rig.render(
+      [&](const Eigen::Vector3d& from, const Eigen::Vector3d& direction) {
+        const double z = bar(from, direction);
+        return std::abs((from + z * direction).x()) < half ? z : wall(from, direction);
+      },
+      [&](const Eigen::Vector3d& p) { return 0.4 * pattern(p) + (p.z() < 2 ? 140 : 0); });
+  const StereoFrame found = estimate(rig);
+  std::size_t right = 0, sure = 0, grown = 0, grown_and_sure = 0;
+  for (std::size_t k = 0; k < found.views.size(); ++k)
+    for (std::size_t i = 0; i < found.views[k].depth.size(); ++i) {
+      const float z = found.views[k].depth[i], truth = rig.depth[k][i];
+      if (!(found.views[k].confidence[i] > 0.3f && z > 1.4f && z < 1.8f))
+        continue;  // of the bar; 0.3: doubted ones, too
+      (truth < 2 ? right : grown) += 1;
+      (truth < 2 ? sure : grown_and_sure) += found.views[k].confidence[i] > 0.5f ? 1 : 0;
+    }
+  EXPECT_GT(right, 1000u);
+  EXPECT_GT(sure, right * 9 / 10);
+  EXPECT_LT(2 * grown_and_sure, grown);
+}
+
 TEST(MultiViewStereo, NormalsAreThoseOfTheSurfaceAndFaceTheCamera) {
   Rig rig = textured::onArc(4);
   const Eigen::Vector3d normal = Eigen::Vector3d(0.5, -0.2, 1).normalized();

@@ -491,20 +491,31 @@ struct WriteStereoDepth {
     return doubtful ? 0.5f * confidence : confidence;
   }
 
-  /** \brief Whether the surface of a pixel ends within half a window. A window that shows the edge of a surface looks most alike at that surface's
-   *  depth even where its middle lies beyond the edge: so surfaces grow, in all views alike, and these agree. */
+  /** \brief Whether the surface of a pixel ends within half a window, and the pixel looks more as what lies beyond than as the surface. A window
+   *  that shows the edge of a surface looks most alike at that surface's depth even where its middle lies beyond the edge: so surfaces grow, in all
+   *  views alike, and these agree. */
   FUSE_FLOW_HD bool isBesideEdge(const StereoLevel& level, const StereoPixel& at) const {
     if (!(edge_step > 0)) return false;
-    const int reach = form.window.spacing;
-    const float here = inverseDepthAt(level, at.u, at.v);
+    const int reach = kWindowRadius * form.window.spacing;
     bool edge = false;
     for (int k = 0; k < 4; ++k) {  // along the row, the column and both diagonals
       const int a = k == 1 ? 0 : reach, b = k == 0 ? 0 : k == 3 ? -reach : reach;
       if (!isInside(level, at.u + a, at.v + b) || !isInside(level, at.u - a, at.v - b)) continue;
-      const float one = inverseDepthAt(level, at.u + a, at.v + b), other = inverseDepthAt(level, at.u - a, at.v - b);
-      edge = edge || surfaceEnds(here, one, other, edge_step) || surfaceEnds(here, other, one, edge_step);
+      edge = edge || isGrown(level, at, a, b) || isGrown(level, at, -a, -b);
     }
     return edge;
+  }
+
+  /** \brief Whether the surface ends a columns and b rows from the pixel, and the pixel looks as what is there. */
+  FUSE_FLOW_HD bool isGrown(const StereoLevel& level, const StereoPixel& at, int a, int b) const {
+    const float here = inverseDepthAt(level, at.u, at.v);
+    const float there = inverseDepthAt(level, at.u + a, at.v + b);
+    const float opposite = inverseDepthAt(level, at.u - a, at.v - b);
+    if (!surfaceEnds(here, there, opposite, edge_step)) return false;
+    const int grey = greyAround(level.image, at.u, at.v);
+    const int from_beyond = grey - greyAround(level.image, at.u + a, at.v + b);
+    const int from_surface = grey - greyAround(level.image, at.u - a, at.v - b);
+    return (from_beyond < 0 ? -from_beyond : from_beyond) <= (from_surface < 0 ? -from_surface : from_surface);
   }
 
   FUSE_FLOW_HD static bool isInside(const StereoLevel& level, int u, int v) {

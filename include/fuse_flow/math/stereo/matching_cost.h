@@ -13,6 +13,8 @@ namespace fuse_flow {
 constexpr int kWindowSamples = 24;
 /** \brief Sums are kept in so many lanes: vector code on the CPU, and the same bits on every device. */
 constexpr int kWindowLanes = 8;
+/** \brief From its middle to its border, in samples. */
+constexpr int kWindowRadius = 2;
 /** \brief Cost of a pixel that falls beside the other image, or of no match at all: that of images of opposite sign. */
 constexpr float kWorstCost = 2.0f;
 
@@ -52,6 +54,17 @@ FUSE_FLOW_HD std::uint32_t quadOf(const std::uint8_t* pixels, int width, int hei
 /** \brief Luminance of a colour (Rec. 601), rounded. */
 FUSE_FLOW_HD std::uint8_t greyOf(int r, int g, int b) {
   return static_cast<std::uint8_t>((77 * r + 150 * g + 29 * b + 128) >> 8);
+}
+
+/** \brief Sum of the grey levels of the 3 × 3 pixels around one; those beside the image are its border's. */
+FUSE_FLOW_HD int greyAround(const GreyImage& image, int u, int v) {
+  const auto within = [](int k, int size) { return k < 0 ? 0 : k < size ? k : size - 1; };
+  int sum = 0;
+  for (int b = v - 1; b <= v + 1; ++b)
+    for (int a = u - 1; a <= u + 1; ++a)
+      sum += image.pixels[static_cast<std::size_t>(within(b, image.height)) * static_cast<std::size_t>(image.width) +
+                          static_cast<std::size_t>(within(a, image.width))];
+  return sum;
 }
 
 /** \brief Grey levels from one byte of a quad. */
