@@ -45,7 +45,7 @@ struct StereoParameters {
   float min_incidence{0.15f};
   /** \brief Share of the depth by which a surface must end before what lies behind it, for pixels up to half a window beside that edge to be
    *  doubted that look more as what lies beyond the edge than as the surface: windows there find the nearer surface, and surfaces grow. Their
-   *  confidence is halved. [0, 1), 0: edges are not looked for. Less is more exact, but feet, hands and other small things lose points. */
+   *  confidence is halved. [0, 1), 0: edges are not looked for. Less is more exact, but hands and other small things lose points. */
   float edge_step{0.015f};
   /** \brief Of the random numbers. */
   std::uint32_t seed{1};
