@@ -4,13 +4,16 @@ import asyncio
 import json
 import struct
 import sys
+from inspect import signature
 
 import websockets
 
 
 async def main(url, token):
-    headers = {"Authorization": "Bearer " + token}
-    connect = websockets.connect(url, subprotocols=["other", "fuse_flow.v1"], extra_headers=headers, max_size=2**26)
+    # As websockets 14 and later call them, or earlier versions.
+    headers = next(n for n in ("additional_headers", "extra_headers") if n in signature(websockets.connect).parameters)
+    options = {headers: {"Authorization": "Bearer " + token}}
+    connect = websockets.connect(url, subprotocols=["other", "fuse_flow.v1"], max_size=2**26, **options)
     async with connect as socket:
         assert socket.subprotocol == "fuse_flow.v1"
         description = json.loads(await socket.recv())

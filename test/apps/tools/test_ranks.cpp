@@ -15,12 +15,14 @@ class FuseUnderMpirun : public ToolTest {
     wall.frames = 3;
     wall.write(recording_);
     // As root in a container, with more ranks than cores, and no look for networks: all are here. MPICH knows none of these variables.
-    for (const auto& [name, value] : {std::pair<const char*, const char*>{"OMPI_ALLOW_RUN_AS_ROOT", "1"},
-                                      {"OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1"},
-                                      {"OMPI_MCA_rmaps_base_oversubscribe", "1"},
-                                      {"OMPI_MCA_mpi_yield_when_idle", "1"},
-                                      {"OMPI_MCA_pml", "ob1"},
-                                      {"OMPI_MCA_btl", "self,vader"}})
+    for (const auto& [name, value] :
+         {std::pair<const char*, const char*>{"OMPI_ALLOW_RUN_AS_ROOT", "1"},
+          {"OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1"},
+          {"OMPI_MCA_rmaps_base_oversubscribe", "1"},
+          {"PRTE_MCA_rmaps_default_mapping_policy", ":oversubscribe"},  // the same of Open MPI 5
+          {"OMPI_MCA_mpi_yield_when_idle", "1"},
+          {"OMPI_MCA_pml", "ob1"},
+          {"OMPI_MCA_btl", "self,vader"}})
       setenv(name, value, 1);
   }
 
