@@ -177,7 +177,7 @@ TEST(ParameterOptions, WhatMadeTheDepthIsWhereTheyStartFrom) {
   const std::vector<double> estimated = members(P::estimatedDepth()), defaults = members(P());
   std::size_t different = 0;
   for (std::size_t k = 0; k < defaults.size(); ++k) different += estimated[k] != defaults[k] ? 1 : 0;
-  EXPECT_EQ(different, 11u);  // those that the reference names
+  EXPECT_EQ(different, 12u);  // those that the reference names
   const P changed = parse({"--min-agreeing-views", "1", "--depth-source", "network"});
   EXPECT_EQ(changed.agreement.min_views, 1);
   EXPECT_EQ(changed.adapt_noise, P::estimatedDepth().adapt_noise);
