@@ -374,7 +374,7 @@ format() {
   command -v clang-format > /dev/null || install_missing
   local tool
   tool=$(command -v clang-format-14 || command -v clang-format)
-  find include impl gpu src apps bench test doc \( -name '*.h' -o -name '*.hpp' -o -name '*.cpp' -o -name '*.cu' \) -print0 |
+  find include impl gpu distributed src apps bench test doc \( -name '*.h' -o -name '*.hpp' -o -name '*.cpp' -o -name '*.cu' \) -print0 |
     xargs -0 "$tool" "$@"
 }
 

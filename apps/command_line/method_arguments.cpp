@@ -36,6 +36,10 @@ io::MethodOptions MethodArguments::options() const {
   return result;
 }
 
+std::vector<std::string> MethodArguments::advice() const {
+  return method_ == "fuse_flow" ? parameters_->advice() : std::vector<std::string>();
+}
+
 std::string MethodArguments::assumeStereo(std::size_t views) {
   return method_ == "fuse_flow" ? parameters_->assumeStereo(views) : "";
 }

@@ -7,6 +7,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace fuse_flow::command_line {
 
@@ -23,6 +24,8 @@ class MethodArguments {
   const std::string& method() const { return method_; }
   /** \brief Throws OptionError. */
   io::MethodOptions options() const;
+  /** \brief See ParameterOptions::advice(); empty for methods that ask for no parameters of ours. */
+  std::vector<std::string> advice() const;
   /** \brief See ParameterOptions::assumeStereo(); empty for methods that ask for no parameters of ours. */
   std::string assumeStereo(std::size_t views);
   /** \brief See --depth-source. */

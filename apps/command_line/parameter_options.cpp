@@ -157,8 +157,9 @@ ParameterOptions::ParameterOptions(CLI::App& app) : app_(app) {
       ->group("Parameters");
 }
 
+bool ParameterOptions::given(const char* option) const { return app_.get_option(option)->count() > 0; }
+
 std::string ParameterOptions::assumeStereo(std::size_t views) {
-  const auto given = [this](const char* option) { return app_.get_option(option)->count() > 0; };
   if (published_ || (given("--depth-source") && depth_source_ == "camera")) return "";
   std::ostringstream options;
   const auto assume = [&](const char* option, const auto& value) {
@@ -199,6 +200,17 @@ FuseFlowParameters ParameterOptions::parameters() const {
     throw io::OptionError(message.str());
   }
   return result;
+}
+
+std::vector<std::string> ParameterOptions::advice() const {
+  const FuseFlowParameters p = parameters();
+  const bool asked_of_all =
+      !(p.gate_noise > 0) || !p.use_measurement_confidence || p.confidence.form == ConfidenceForm::Given;
+  if (asked_of_all || !given("--tau") || given("--gate-noise")) return {};
+  std::ostringstream line;
+  line << "--tau " << p.confidence.threshold << " is asked only of measurements with more than " << 1000 * p.gate_noise
+       << " mm of axial noise, and of views with a confidence of their own; --gate-noise 0 asks it of all";
+  return {line.str()};
 }
 
 }  // namespace fuse_flow::command_line

@@ -22,6 +22,9 @@ class ParameterOptions {
    *  the command line does. */
   FuseFlowParameters parameters() const;
 
+  /** \brief A line for each option that was given and does less than its name says, with what would be right. */
+  std::vector<std::string> advice() const;
+
   /** \brief From here on parameters() begins with what suits depth that was estimated from colour images, unless the command line says what made
    *  it.  \param views how many have depth; two can only agree with one another
    *  \returns the options that would do the same; empty: the command line says it */
@@ -30,6 +33,9 @@ class ParameterOptions {
   const std::string& depthSource() const { return depth_source_; }
 
  private:
+  /** \brief Whether the command line, or its configuration file, has an option. */
+  bool given(const char* option) const;
+
   template <typename Value>
   void add(CLI::App& app, const std::string& name, Value& member, const std::string& help);
   template <typename Enum>

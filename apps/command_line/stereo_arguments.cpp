@@ -35,8 +35,8 @@ StereoArguments::StereoArguments(CLI::App& app, bool may_be_off) {
   add("--stereo-window", "window_spacing", parameters_.window_spacing,
       "between the 5 x 5 samples that are compared, 1-8 pixels; more blurs details");
   add("--stereo-edge-step", "edge_step", parameters_.edge_step,
-      "doubt pixels beside edges of at least this share of the depth, 0-0.99, 0: none; more keeps feet and hands "
-      "whole, and wrong points");
+      "doubt pixels that look as what lies beyond an edge of at least this share of the depth, 0-0.99, 0: none; more "
+      "keeps thin things whole, and wrong points");
 }
 
 io::StereoOptions StereoArguments::options(const std::string& tool) const {

@@ -507,6 +507,7 @@ int main(int argc, char** argv) {
     options.recording = recording.options();
     options.method = method.method();
     options.method_options = methodOptions(options, method);
+    if (!ranks || ranks->isFirst()) command_line::printWarnings("fuse_flow_fuse", method.advice());
     options.stereo = stereo.options("fuse_flow_fuse");
     options.stereo.threads = options.method_options.threads;
     options.stereo.all_estimated = [&](std::size_t views) { return method.assumeStereo(views); };

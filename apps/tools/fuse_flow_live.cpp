@@ -304,6 +304,7 @@ int main(int argc, char** argv) {
     options.recording = recording.options();
     options.method = method.method();
     options.method_options = method.options();
+    warn(method.advice());
     options.method_options.normals = options.normals;
     options.config = command_line::configFileOf(app);
     command_line::requireThreads(options.method_options.threads);

@@ -159,6 +159,7 @@ int main(int argc, char** argv) {
     options.recording = recording.options();
     options.method = method.method();
     options.method_options = method.options();
+    warn(method.advice());
     options.method_options.normals = options.normals;
     command_line::requireThreads(options.method_options.threads);
     const auto is_stream = [](const std::string& input) { return std::filesystem::path(input).extension() == ".ffs"; };

@@ -291,6 +291,7 @@ int main(int argc, char** argv) {
     options.config = command_line::configFileOf(app);
     options.viewer.method = method.method();
     options.viewer.method_options = method.options();
+    command_line::printWarnings("fuse_flow_viewer", method.advice());
     options.stereo = stereo.options("fuse_flow_viewer");
     options.stereo.threads = options.viewer.method_options.threads;
     options.stereo.keep_bytes = std::size_t{1} << 30;  // it is played again and again

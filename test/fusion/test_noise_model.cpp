@@ -7,6 +7,7 @@
 #include <fuse_flow/filters/multi_view_consistency.h>
 
 #include <cmath>
+#include <optional>
 
 namespace {
 
@@ -164,9 +165,11 @@ TEST(CameraNoise, WhatIsNoModelIsNamed) {
 // ---- The gate of eq. 9 is for what is noisy
 
 /** \brief How many measurements of a ball, whose rim is steep, become points. \param depth of its centre  \param gate_noise m */
-std::size_t pointsOfBall(double depth, float gate_noise, std::size_t* measured = nullptr) {
+std::size_t pointsOfBall(double depth, float gate_noise, std::size_t* measured = nullptr,
+                         std::optional<NoiseModel> noise = std::nullopt) {
   const double radius = 0.1 * depth;  // the same image at any depth
-  const Scene scene = scenes::makeScene(scenes::sameCameras(1, 96, 72, 400), scenes::sphere({0, 0, depth}, radius));
+  Scene scene = scenes::makeScene(scenes::sameCameras(1, 96, 72, 400), scenes::sphere({0, 0, depth}, radius));
+  scene.rig.cameras[0].noise = noise;
   FuseFlowParameters p;
   p.use_spatial_hash = false;  // a point a measurement
   p.smoothing.passes = 0;
@@ -193,6 +196,27 @@ TEST(GateNoise, DoesNotKeepThoseOfWhatIsNoisy) {
   const std::size_t asked = pointsOfBall(4.4, 0, &measured);  // σ(4 m) is 23 mm: more than the default
   ASSERT_LT(asked, measured);
   EXPECT_EQ(pointsOfBall(4.4, FuseFlowParameters().gate_noise), asked);
+}
+
+TEST(GateNoise, IsAboutTheNoiseThatTheCameraHas) {
+  std::size_t measured = 0;
+  const std::size_t asked = pointsOfBall(2, 0, &measured);
+  EXPECT_EQ(pointsOfBall(2, 0.02f, nullptr, NoiseModel{0.019f, 0, 0}), measured);
+  EXPECT_LT(pointsOfBall(2, 0.02f, nullptr, NoiseModel{0.021f, 0, 0}), measured);
+  EXPECT_EQ(pointsOfBall(4.4, 0.02f, nullptr, NoiseModel{0.019f, 0, 0}), measured) << "exact far away, too";
+  EXPECT_LT(asked, measured);
+}
+
+TEST(GateNoise, IsForViewsThatDoNotSayHowSureTheyAre) {
+  const Scene wall = scenes::makeFlatScene(scenes::sameCameras(1, 41, 31, 40), {1.0f});
+  Scene sure = scenes::makeFlatScene(scenes::sameCameras(1, 41, 31, 40), {1.0f});
+  sure.confidence.push_back(scenes::uniform(41, 31, 1.0f));
+  sure.attach();
+  FrameStatistics statistics;
+  scenes::fuse(wall.rig, {}, 1, &statistics);
+  EXPECT_EQ(statistics.gated_points, 41u * 31u);
+  scenes::fuse(sure.rig, {}, 1, &statistics);
+  EXPECT_EQ(statistics.gated_points, 41u * 31u - 4u) << "C of a corner of the image is below tau";
 }
 
 TEST(GateNoise, IsNotInThePublishedFormNorForEstimatedDepthNorForGivenConfidence) {

@@ -42,7 +42,8 @@ def test_arrays_may_be_read_only():
     depth, color, confidence = bumpy(), paint(), numpy.ones((HEIGHT, WIDTH), numpy.float32)
     for image in (depth, color, confidence):
         image.flags.writeable = False
-    assert fused(fuse_flow.DepthView(depth, color, confidence)) == fused(fuse_flow.DepthView(bumpy(), paint()))
+    sure = numpy.ones((HEIGHT, WIDTH), numpy.float32)
+    assert fused(fuse_flow.DepthView(depth, color, confidence)) == fused(fuse_flow.DepthView(bumpy(), paint(), sure))
 
 
 def test_whatever_numpy_sees_without_a_copy_fits():

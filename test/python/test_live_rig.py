@@ -5,7 +5,6 @@ import os
 import subprocess
 import sys
 import textwrap
-import threading
 import time
 
 import numpy
@@ -13,6 +12,7 @@ import pytest
 
 import fuse_flow
 from endings import assert_ended_cleanly
+from other_threads import most_counted_during
 
 
 def depths(frame):
@@ -78,22 +78,12 @@ def test_a_closed_rig_says_so(recording):
 
 
 def test_other_threads_run_while_images_are_waited_for(recording):
-    counted = [0]
-    stop = threading.Event()
-
-    def count():
-        while not stop.is_set():
-            counted[0] += 1
-            time.sleep(0.001)
-
-    thread = threading.Thread(target=count)
-    thread.start()
     with fuse_flow.LiveRig(recording, stalls=[(k, 0, 86400) for k in range(4)]) as rig:
-        before = counted[0]
-        assert rig.next(0.3) is None
-        assert counted[0] - before > 3
-    stop.set()
-    thread.join()
+
+        def wait():
+            assert rig.next(0.3) is None
+
+        assert most_counted_during(wait, 1) > 3
 
 
 def test_what_cannot_run_is_said(recording, tmp_path):

@@ -16,11 +16,11 @@ class FrameDigest {
  public:
   FrameDigest& add(const FuseFlowParameters& p) {
     const auto& [preprocessing, smoothing, confidence, consistency, aggregation, adapt_noise, half_weight_noise,
-                 gate_noise, max_noise, min_support, min_confidence, agreement, use_confidence, use_consistency, use_hash,
-                 crop_box] = p;
+                 gate_noise, max_noise, min_support, min_confidence, agreement, use_confidence, use_consistency,
+                 use_hash, crop_box] = p;
     add(preprocessing).add(smoothing).add(confidence).add(consistency).add(aggregation);
-    addAll(adapt_noise, half_weight_noise, gate_noise, max_noise, min_support, min_confidence, use_confidence, use_consistency,
-           use_hash, crop_box.has_value());
+    addAll(adapt_noise, half_weight_noise, gate_noise, max_noise, min_support, min_confidence, use_confidence,
+           use_consistency, use_hash, crop_box.has_value());
     add(agreement);
     if (crop_box)
       for (int k = 0; k < 3; ++k) addAll(crop_box->min()[k], crop_box->max()[k]);

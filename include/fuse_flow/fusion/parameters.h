@@ -30,8 +30,9 @@ struct FuseFlowParameters {
    *  See noiseWeight(); C of eq. 10 is multiplied by it after the gate of eq. 9. */
   float half_weight_noise{0.025f};
   /** \brief The gate of eq. 9 asks for C > τ only where the axial noise is more than this, metres; [0, 10], 0: everywhere. C is low on noisy
-   *  measurements, and on the rims of curved surfaces: an exact sensor measures these rims well, and the person before it would lose the sides of arms and hands.
-   *  The axial noise is Camera::noise or ConfidenceParameters::noise, times the noise scale of adapt_noise. Not with ConfidenceForm::Given. */
+   *  measurements, and on the rims of curved surfaces: an exact sensor measures these rims well, and without them people lose the sides of
+   *  arms and hands. The axial noise is Camera::noise or ConfidenceParameters::noise, times the noise scale of adapt_noise. Of views that give
+   *  a confidence of their own, C > τ is asked everywhere: their depth may be estimated, and smooth where it is wrong. */
   float gate_noise{0.02f};
   /** \brief Measurements with more axial noise than this are dropped, metres; [0, 10], 0: none is. Smoothing cannot bring them
    *  near to the surface: they are what a noisy sensor leaves beside it. */

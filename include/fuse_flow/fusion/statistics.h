@@ -10,8 +10,8 @@ namespace fuse_flow {
 /** \brief What happened in the last frame. */
 struct FrameStatistics {
   std::size_t measured_points{0};  ///< pixels with a measurement in range
-  /** \brief Of those, the ones with C > τ, a given confidence of min_confidence or more, within max_noise, with min_support, inside the crop
-   *  box. */
+  /** \brief Of those, the ones with C > τ or noise within gate_noise, a given confidence of min_confidence or more, within max_noise, with
+   *  min_support, inside the crop box. */
   std::size_t gated_points{0};
   std::size_t coarse_cells{0};               ///< that hold a gated point
   std::size_t fused_points{0};               ///< of the output cloud

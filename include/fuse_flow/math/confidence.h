@@ -148,7 +148,7 @@ struct MeasurementGate {
   }
 };
 
-/** \brief Once a view. \param threshold of C  \param gate_noise of a measurement that need not exceed it, metres; 0: all must
+/** \brief Once a view. \param threshold of C  \param gate_noise up to which C need not exceed it, metres; 0: it always must
  *  \param max_noise of a measurement, metres; 0: any
  *  \param half_weight_noise σ_½ of noiseWeight(), metres; 0: noise does not weigh  \param noise of the view */
 FUSE_FLOW_HD MeasurementGate measurementGate(float threshold, float gate_noise, float max_noise,

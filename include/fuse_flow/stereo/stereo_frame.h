@@ -32,7 +32,7 @@ struct StereoGeometry {
 struct StereoView {
   std::vector<float> depth;  ///< metres, row by row; 0: none
   /** \brief The root of the correlation of what the views show, [0, 1]; 0: no other view agrees; at most a half if only one of several does, or
-   *  beside the edge of a surface, which windows make larger. */
+   *  where the pixel looks as what lies beyond the edge of its surface: windows make surfaces larger. */
   std::vector<float> confidence;
   std::vector<Vec3> normals;  ///< world frame, of length 1, facing the camera; zero where there is no depth
   StereoGeometry geometry;    ///< with whom it was matched

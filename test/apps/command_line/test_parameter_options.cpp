@@ -170,6 +170,28 @@ TEST(ParameterOptions, PublishedIsThePapersFormAndOptionsGoOnTop) {
   EXPECT_EQ(changed.consistency.occlusion, P::published().consistency.occlusion);
 }
 
+/** \brief Of the options that these arguments give. */
+std::vector<std::string> advice(std::vector<std::string> arguments) {
+  CLI::App app;
+  const command_line::ParameterOptions options(app);
+  std::reverse(arguments.begin(), arguments.end());
+  app.parse(arguments);
+  return options.advice();
+}
+
+TEST(ParameterOptions, TauThatIsNotAskedOfAllIsSaid) {
+  const std::vector<std::string> said = advice({"--tau", "0.8"});
+  ASSERT_EQ(said.size(), 1u);
+  for (const char* part : {"--tau 0.8 is asked only of", "20 mm", "--gate-noise 0"})
+    EXPECT_NE(said[0].find(part), std::string::npos) << said[0];
+  EXPECT_TRUE(advice({}).empty());
+  EXPECT_TRUE(advice({"--tau", "0.8", "--gate-noise", "0.03"}).empty()) << "whoever says that knows it";
+  EXPECT_TRUE(advice({"--tau", "0.8", "--published"}).empty());
+  EXPECT_TRUE(advice({"--tau", "0.8", "--depth-source", "network"}).empty());
+  EXPECT_TRUE(advice({"--tau", "0.8", "--confidence-form", "given"}).empty());
+  EXPECT_TRUE(advice({"--tau", "0.8", "--measurement-confidence", "false"}).empty());
+}
+
 TEST(ParameterOptions, WhatMadeTheDepthIsWhereTheyStartFrom) {
   EXPECT_EQ(members(parse({"--depth-source", "camera"})), members(P()));
   EXPECT_EQ(members(parse({"--depth-source", "network"})), members(P::estimatedDepth()));

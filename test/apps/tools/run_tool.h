@@ -23,7 +23,7 @@ struct RunOptions {
   std::vector<std::string> environment;
   /** \brief Called once in this process, as soon as the tool runs. */
   std::function<void(pid_t)> meanwhile;
-  /** \brief A tool that takes longer hangs: it is ended, and the result says so. At least a hundred times what is usual. */
+  /** \brief A tool that takes longer hangs: it is ended, and the result says so. No test expects less. */
   std::chrono::seconds limit{240};
 };
 

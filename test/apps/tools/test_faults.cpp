@@ -2,6 +2,8 @@
 // without the fault, or ends with one line that says what is wrong, and leaves nothing half-written.
 #include "tool_fixture.h"
 
+#include <tbb/version.h>
+
 #include <cerrno>
 #include <functional>
 #include <map>
@@ -126,7 +128,11 @@ TEST_P(Faults, MemoryThatCannotBeHadIsAnError) { sweep("memory:20000"); }
 /** \brief Embree holds the scenes of the simulator. */
 TEST_F(ToolTest, ASceneThatDoesNotFitIntoMemoryIsAnError) {
   const std::vector<std::string> arguments{"--scene", "table", "--rig", "ring-1", "--scale", "0.05", "-o", out()};
+#if TBB_VERSION_MAJOR >= 2022
+  int hangs = 1;  // oneTBB 2022.1 waits for itself if the memory that it begins with cannot be had
+#else
   int hangs = 0;
+#endif
   for (int n = 1; n < 60; ++n) {
     SCOPED_TRACE(n);
     fs::remove_all(out_);
@@ -134,15 +140,13 @@ TEST_F(ToolTest, ASceneThatDoesNotFitIntoMemoryIsAnError) {
     options.environment = {"LD_PRELOAD=" FUSE_FLOW_FAULTS_LIBRARY,
                            "FUSE_FLOW_FAULTS=memory:300000:" + std::to_string(n),
                            "FUSE_FLOW_FAULTS_FIRED=" + (folder_ / "fired").string()};
-    options.limit = std::chrono::seconds(60);
     const ToolResult result = runProgram(FUSE_FLOW_SIMULATE_TOOL, arguments, options);
     if (!fs::remove(folder_ / "fired")) {
       EXPECT_EQ(result.exit_code, 0) << result.err;
       EXPECT_GT(n, 2);
       return;
     }
-    // oneTBB 2022.1 waits for itself if the memory that it begins with cannot be had.
-    if (result.timed_out && hangs++ == 0) continue;
+    if (result.timed_out && hangs-- > 0) continue;
     if (result.exit_code != 0) {
       EXPECT_EQ(result.exit_code, 1);
       EXPECT_NE(result.err.find("fuse_flow_simulate: "), std::string::npos) << result.err;  // VTK has a line too

@@ -228,7 +228,7 @@ class FramePipeline {
             maps_.refined(),
             parameters.confidence,
             detail::halfWeightNoise(parameters),
-            detail::gateNoise(parameters),
+            parameters.gate_noise,
             detail::maxNoise(parameters),
             parameters.min_confidence,
             parameters.use_measurement_confidence};

@@ -43,8 +43,9 @@ struct WeighMeasurement {
 
   /** \brief Of a pixel with a measurement; 0: gated. */
   FUSE_FLOW_HD float weight(const DeviceView& view, int u, int v, std::uint32_t index) const {
-    const MeasurementGate gate = measurementGate(use_confidence ? confidence.threshold : 0.0f, gate_noise, max_noise,
-                                                 half_weight_noise, view.noise);
+    const MeasurementGate gate =
+        measurementGate(use_confidence ? confidence.threshold : 0.0f, view.confidence ? 0.0f : gate_noise, max_noise,
+                        half_weight_noise, view.noise);
     const float own = gate.weight(measurementConfidence(view, u, v, index), z[index]);
     if (!view.confidence) return own;
     const float given = givenWeight(view.confidence.row(v)[u], min_confidence);

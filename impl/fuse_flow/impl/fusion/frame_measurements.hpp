@@ -43,12 +43,6 @@ inline float gateThreshold(const FuseFlowParameters& parameters) {
   return parameters.use_measurement_confidence ? parameters.confidence.threshold : 0.0f;
 }
 
-/** \brief FuseFlowParameters::gate_noise, or 0 where every C must pass. */
-inline float gateNoise(const FuseFlowParameters& parameters) {
-  const bool measured = parameters.use_measurement_confidence && parameters.confidence.form != ConfidenceForm::Given;
-  return measured ? parameters.gate_noise : 0.0f;
-}
-
 /** \brief Whether C of eq. 3 is what the views say, instead of what is measured in their depth. */
 inline bool takesGivenConfidence(const FuseFlowParameters& parameters) {
   return parameters.use_measurement_confidence && parameters.confidence.form == ConfidenceForm::Given;
@@ -186,12 +180,12 @@ class FrameMeasurements {
 
   /** \brief Eq. 9: what is too doubtful, or too noisy, weighs nothing. \returns how many measurements there are */
   std::size_t gate(const Row& row) const {
-    const MeasurementGate gate = measurementGate(detail::gateThreshold(*parameters_), detail::gateNoise(*parameters_),
-                                                 detail::maxNoise(*parameters_), detail::halfWeightNoise(*parameters_),
-                                                 depths_->noise(row.view));
+    const ImageView<float>& given = frame_->views[row.view].confidence;
+    const MeasurementGate gate = measurementGate(detail::gateThreshold(*parameters_),
+                                                 given ? 0.0f : parameters_->gate_noise, detail::maxNoise(*parameters_),
+                                                 detail::halfWeightNoise(*parameters_), depths_->noise(row.view));
     const int width = depths_->measured(row.view).width();
     const std::size_t measured = PointRow::weigh(gate, depths_->refined(row.view).row(row.v), width, row.weights);
-    const ImageView<float>& given = frame_->views[row.view].confidence;
     if (!given) return measured;
     // Where it is C itself, it has been multiplied in.
     const bool is_weight = !detail::takesGivenConfidence(*parameters_);

@@ -497,24 +497,24 @@ struct WriteStereoDepth {
   FUSE_FLOW_HD bool isBesideEdge(const StereoLevel& level, const StereoPixel& at) const {
     if (!(edge_step > 0)) return false;
     const int reach = kWindowRadius * form.window.spacing;
+    const float here = inverseDepthAt(level, at.u, at.v);
     bool edge = false;
     for (int k = 0; k < 4; ++k) {  // along the row, the column and both diagonals
       const int a = k == 1 ? 0 : reach, b = k == 0 ? 0 : k == 3 ? -reach : reach;
       if (!isInside(level, at.u + a, at.v + b) || !isInside(level, at.u - a, at.v - b)) continue;
-      edge = edge || isGrown(level, at, a, b) || isGrown(level, at, -a, -b);
+      const float one = inverseDepthAt(level, at.u + a, at.v + b), other = inverseDepthAt(level, at.u - a, at.v - b);
+      edge = edge || (surfaceEnds(here, one, other, edge_step) && looksAsBeyond(level.image, at, a, b)) ||
+             (surfaceEnds(here, other, one, edge_step) && looksAsBeyond(level.image, at, -a, -b));
     }
     return edge;
   }
 
-  /** \brief Whether the surface ends a columns and b rows from the pixel, and the pixel looks as what is there. */
-  FUSE_FLOW_HD bool isGrown(const StereoLevel& level, const StereoPixel& at, int a, int b) const {
-    const float here = inverseDepthAt(level, at.u, at.v);
-    const float there = inverseDepthAt(level, at.u + a, at.v + b);
-    const float opposite = inverseDepthAt(level, at.u - a, at.v - b);
-    if (!surfaceEnds(here, there, opposite, edge_step)) return false;
-    const int grey = greyAround(level.image, at.u, at.v);
-    const int from_beyond = grey - greyAround(level.image, at.u + a, at.v + b);
-    const int from_surface = grey - greyAround(level.image, at.u - a, at.v - b);
+  /** \brief Whether the grey level of a pixel is nearer to that a columns and b rows away, beyond an edge, than to that of its surface, as far
+   *  away on the other side; or as near: what has no texture does not tell. */
+  FUSE_FLOW_HD static bool looksAsBeyond(const GreyImage& image, const StereoPixel& at, int a, int b) {
+    const int grey = greyAround(image, at.u, at.v);
+    const int from_beyond = grey - greyAround(image, at.u + a, at.v + b);
+    const int from_surface = grey - greyAround(image, at.u - a, at.v - b);
     return (from_beyond < 0 ? -from_beyond : from_beyond) <= (from_surface < 0 ? -from_surface : from_surface);
   }
 
