@@ -102,7 +102,8 @@ std::vector<std::string> LiveArguments::given() const {
 
 std::unique_ptr<io::CameraSource> LiveArguments::openPlayed(const std::string& tool,
                                                             const std::vector<std::string>& inputs,
-                                                            const io::RecordingOptions& options) const {
+                                                            const io::RecordingOptions& options,
+                                                            const io::RankPart& part) const {
   io::StereoOptions no_stereo;
   no_stereo.estimate = false;
   io::RecordingOptions with_gaps = options;
@@ -111,36 +112,69 @@ std::unique_ptr<io::CameraSource> LiveArguments::openPlayed(const std::string& t
   io::PlayOptions play = play_;
   play.jitter = 1e-3 * jitter_ms_;
   for (const std::string& stall : stalls_) play.stalls.push_back(parseStall(stall, recording->cameras()));
+  if (part.parts > 1) {
+    const std::size_t all = recording->cameras().size();
+    const auto firstOf = [&](int k) {
+      return all * static_cast<std::size_t>(k) / static_cast<std::size_t>(part.parts);
+    };
+    const std::size_t first = firstOf(part.part), end = firstOf(part.part + 1);
+    if (first == end) return nullptr;
+    with_gaps.views = std::to_string(first) + ":" + std::to_string(end);
+    recording = io::openRecording(inputs, with_gaps);  // whose warnings have been printed
+    std::vector<io::PlayOptions::Stall> own;
+    for (io::PlayOptions::Stall& stall : play.stalls) {
+      if (stall.camera < first || stall.camera >= end) continue;
+      stall.camera -= first;
+      own.push_back(stall);
+    }
+    play.stalls = own;
+  }
   std::vector<std::size_t> frames = io::chooseFrames(*recording, joinedList(frames_), "--play-frames");
   return std::make_unique<io::PlayedCameras>(std::move(recording), std::move(frames), play);
 }
 
-std::unique_ptr<io::LiveRig> LiveArguments::open(const std::string& tool, const std::vector<std::string>& inputs,
-                                                 const io::RecordingOptions& recording, bool without_poses) const {
-  std::vector<std::unique_ptr<io::CameraSource>> sources;
+LiveArguments::Sources LiveArguments::openSources(const std::string& tool, const std::vector<std::string>& inputs,
+                                                  const io::RecordingOptions& recording, Ranks* ranks) const {
+  Sources sources;
   const bool devices = anyDevice(inputs);
-  if (devices) {
+  io::RankPart part;
+  if (ranks != nullptr) {
+    std::string played;
     for (const std::string& input : inputs)
-      if (!io::isDevice(input))
-        throw io::InputError(input + ": is no device, as the others are; must be devices alone, or a recording alone");
-    for (const CLI::Option* option : of_play_)
-      if (option->count() > 0)
-        throw io::OptionError(option->get_name() + ": is for a recording that is played, and " + inputs[0] +
-                              " is a device");
-    for (const auto& [set, option] : {std::pair{!recording.views.empty(), "--views"},
-                                      {recording.slide != 0, "--slide"},
-                                      {recording.depth_scale.has_value(), "--depth-scale"},
-                                      {!recording.intrinsics.empty(), "--intrinsics"}})
-      if (set) throw io::OptionError(std::string(option) + ": " + inputs[0] + " is a device, which says it itself");
-    for (const std::string& input : inputs) sources.push_back(io::openDevice(input));
-  } else {
-    io::RecordingOptions of_play = recording;
-    of_play.without_poses = without_poses;
-    sources.push_back(openPlayed(tool, inputs, of_play));
+      if (!devices) played += (played.empty() ? "" : " ") + input;
+    part = io::partOfPlayed(ranks->patientCommunicator(), played);
   }
+  if (inputs.empty()) return sources;
+  if (!devices) {
+    if (ranks != nullptr && !recording.views.empty())
+      throw io::OptionError("--views: ranks share out all cameras of a recording that is played, must be left out");
+    if (std::unique_ptr<io::CameraSource> played = openPlayed(tool, inputs, recording, part))
+      sources.push_back(std::move(played));
+    return sources;
+  }
+  for (const std::string& input : inputs)
+    if (!io::isDevice(input))
+      throw io::InputError(input + ": is no device, as the others are; must be devices alone, or a recording alone");
+  for (const CLI::Option* option : of_play_)
+    if (option->count() > 0)
+      throw io::OptionError(option->get_name() + ": is for a recording that is played, and " + inputs[0] +
+                            " is a device");
+  for (const auto& [set, option] : {std::pair{!recording.views.empty(), "--views"},
+                                    {recording.slide != 0, "--slide"},
+                                    {recording.depth_scale.has_value(), "--depth-scale"},
+                                    {!recording.intrinsics.empty(), "--intrinsics"}})
+    if (set) throw io::OptionError(std::string(option) + ": " + inputs[0] + " is a device, which says it itself");
+  for (const std::string& input : inputs) sources.push_back(io::openDevice(input));
+  return sources;
+}
+
+std::unique_ptr<io::LiveRig> LiveArguments::rigOf(const std::string& tool, Sources sources,
+                                                  const io::RecordingOptions& recording, bool devices,
+                                                  bool without_poses) const {
   io::LiveRig::Options options;
   options.synchronizer.tolerance = microseconds(tolerance_ms_);
   options.synchronizer.max_wait = microseconds(max_wait_ms_);
+  options.one_clock = !devices;
   auto rig = std::make_unique<io::LiveRig>(std::move(sources), options);
   if (devices && !recording.poses.empty()) {
     const io::RigDescription calibrated = io::readRigJson(recording.poses);
@@ -152,6 +186,34 @@ std::unique_ptr<io::LiveRig> LiveArguments::open(const std::string& tool, const 
                          "' stands: --poses rig.json says it; fuse_flow_record and then fuse_flow_calibrate make one");
   printWarnings(tool, rig->warnings());
   return rig;
+}
+
+std::unique_ptr<io::LiveRig> LiveArguments::open(const std::string& tool, const std::vector<std::string>& inputs,
+                                                 const io::RecordingOptions& recording, bool without_poses) const {
+  io::RecordingOptions options = recording;
+  options.without_poses = without_poses;
+  return rigOf(tool, openSources(tool, inputs, options, nullptr), recording, anyDevice(inputs), without_poses);
+}
+
+std::unique_ptr<io::LiveRig> LiveArguments::open(const std::string& tool, const std::vector<std::string>& inputs,
+                                                 const io::RecordingOptions& recording, io::LeadingRank& leader,
+                                                 Ranks& ranks) const {
+  Sources sources = leader.meet(openSources(tool, inputs, recording, &ranks), ranks.patientCommunicator());
+  // A recording says where its cameras stand, a device does not.
+  const bool devices = std::none_of(sources.begin(), sources.end(),
+                                    [](const std::unique_ptr<io::CameraSource>& source) { return source->hasPoses(); });
+  std::unique_ptr<io::LiveRig> rig = rigOf(tool, std::move(sources), recording, devices, false);
+  leader.setCameras(rig->cameras(), ranks.patientCommunicator());
+  return rig;
+}
+
+std::unique_ptr<io::FollowingRank> LiveArguments::join(const std::string& tool, const std::vector<std::string>& inputs,
+                                                       const io::RecordingOptions& recording, Ranks& ranks) const {
+  Sources sources = openSources(tool, inputs, recording, &ranks);
+  for (const std::unique_ptr<io::CameraSource>& source : sources) printWarnings(tool, source->warnings());
+  auto rank = std::make_unique<io::FollowingRank>(ranks.communicator(), std::move(sources));
+  rank->meet(ranks.patientCommunicator());
+  return rank;
 }
 
 void prepareRecording(const std::string& option, const std::string& path, io::InputFiles inputs) {

@@ -1,5 +1,7 @@
 #pragma once
 
+#include "command_line/ranks.h"
+#include "live/live_ranks.h"
 #include "live/live_rig.h"
 #include "live/played_cameras.h"
 
@@ -26,6 +28,13 @@ class LiveArguments {
   /** \brief Opens devices, or a recording. \param without_poses cameras may stand nobody knows where \throws InputError, OptionError */
   std::unique_ptr<io::LiveRig> open(const std::string& tool, const std::vector<std::string>& inputs,
                                     const io::RecordingOptions& recording, bool without_poses) const;
+  /** \brief At rank 0 of several: opens what is here, and has the cameras of all ranks. \param inputs may be none, of a rank without cameras;
+   *  the recording's cameras are shared out: each rank plays as many, and those that follow one another */
+  std::unique_ptr<io::LiveRig> open(const std::string& tool, const std::vector<std::string>& inputs,
+                                    const io::RecordingOptions& recording, io::LeadingRank& leader, Ranks& ranks) const;
+  /** \brief At any other rank: opens what is here, and joins rank 0. */
+  std::unique_ptr<io::FollowingRank> join(const std::string& tool, const std::vector<std::string>& inputs,
+                                          const io::RecordingOptions& recording, Ranks& ranks) const;
   /** \brief Whether any of the inputs is a device. */
   static bool anyDevice(const std::vector<std::string>& inputs);
   /** \brief Options of these that were given: they ask for cameras that run. */
@@ -36,8 +45,14 @@ class LiveArguments {
   std::optional<double> seconds() const { return seconds_; }
 
  private:
+  using Sources = std::vector<std::unique_ptr<io::CameraSource>>;
+
+  Sources openSources(const std::string& tool, const std::vector<std::string>& inputs,
+                      const io::RecordingOptions& recording, Ranks* ranks) const;
   std::unique_ptr<io::CameraSource> openPlayed(const std::string& tool, const std::vector<std::string>& inputs,
-                                               const io::RecordingOptions& recording) const;
+                                               const io::RecordingOptions& recording, const io::RankPart& part) const;
+  std::unique_ptr<io::LiveRig> rigOf(const std::string& tool, Sources sources, const io::RecordingOptions& recording,
+                                     bool devices, bool without_poses) const;
 
   std::vector<CLI::Option*> options_, of_play_;
   io::PlayOptions play_;

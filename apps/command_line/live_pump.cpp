@@ -41,7 +41,13 @@ LivePump::LivePump(Options options, io::LiveRig& rig, std::vector<std::shared_pt
       extrinsics_(options_.method_options.device, options_.method_options.warn),
       checks_(options_.method, options_.method_options.parameters, std::vector<bool>(rig.cameras().size(), false)),
       log_(options_.tool, options_.status) {
-  if (!sinks_.empty() || !options_.instant) method_ = io::makeMethod(options_.method, options_.method_options);
+  if (options_.leader) {
+    auto method = io::makeDistributedFusion(options_.leader->communicator(), options_.method_options, options_.fusing);
+    distributed_ = method.get();
+    method_ = std::move(method);
+  } else if (!sinks_.empty() || !options_.instant) {
+    method_ = io::makeMethod(options_.method, options_.method_options);
+  }
 }
 
 void LivePump::run(const std::atomic<bool>& stop) {
@@ -49,6 +55,9 @@ void LivePump::run(const std::atomic<bool>& stop) {
   while (!stop && !io::interrupt_requested && rig_.running() && secondsSince(start) < options_.seconds.value_or(1e12))
     step();
   seconds_ = secondsSince(start);
+  if (!options_.leader) return;
+  options_.leader->stop();
+  shared_ = distributed_->summary();
 }
 
 std::string LivePump::summary() const {
@@ -68,12 +77,24 @@ std::string LivePump::summary() const {
                   latency_.quantile(0.5), latency_.quantile(0.95));
     text += line;
   }
+  if (!shared_.empty()) text += "  " + shared_ + "\n";
   return text + LiveLog::summary(rig_);
+}
+
+bool LivePump::next(io::LiveInstant& instant) {
+  constexpr std::chrono::milliseconds most(100);
+  if (!options_.leader) return rig_.next(most, instant);
+  const std::chrono::steady_clock::time_point start = std::chrono::steady_clock::now();
+  do {
+    options_.leader->poll();
+    if (rig_.next(std::chrono::milliseconds(2), instant)) return true;
+  } while (std::chrono::steady_clock::now() - start < most);
+  return false;
 }
 
 void LivePump::step() {
   const auto instant = std::make_shared<io::LiveInstant>();
-  const bool any = rig_.next(std::chrono::milliseconds(100), *instant);
+  const bool any = next(*instant);
   if (options_.recorder) options_.recorder->check();
   if (any) {
     if (options_.instant) options_.instant(instant);
@@ -110,11 +131,14 @@ void LivePump::fuse(const io::LiveInstant& instant) {
   }
   const std::chrono::steady_clock::time_point start = std::chrono::steady_clock::now();
   try {
+    if (options_.leader) options_.leader->fuse(instant);
     frame->encoded = nullptr;
 #ifdef FUSE_FLOW_WITH_STREAM
     if (options_.method_options.encoding) frame->encoded = method_->fuseEncoded(frame->input.rig, io::timesOf(*frame));
 #endif
     if (!frame->encoded) method_->fuse(frame->input.rig, frame->cloud);
+  } catch (const distributed::RankError&) {
+    throw;
   } catch (const pcl::PCLException& error) {
     throw io::InputError("frame " + std::to_string(frame->number) + ": " + io::messageOf(error));
   }
@@ -125,6 +149,40 @@ void LivePump::fuse(const io::LiveInstant& instant) {
   frame->statistics = method_->statistics();
   if (look) checks_.lookAt(frame->input.rig, frame->statistics);
   for (const std::shared_ptr<io::BackgroundSink>& sink : sinks_) sink->take(frame);
+}
+
+void requireOfLiveRanks(const std::string& method, const io::MethodOptions& options, bool refine_extrinsics) {
+  if (method != "fuse_flow") throw io::OptionError("--method " + method + ": runs in one process only");
+  if (options.device == "gpu")
+    throw io::OptionError("--device gpu: ranks that share the cameras of a frame fuse on their CPUs");
+  if (refine_extrinsics)
+    throw io::OptionError("--refine-extrinsics: needs the images of all cameras, must be one process");
+}
+
+void followLiveRank(const std::string& tool, Ranks& ranks, const LiveArguments& live,
+                    const std::vector<std::string>& inputs, const io::RecordingOptions& recording,
+                    const io::MethodOptions& options, bool fusing) {
+  const std::string name = "rank " + std::to_string(ranks.rank());
+  const std::unique_ptr<io::FollowingRank> rank = live.join(tool + ", " + name, inputs, recording, ranks);
+  const auto method = io::makeDistributedFusion(ranks.communicator(), options, fusing);
+  io::InputChecks checks("fuse_flow", options.parameters, std::vector<bool>(rank->cameras().size(), false));
+  io::LoadedFrame frame;
+  io::Method::Cloud nothing;  // rank 0 gets the clouds
+  std::optional<std::chrono::steady_clock::time_point> last_look;
+  rank->run([&](const io::LiveInstant& instant) {
+    if (!last_look || secondsSince(*last_look) > 1) {  // it takes time of its own
+      frame.rig = instant.rig;
+      frame.images.assign(instant.held.size(), {});
+      for (std::size_t k = 0; k < instant.held.size(); ++k)
+        if (instant.held[k]) frame.images[k].assumed_confidence_step = instant.held[k]->assumed_confidence_step;
+      checks.look(frame);
+      last_look = std::chrono::steady_clock::now();
+    }
+    method->fuse(instant.rig, nothing);
+  });
+  method->summary();
+  for (const std::string& line : checks.complaints()) std::cout << "  " << name << ": " << line << "\n";
+  std::cout << std::flush;
 }
 
 }  // namespace fuse_flow::command_line

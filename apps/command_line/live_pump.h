@@ -3,8 +3,10 @@
 #include "calibration/live_extrinsics.h"
 #include "command_line/live_arguments.h"
 #include "input_checks/input_checks.h"
+#include "live/live_ranks.h"
 #include "live/live_rig.h"
 #include "live/rig_recorder.h"
+#include "methods/distributed_fusion.h"
 #include "methods/method.h"
 #include "sinks/background_sink.h"
 
@@ -51,6 +53,10 @@ class LivePump {
     /** \brief Called some times a second. */
     std::function<void()> tick;
     io::RigRecorder* recorder{nullptr};
+    /** \brief Where ranks share the cameras, rank 0; \p method fuses then over all of them. The LiveRig was opened with it. */
+    io::LeadingRank* leader{nullptr};
+    /** \brief With \p leader: whether this rank takes a share of the fusion. */
+    bool fusing{true};
   };
 
   /** \param rig not started yet  \param sinks for the clouds; without any, and with Options::instant, nothing is fused */
@@ -67,12 +73,15 @@ class LivePump {
 
  private:
   void step();
+  /** \brief The latest instant, of all ranks where there are several. */
+  bool next(io::LiveInstant& instant);
   void fuse(const io::LiveInstant& instant);
 
   Options options_;
   io::LiveRig& rig_;
   std::vector<std::shared_ptr<io::BackgroundSink>> sinks_;
   std::unique_ptr<io::Method> method_;
+  io::DistributedMethod* distributed_{nullptr};  ///< where method_ is one
   io::LiveExtrinsics extrinsics_;
   io::InputChecks checks_;
   io::FramePool pool_;
@@ -80,6 +89,15 @@ class LivePump {
   std::chrono::steady_clock::time_point last_look_;
   Times fusing_, latency_;
   double seconds_{0};
+  std::string shared_;  ///< what ranks did, where there are several
 };
+
+/** \brief Throws OptionError for what ranks that share the cameras of a live rig cannot do. */
+void requireOfLiveRanks(const std::string& method, const io::MethodOptions& options, bool refine_extrinsics);
+
+/** \brief At a rank that is not the first: opens its cameras, joins, and fuses its part until rank 0 ends. */
+void followLiveRank(const std::string& tool, Ranks& ranks, const LiveArguments& live,
+                    const std::vector<std::string>& inputs, const io::RecordingOptions& recording,
+                    const io::MethodOptions& options, bool fusing);
 
 }  // namespace fuse_flow::command_line

@@ -31,13 +31,16 @@ class MpiRanks : public Ranks {
     if (provided < MPI_THREAD_SERIALIZED)
       throw io::InputError("this MPI is not made for programs with threads: MPI_THREAD_SERIALIZED is needed");
     communicator_ = std::make_unique<distributed::MpiCommunicator>();
+    patient_ = std::make_unique<distributed::MpiCommunicator>(MPI_COMM_WORLD, 60);
   }
   ~MpiRanks() override {
     communicator_.reset();
+    patient_.reset();
     MPI_Finalize();
   }
 
   distributed::Communicator& communicator() override { return *communicator_; }
+  distributed::Communicator& patientCommunicator() override { return *patient_; }
 
   int guard(const std::string& tool, const std::function<int()>& run) override {
     const std::string name = tool + ", rank " + std::to_string(rank());
@@ -61,7 +64,7 @@ class MpiRanks : public Ranks {
   }
 
  private:
-  std::unique_ptr<distributed::MpiCommunicator> communicator_;
+  std::unique_ptr<distributed::MpiCommunicator> communicator_, patient_;
 };
 #endif
 
@@ -84,6 +87,14 @@ RanksArgument::RanksArgument(CLI::App& app) {
                  "sooner, or whole "
                  "frames, which gives more frames a second")
       ->check(CLI::IsMember({"cameras", "frames"}))
+      ->capture_default_str();
+}
+
+FuseAtArgument::FuseAtArgument(CLI::App& app) {
+  app.add_option("--fuse-at", fusing_,
+                 "started by mpirun: which of the processes fuse; first: the others only prepare the views of their "
+                 "cameras, and send them")
+      ->check(CLI::IsMember({"all", "first"}))
       ->capture_default_str();
 }
 

@@ -22,6 +22,8 @@ class Ranks {
 
   /** \brief For distributed::FuseFlow. */
   virtual distributed::Communicator& communicator() = 0;
+  /** \brief Of the same ranks; waits for a minute, while devices are opened. */
+  virtual distributed::Communicator& patientCommunicator() = 0;
 
   int rank() { return communicator().rank(); }
   int size() { return communicator().size(); }
@@ -42,6 +44,17 @@ class RanksArgument {
 
  private:
   std::string shared_{"cameras"};
+};
+
+/** \brief "--fuse-at all|first": which of the processes that mpirun starts fuse. */
+class FuseAtArgument {
+ public:
+  explicit FuseAtArgument(CLI::App& app);
+  /** \brief Whether a rank takes a share of the fusion, or only prepares the views of its cameras. */
+  bool fuses(int rank) const { return fusing_ == "all" || rank == 0; }
+
+ private:
+  std::string fusing_{"all"};
 };
 
 }  // namespace fuse_flow::command_line

@@ -3,6 +3,7 @@
 #include <fuse_flow/live/view_synchronizer.h>
 #include <fuse_flow/recordings/recording.h>
 
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -19,6 +20,8 @@ struct CameraView {
   /** \brief depth16 in units of Camera::depth_scale, or depth32; colour of the depth image's size, or of Camera::color. Whoever takes the
    *  view may keep it. */
   std::shared_ptr<const LoadedView> images;
+  /** \brief How long ago it came, where it was on its way since; microseconds. */
+  std::chrono::microseconds age{0};
 };
 
 /** \brief One camera as it runs, or several that one driver runs. A device that is unplugged is no error: its source delivers nothing, says so

@@ -38,6 +38,15 @@ std::string unused(const std::string& name, const std::set<std::string>& taken) 
 
 }  // namespace
 
+void LiveInstant::setView(std::size_t camera, std::shared_ptr<const LoadedView> images) {
+  held[camera] = std::move(images);
+  DepthView& view = rig.views[camera];
+  view.depth16 = held[camera]->depth16.view();
+  view.depth32 = held[camera]->depth32.view();
+  view.color = held[camera]->color.view();
+  view.confidence = held[camera]->confidence.view();
+}
+
 LiveRig::LiveRig(std::vector<std::unique_ptr<CameraSource>> sources, const Options& options)
     : sources_(std::move(sources)), options_(options) {
   if (!options_.clock) options_.clock = timeOfDay();
@@ -55,7 +64,11 @@ LiveRig::LiveRig(std::vector<std::unique_ptr<CameraSource>> sources, const Optio
     }
   if (cameras_.empty()) throw InputError("there is no camera");
   streams_.resize(cameras_.size());
-  options_.synchronizer.clocks = sources_.size() == 1 ? sources_[0]->clocks() : ClockModel::Separate;
+  const bool shared = (sources_.size() == 1 || options_.one_clock) &&
+                      std::all_of(sources_.begin(), sources_.end(), [](const std::unique_ptr<CameraSource>& source) {
+                        return source->clocks() == ClockModel::Shared;
+                      });
+  options_.synchronizer.clocks = shared ? ClockModel::Shared : ClockModel::Separate;
   synchronizer_ = std::make_unique<ViewSynchronizer<Payload>>(cameras_.size(), options_.synchronizer, options_.clock);
 }
 
@@ -149,7 +162,7 @@ bool LiveRig::running() const {
 }
 
 void LiveRig::receive(CameraView view) {
-  const Microseconds arrival = now();
+  const Microseconds arrival = now() - view.age;
   const std::size_t camera = view.camera;
   {
     const std::lock_guard<std::mutex> lock(mutex_);
@@ -171,7 +184,7 @@ void LiveRig::receive(CameraView view) {
           static_cast<std::uint64_t>(stream.period.lostIn(static_cast<std::int64_t>(view.stamp - *stream.stamp)));
     stream.stamp = view.stamp;
   }
-  synchronizer_->push(camera, view.stamp, {view.images, arrival});
+  synchronizer_->push(camera, view.stamp, {view.images, arrival}, arrival);
   if (!listener_) return;
   std::uint64_t time = view.stamp;
   if (options_.synchronizer.clocks == ClockModel::Separate) {
@@ -199,18 +212,14 @@ bool LiveRig::next(std::chrono::milliseconds timeout, LiveInstant& instant) {
   instant.rig.cameras = cameras_;
   instant.rig.views.assign(cameras_.size(), {});
   instant.held.assign(cameras_.size(), nullptr);
+  instant.stamps.assign(cameras_.size(), std::nullopt);
   instant.arrived = Microseconds(0);
   for (std::size_t k = 0; k < cameras_.size(); ++k) {
     if (!set->views[k]) continue;
+    instant.stamps[k] = set->views[k]->stamp;
     Payload& payload = set->views[k]->payload;
     instant.arrived = std::max(instant.arrived, payload.arrival);
-    instant.held[k] = std::move(payload.images);
-    const LoadedView& images = *instant.held[k];
-    DepthView& view = instant.rig.views[k];
-    view.depth16 = images.depth16.view();
-    view.depth32 = images.depth32.view();
-    view.color = images.color.view();
-    view.confidence = images.confidence.view();
+    if (payload.images) instant.setView(k, std::move(payload.images));
   }
   return true;
 }

@@ -34,9 +34,15 @@ struct CameraStatus {
 
 /** \brief The views of one instant. */
 struct LiveInstant {
-  RigFrame rig;                                         ///< its views point into held
-  std::vector<std::shared_ptr<const LoadedView>> held;  ///< of each camera, its images; null: the camera is missing
-  std::chrono::microseconds arrived{0};                 ///< when its last view came, by the host's clock
+  RigFrame rig;  ///< its views point into held
+  /** \brief Of each camera, its images; null: the camera is missing, or another rank has them. */
+  std::vector<std::shared_ptr<const LoadedView>> held;
+  std::vector<std::optional<std::uint64_t>>
+      stamps;  ///< of each camera, its view's CameraView::stamp; absent: the camera is missing
+  std::chrono::microseconds arrived{0};  ///< when its last view came, by the host's clock
+
+  /** \brief Gives a camera its images, and its view of them. */
+  void setView(std::size_t camera, std::shared_ptr<const LoadedView> images);
 };
 
 /** \brief Cameras that run, as one rig: their views are put together by time into frames that FuseFlow can fuse. next() is for one thread;
@@ -44,8 +50,10 @@ struct LiveInstant {
 class LiveRig {
  public:
   struct Options {
-    /** \brief clocks is chosen: Shared if there is one source, and it says so. */
+    /** \brief clocks is chosen: Shared if there is one source, or one clock, and every source says so. */
     SynchronizerParameters synchronizer;
+    /** \brief Whether the sources have one clock, as the parts of one recording that is played have. */
+    bool one_clock{false};
     /** \brief Seconds without a view after which a camera is said to have stopped; of one that is slow, three of its periods. */
     double silent_after{1};
     /** \brief The host's time; default: that of day when the rig was made, and from then on steady. */

@@ -27,11 +27,12 @@ struct Totals {
 template <typename PointT>
 class DistributedFusion : public DistributedMethod {
  public:
-  DistributedFusion(distributed::Communicator& communicator, const MethodOptions& options)
+  DistributedFusion(distributed::Communicator& communicator, const MethodOptions& options, bool fusing)
       : communicator_(communicator), fusion_(communicator) {
     fusion_.setParameters(options.parameters);
     fusion_.setNumberOfThreads(options.threads);
     fusion_.setComputeNormals(options.normals);
+    fusion_.setFusing(fusing);
   }
 
   void fuse(const RigFrame& frame, Cloud& output) override {
@@ -88,9 +89,9 @@ class DistributedFusion : public DistributedMethod {
 }  // namespace
 
 std::unique_ptr<DistributedMethod> makeDistributedFusion(distributed::Communicator& communicator,
-                                                         const MethodOptions& options) {
-  if (options.normals) return std::make_unique<DistributedFusion<PointFusedNormal>>(communicator, options);
-  return std::make_unique<DistributedFusion<PointFused>>(communicator, options);
+                                                         const MethodOptions& options, bool fusing) {
+  if (options.normals) return std::make_unique<DistributedFusion<PointFusedNormal>>(communicator, options, fusing);
+  return std::make_unique<DistributedFusion<PointFused>>(communicator, options, fusing);
 }
 
 }  // namespace fuse_flow::io

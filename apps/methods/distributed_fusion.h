@@ -16,8 +16,8 @@ class DistributedMethod : public Method {
   virtual std::string summary() = 0;
 };
 
-/** \param communicator must outlive it */
+/** \param communicator must outlive it  \param fusing whether this rank takes a share of the cells; at least one must */
 std::unique_ptr<DistributedMethod> makeDistributedFusion(distributed::Communicator& communicator,
-                                                         const MethodOptions& options);
+                                                         const MethodOptions& options, bool fusing = true);
 
 }  // namespace fuse_flow::io

@@ -60,6 +60,7 @@ struct Options {
   io::MethodOptions method_options;
   command_line::Ranks* ranks{nullptr};  ///< null: this process alone
   bool share_frames{false};
+  bool fusing{true};  ///< where ranks share cameras: this one
 
   /** \brief Whether the ranks have some cameras each. */
   bool sharesCameras() const { return ranks != nullptr && !share_frames; }
@@ -352,7 +353,7 @@ int run(Options& options, const command_line::MethodArguments& arguments) {
   io::DistributedMethod* distributed = nullptr;
   const auto make = [&]() -> std::unique_ptr<io::Method> {
     if (!options.sharesCameras()) return io::makeMethod(options.method, options.method_options);
-    auto shared = io::makeDistributedFusion(options.ranks->communicator(), options.method_options);
+    auto shared = io::makeDistributedFusion(options.ranks->communicator(), options.method_options, options.fusing);
     distributed = shared.get();
     return shared;
   };
@@ -498,10 +499,12 @@ int main(int argc, char** argv) {
   command_line::MethodArguments method(app);
   command_line::StereoArguments stereo(app);
   const command_line::RanksArgument shared(app);
+  const command_line::FuseAtArgument fuse_at(app);
   return command_line::runTool(app, argc, argv, [&] {
     const std::unique_ptr<command_line::Ranks> ranks = command_line::Ranks::ofThisRun();
     options.ranks = ranks.get();
     options.share_frames = shared.shareFrames();
+    options.fusing = !ranks || fuse_at.fuses(ranks->rank());
     options.frames = command_line::joinedList(options.frames);
     options.inputs = recording.inputs();
     options.recording = recording.options();

@@ -5,6 +5,7 @@
 #include "command_line/live_pump.h"
 #include "command_line/method_arguments.h"
 #include "command_line/option_checks.h"
+#include "command_line/ranks.h"
 #include "command_line/recording_arguments.h"
 #ifdef FUSE_FLOW_WITH_STREAM
 #include "command_line/stream_arguments.h"
@@ -50,6 +51,8 @@ struct Options {
   bool refine_extrinsics{false};
   bool normals{false};
   bool serve{false};
+  command_line::Ranks* ranks{nullptr};  ///< null: this process alone
+  bool fusing{true};                    ///< this rank
   viewing::ViewerOptions viewer;
   double status{5};
   io::RecordingOptions recording;
@@ -146,7 +149,11 @@ int run(const Options& options, const command_line::LiveArguments& live, const S
 #endif
 
   if (options.window) requireDisplay();
-  const std::unique_ptr<io::LiveRig> rig = live.open("fuse_flow_live", options.inputs, options.recording, false);
+  std::optional<io::LeadingRank> leader;
+  if (options.ranks != nullptr) leader.emplace(options.ranks->communicator());
+  const std::unique_ptr<io::LiveRig> rig =
+      leader ? live.open("fuse_flow_live", options.inputs, options.recording, *leader, *options.ranks)
+             : live.open("fuse_flow_live", options.inputs, options.recording, false);
   checkOutputs(options, *rig);
   std::vector<std::string> names;
   for (const Camera& camera : rig->cameras()) names.push_back(camera.name);
@@ -193,6 +200,8 @@ int run(const Options& options, const command_line::LiveArguments& live, const S
   pump_options.refine_extrinsics = options.refine_extrinsics;
   pump_options.status = options.status;
   pump_options.seconds = live.seconds();
+  pump_options.leader = leader ? &*leader : nullptr;
+  pump_options.fusing = options.fusing;
   if (inlet) pump_options.instant = [inlet](const auto& instant) { inlet->put(instant); };
   pump_options.recorder = recorder.get();
 #ifdef FUSE_FLOW_WITH_STREAM
@@ -293,21 +302,38 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   command_line::LiveArguments live(app);
   command_line::MethodArguments method(app);
+  const command_line::FuseAtArgument fuse_at(app);
   return command_line::runTool(app, argc, argv, [&] {
     if (list) {
       for (const std::string& line : io::listDevices()) std::cout << line << "\n";
       return static_cast<int>(command_line::kSuccess);
     }
+    const std::unique_ptr<command_line::Ranks> ranks = command_line::Ranks::ofThisRun();
+    options.ranks = ranks.get();
     options.inputs = recording.inputs();
-    if (options.inputs.empty())
+    if (options.inputs.empty() && !ranks)
       throw io::OptionError("input: must be given: devices (--list says which there are), or a recording to play");
     options.recording = recording.options();
     options.method = method.method();
     options.method_options = method.options();
-    warn(method.advice());
+    if (!ranks || ranks->isFirst()) warn(method.advice());
     options.method_options.normals = options.normals;
     options.config = command_line::configFileOf(app);
     command_line::requireThreads(options.method_options.threads);
-    return run(options, live, stream);
+    if (!ranks) return run(options, live, stream);
+    return ranks->guard("fuse_flow_live", [&] {
+      command_line::requireOfLiveRanks(options.method, options.method_options, options.refine_extrinsics);
+      if (options.window)
+        throw io::OptionError(
+            "the window: no rank has the images of all cameras; must be --no-window, and --serve shows the clouds in a "
+            "browser");
+      if (!options.record.empty())
+        throw io::OptionError("--record: no rank has the images of all cameras; fuse_flow_record writes those of each");
+      options.fusing = fuse_at.fuses(ranks->rank());
+      if (ranks->isFirst()) return run(options, live, stream);
+      command_line::followLiveRank("fuse_flow_live", *ranks, live, options.inputs, options.recording,
+                                   options.method_options, options.fusing);
+      return static_cast<int>(command_line::kSuccess);
+    });
   });
 }

@@ -5,6 +5,7 @@
 #include "command_line/live_pump.h"
 #include "command_line/method_arguments.h"
 #include "command_line/option_checks.h"
+#include "command_line/ranks.h"
 #include "command_line/recording_arguments.h"
 #include "command_line/stream_arguments.h"
 #include "command_line/threads.h"
@@ -34,6 +35,8 @@ struct Options {
   bool refine_extrinsics{false};
   bool normals{false};
   double status{5};
+  command_line::Ranks* ranks{nullptr};  ///< null: this process alone
+  bool fusing{true};                    ///< this rank
   io::RecordingOptions recording;
   io::MethodOptions method_options;
 };
@@ -42,7 +45,7 @@ void warn(const std::vector<std::string>& lines) { command_line::printWarnings(k
 
 /** \brief The last part of a path, "recording" of "build/demo/recording/". */
 std::string nameOf(const std::vector<std::string>& inputs) {
-  if (inputs.size() > 1) return std::to_string(inputs.size()) + " inputs";
+  if (inputs.size() != 1) return std::to_string(inputs.size()) + " inputs";
   const std::filesystem::path path(inputs[0]);
   return (path.has_filename() ? path : path.parent_path()).filename().string();
 }
@@ -50,7 +53,11 @@ std::string nameOf(const std::vector<std::string>& inputs) {
 /** \brief Fuses what cameras deliver. */
 int serve(const Options& options, const command_line::LiveArguments& live,
           const command_line::StreamArguments& arguments) {
-  const std::unique_ptr<io::LiveRig> rig = live.open(kTool, options.inputs, options.recording, false);
+  std::optional<io::LeadingRank> leader;
+  if (options.ranks != nullptr) leader.emplace(options.ranks->communicator());
+  const std::unique_ptr<io::LiveRig> rig =
+      leader ? live.open(kTool, options.inputs, options.recording, *leader, *options.ranks)
+             : live.open(kTool, options.inputs, options.recording, false);
   const std::shared_ptr<stream::Server> server = arguments.open(options.method);
   stream::Description description;
   description.name = options.name;
@@ -66,6 +73,8 @@ int serve(const Options& options, const command_line::LiveArguments& live,
   pump_options.refine_extrinsics = options.refine_extrinsics;
   pump_options.status = options.status;
   pump_options.seconds = live.seconds();
+  pump_options.leader = leader ? &*leader : nullptr;
+  pump_options.fusing = options.fusing;
   command_line::StreamLog log;
   pump_options.more = [&] { return log.describe(server->status()); };
   pump_options.tick = [&] { warn(server->takeNotices()); };
@@ -142,7 +151,6 @@ int main(int argc, char** argv) {
       "a link. A stream that was kept, a .ffs file, is streamed as it is.",
       kTool);
   command_line::RecordingArguments recording(app);
-  recording.input()->required();
   command_line::StreamArguments stream(app);
   app.add_option("--name", options.name, "of the stream, for people; default: the input's");
   app.add_flag("--normals", options.normals, "stream the surface's normal with each point");
@@ -153,21 +161,36 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   command_line::LiveArguments live(app, true);
   command_line::MethodArguments method(app);
+  const command_line::FuseAtArgument fuse_at(app);
   return command_line::runTool(app, argc, argv, [&] {
+    const std::unique_ptr<command_line::Ranks> ranks = command_line::Ranks::ofThisRun();
+    options.ranks = ranks.get();
     options.inputs = recording.inputs();
+    if (options.inputs.empty() && !ranks)
+      throw io::OptionError("input: must be given: a recording, devices, or a stream that was kept");
     if (options.name.empty()) options.name = nameOf(options.inputs);
     options.recording = recording.options();
     options.method = method.method();
     options.method_options = method.options();
-    warn(method.advice());
+    if (!ranks || ranks->isFirst()) warn(method.advice());
     options.method_options.normals = options.normals;
     command_line::requireThreads(options.method_options.threads);
     const auto is_stream = [](const std::string& input) { return std::filesystem::path(input).extension() == ".ffs"; };
-    if (std::any_of(options.inputs.begin(), options.inputs.end(), is_stream)) {
-      if (options.inputs.size() > 1)
-        throw io::OptionError("input: must be one stream file, or a recording, or devices");
-      return replay(options, live, live.loops(), stream);
-    }
-    return serve(options, live, stream);
+    const auto run = [&] {
+      if (std::any_of(options.inputs.begin(), options.inputs.end(), is_stream)) {
+        if (options.inputs.size() > 1)
+          throw io::OptionError("input: must be one stream file, or a recording, or devices");
+        if (ranks) throw io::OptionError("input: a stream that was kept is served by one process, not under mpirun");
+        return replay(options, live, live.loops(), stream);
+      }
+      if (!ranks) return serve(options, live, stream);
+      command_line::requireOfLiveRanks(options.method, options.method_options, options.refine_extrinsics);
+      options.fusing = fuse_at.fuses(ranks->rank());
+      if (ranks->isFirst()) return serve(options, live, stream);
+      command_line::followLiveRank(kTool, *ranks, live, options.inputs, options.recording, options.method_options,
+                                   options.fusing);
+      return static_cast<int>(command_line::kSuccess);
+    };
+    return ranks ? ranks->guard(kTool, run) : run();
   });
 }

@@ -122,6 +122,10 @@ class ViewSynchronizer {
    *  \param payload the view  \throws pcl::BadArgumentException if there is no such camera */
   inline void push(std::size_t camera, std::uint64_t stamp, PayloadT payload);
 
+  /** \brief As push(), for a view that was on its way, or in a queue, since it arrived at the host.  \param arrival when it arrived, by the
+   *  clock that the constructor was given; a time in the future counts as now */
+  inline void push(std::size_t camera, std::uint64_t stamp, PayloadT payload, std::chrono::microseconds arrival);
+
   /** \brief The latest set that is ready, if there is one. */
   inline std::optional<Set> take();
 

@@ -1,45 +1,13 @@
 #include "live/live_rig.h"
 
 #include "../recordings/io_fixture.h"
-#include "numbered_rig.h"
+#include "hand_fed_cameras.h"
 
 namespace {
 
 using namespace live_test;
 using io_test::refuses;
 using namespace std::chrono_literals;
-
-/** \brief Cameras that deliver when a test says so. */
-class HandFedCameras : public io::CameraSource {
- public:
-  explicit HandFedCameras(std::vector<std::string> names, ClockModel clocks = ClockModel::Shared, bool posed = true)
-      : clocks_(clocks), posed_(posed) {
-    const NumberedRig rig(names.size(), 1);
-    cameras_ = rig.cameras();
-    for (std::size_t k = 0; k < names.size(); ++k) cameras_[k].name = names[k];
-  }
-  const std::vector<Camera>& cameras() const override { return cameras_; }
-  bool hasPoses() const override { return posed_; }
-  ClockModel clocks() const override { return clocks_; }
-  void start(const Receiver& receiver) override { receiver_ = receiver; }
-  void stop() override { receiver_ = {}; }
-  bool running() const override { return runs; }
-  std::string failure() const override { return why; }
-
-  void deliver(std::size_t camera, std::uint64_t stamp, std::size_t frame = 0) {
-    receiver_.view({camera, stamp, std::make_shared<io::LoadedView>(NumberedRig::imagesOf(camera, frame))});
-  }
-  void notice(const std::string& line) { receiver_.notice(line); }
-
-  bool runs{true};
-  std::string why;
-
- private:
-  ClockModel clocks_;
-  bool posed_;
-  std::vector<Camera> cameras_;
-  Receiver receiver_;
-};
 
 struct FedRig {
   explicit FedRig(std::vector<std::string> names, ClockModel clocks = ClockModel::Shared, bool posed = true) {

@@ -2,6 +2,10 @@
 
 #include "tool_fixture.h"
 
+#include <cmath>
+#include <cstdio>
+#include <sstream>
+
 namespace tool_test {
 namespace {
 
@@ -103,6 +107,61 @@ TEST_F(FuseUnderMpirun, WhatNoRankCanDoIsRefusedOnce) {
   EXPECT_EQ(result.err.find("--refine-extrinsics: needs", said + 1), std::string::npos) << result.err;
   EXPECT_FALSE(fs::exists(out_));
 }
+
+// Views may be late on a busy machine: all are waited for. Which frames are skipped then is nobody's promise.
+TEST_F(FuseUnderMpirun, CamerasThatRunAtSeveralRanksGiveTheCloudsOfOneProcess) {
+  ASSERT_TRUE(succeeded(fuse({recording(), "-o", out()})));
+  const std::vector<std::vector<std::string>> runs = {
+      {"-n", "2", FUSE_FLOW_LIVE_TOOL, recording()},
+      {"-n", "3", FUSE_FLOW_LIVE_TOOL, recording(), "--fuse-at", "first"},
+      // Rank 0 has no camera.
+      {"-n", "1", FUSE_FLOW_LIVE_TOOL, "--no-window", "--max-wait", "60000", "-o", out("live2"), ":", "-n", "2",
+       FUSE_FLOW_LIVE_TOOL, recording()}};
+  for (std::size_t k = 0; k < runs.size(); ++k) {
+    const std::string folder = out("live" + std::to_string(k));
+    std::vector<std::string> arguments = runs[k];
+    arguments.insert(arguments.end(), {"--no-window", "--max-wait", "60000", "-o", folder});
+    const ToolResult result = runProgram(FUSE_FLOW_MPIEXEC, arguments);
+    ASSERT_EQ(result.exit_code, 0) << result.err;
+    EXPECT_NE(result.out.find("camera_4: 3 views came"), std::string::npos) << result.out;
+    EXPECT_NE(result.out.find(" ranks: "), std::string::npos) << result.out;
+    std::istringstream times(readText(fs::path(folder) / "timestamps.txt"));
+    std::string name;
+    double time = 0;
+    int clouds = 0;
+    for (; times >> name >> time; ++clouds) {
+      const auto frame = static_cast<std::size_t>(std::lround(time * 30));  // its rate, where it says none
+      char number[16];
+      std::snprintf(number, sizeof number, "%06zu.ply", frame);
+      EXPECT_EQ(readText(fs::path(folder) / name), readText(out_ / number)) << result.out;
+    }
+    EXPECT_GT(clouds, 0) << result.out << result.err;
+  }
+}
+
+TEST_F(FuseUnderMpirun, WhatNoLiveRankCanDoIsRefused) {
+  for (const auto& [arguments, said] : std::vector<std::pair<std::vector<std::string>, std::string>>{
+           {{"--no-window", "--record", out("a.mcap")}, "--record: no rank has the images of all cameras"},
+           {{"--no-window", "--refine-extrinsics"}, "--refine-extrinsics: needs the images of all cameras"},
+           {{"--no-window", "--method", "concatenate"}, "--method concatenate: runs in one process only"},
+           {{}, "must be --no-window"}}) {
+    std::vector<std::string> all{"-n", "2", FUSE_FLOW_LIVE_TOOL, recording()};
+    all.insert(all.end(), arguments.begin(), arguments.end());
+    const ToolResult result = runProgram(FUSE_FLOW_MPIEXEC, all);
+    EXPECT_NE(result.exit_code, 0);
+    EXPECT_NE(result.err.find(said), std::string::npos) << result.err;
+  }
+}
+
+#if defined(FUSE_FLOW_SERVE_TOOL)
+TEST_F(FuseUnderMpirun, RanksServeWhatTheyFuse) {
+  const ToolResult result = runProgram(FUSE_FLOW_MPIEXEC, {"-n", "2", FUSE_FLOW_SERVE_TOOL, recording(), "--once",
+                                                           "--port", "0", "--max-wait", "60000"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_NE(result.out.find("camera_4: 3 views came"), std::string::npos) << result.out;
+  EXPECT_NE((result.out + result.err).find("http://127.0.0.1:"), std::string::npos) << result.out << result.err;
+}
+#endif
 
 }  // namespace
 }  // namespace tool_test

@@ -46,17 +46,23 @@ std::chrono::microseconds ViewSynchronizer<PayloadT>::steadyTime() {
 
 template <typename PayloadT>
 void ViewSynchronizer<PayloadT>::push(std::size_t camera, std::uint64_t stamp, PayloadT payload) {
+  push(camera, stamp, std::move(payload), clock_());
+}
+
+template <typename PayloadT>
+void ViewSynchronizer<PayloadT>::push(std::size_t camera, std::uint64_t stamp, PayloadT payload,
+                                      std::chrono::microseconds arrival) {
   if (camera >= streams_.size())
     detail::throwBadArgument("fuse_flow::ViewSynchronizer: camera is ", camera, ", must be below ", streams_.size());
-  const std::int64_t arrival = clock_().count();
+  arrival = std::min(arrival, clock_());
   const auto time = static_cast<std::int64_t>(stamp);
   std::deque<Waiting> dropped;  // destroyed after the lock is given up: to free images takes time
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     Stream& stream = streams_[camera];
-    if (!accept(stream, time, arrival, dropped)) return;
+    if (!accept(stream, time, arrival.count(), dropped)) return;
     while (stream.views.size() >= parameters_.capacity) dropOldest(stream, stream.counts.overrun, dropped);
-    stream.views.push_back({time, arrival, std::move(payload)});
+    stream.views.push_back({time, arrival.count(), std::move(payload)});
   }
   pushed_.notify_one();
 }
