@@ -161,7 +161,7 @@ fuse_demo() {  # fuse_demo RECORDING OUT METHOD
 }
 
 demo() {
-  echo "The demo takes five to ten minutes on two cores, the first time. Where nothing of what it installs is there, 450 MB are"
+  echo "The demo takes five to ten minutes on two cores, the first time. Where nothing of what it installs is there, 550 MB are"
   echo "downloaded before."
   install_missing
   build_demo fuse_flow_fuse fuse_flow_evaluate fuse_flow_simulate fuse_flow_picture

@@ -2,6 +2,7 @@
 
 #include <fuse_flow/calibration/extrinsic_tracking.h>
 #include <fuse_flow/device_error.h>
+#include <fuse_flow/recordings/error.h>
 
 #include <iomanip>
 #include <sstream>
@@ -14,6 +15,8 @@ constexpr double kDeviation = 0.005;  // metres: of poses estimated from one fra
 }  // namespace
 
 void LiveExtrinsics::place(RigFrame& frame) {
+  if (frame.cameras.size() < 2)
+    throw InputError("one camera alone tells nothing about its pose: --refine-extrinsics must have two or more");
   if (!tracking_) onEither(frame, [&] { begin(frame); });
   onEither(frame, [&] { follow(frame); });
 }

@@ -29,7 +29,8 @@ class LiveExtrinsics {
                           PoseMakers make = {})
       : device_(device), warn_(std::move(warn)), make_(std::move(make)) {}
 
-  /** \brief Puts the poses into the cameras of the next frame. Throws pcl::PCLException for one that contradicts itself. */
+  /** \brief Puts the poses into the cameras of the next frame. Throws pcl::PCLException for one that contradicts itself, and InputError for
+   *  a rig of one camera. */
   void place(RigFrame& frame);
   /** \brief The cameras that were found, by the frame before, to have moved. */
   const std::vector<CameraMotion>& moved() const { return moved_; }

@@ -40,6 +40,7 @@ LivePump::LivePump(Options options, io::LiveRig& rig, std::vector<std::shared_pt
       sinks_(std::move(sinks)),
       extrinsics_(options_.method_options.device, options_.method_options.warn),
       checks_(options_.method, options_.method_options.parameters, std::vector<bool>(rig.cameras().size(), false)),
+      empty_(options_.method, options_.method_options),
       log_(options_.tool, options_.status) {
   if (options_.leader) {
     auto method = io::makeDistributedFusion(options_.leader->communicator(), options_.method_options, options_.fusing);
@@ -148,6 +149,7 @@ void LivePump::fuse(const io::LiveInstant& instant) {
   if (frame->has_normals && !frame->encoded) frame->with_normals = method_->withNormals();
   frame->statistics = method_->statistics();
   if (look) checks_.lookAt(frame->input.rig, frame->statistics);
+  if (!frame->encoded) empty_.look(frame->number, frame->input.rig, frame->cloud.size(), !options_.leader);
   for (const std::shared_ptr<io::BackgroundSink>& sink : sinks_) sink->take(frame);
 }
 

@@ -2,6 +2,7 @@
 
 #include "calibration/live_extrinsics.h"
 #include "command_line/live_arguments.h"
+#include "input_checks/empty_clouds.h"
 #include "input_checks/input_checks.h"
 #include "live/live_ranks.h"
 #include "live/live_rig.h"
@@ -68,7 +69,11 @@ class LivePump {
   /** \brief What was fused, and how long it took; of each camera, what came. */
   std::string summary() const;
   /** \brief What was noticed of the input, one line each. */
-  std::vector<std::string> complaints() const { return checks_.complaints(); }
+  std::vector<std::string> complaints() const {
+    std::vector<std::string> lines = checks_.complaints();
+    for (std::string& line : empty_.complaints()) lines.push_back(std::move(line));
+    return lines;
+  }
   std::uint64_t fused() const { return fusing_.count(); }
 
  private:
@@ -84,6 +89,7 @@ class LivePump {
   io::DistributedMethod* distributed_{nullptr};  ///< where method_ is one
   io::LiveExtrinsics extrinsics_;
   io::InputChecks checks_;
+  io::EmptyClouds empty_;
   io::FramePool pool_;
   LiveLog log_;
   std::chrono::steady_clock::time_point last_look_;

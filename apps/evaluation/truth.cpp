@@ -231,6 +231,11 @@ void readMeshes(const std::string& path, std::size_t first, std::vector<Object>&
         throw io::InputError(path + ": has a face of more than one object");
     object.mesh.triangles.push_back(corners);
   }
+  for (const Object& object : objects)
+    if (object.mesh.triangles.empty() && !object.mesh.vertices.empty())
+      throw io::InputError(path +
+                           ": has vertices of an object without faces, must be a mesh as fuse_flow_simulate "
+                           "writes it");
 }
 
 std::string movingPath(const std::string& recording, std::size_t frame) {
@@ -259,11 +264,21 @@ Truth::Truth(const std::string& recording) : folder_(recording) {
   scene_.setFixed(fixed_);
 }
 
-bool Truth::isIn(const std::string& recording) {
+bool Truth::isIn(const std::string& recording) { return missingIn(recording).empty() && hasFolder(recording); }
+
+std::vector<std::string> Truth::missingIn(const std::string& recording) {
+  std::vector<std::string> missing;
+  if (!hasFolder(recording)) return missing;
   std::error_code error;
-  const fs::path truth = fs::path(recording) / "truth";
-  const auto there = [&](const char* name) { return fs::is_regular_file(truth / name, error); };
-  return there("simulation.json") && there("rig.json") && there("fixed.ply");
+  for (const char* name : {"simulation.json", "rig.json", "fixed.ply"})
+    if (const fs::path file = fs::path(recording) / "truth" / name; !fs::is_regular_file(file, error))
+      missing.push_back(file.string());
+  return missing;
+}
+
+bool Truth::hasFolder(const std::string& recording) {
+  std::error_code error;
+  return fs::is_directory(fs::path(recording) / "truth", error);
 }
 
 const RayScene& Truth::frame(std::size_t frame) {

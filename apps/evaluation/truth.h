@@ -20,6 +20,8 @@ class Truth {
 
   /** \brief Whether a folder has one. */
   static bool isIn(const std::string& recording_folder);
+  /** \brief The files that lack in its folder truth; none if it has no such folder, or a whole one. */
+  static std::vector<std::string> missingIn(const std::string& recording_folder);
 
   /** \brief The surfaces of one frame; valid until the next call. */
   const RayScene& frame(std::size_t frame);
@@ -31,6 +33,7 @@ class Truth {
   float maxRange() const { return max_range_; }
 
  private:
+  static bool hasFolder(const std::string& recording_folder);
   std::string folder_;
   std::vector<Camera> cameras_;
   std::vector<Object> fixed_;  // materials only, until the meshes are read

@@ -3,6 +3,7 @@
 #include "input_checks/color_check.h"
 #include "input_checks/depth_in_range.h"
 #include "input_checks/estimated_depth.h"
+#include "input_checks/lens_check.h"
 #include "input_checks/noise_check.h"
 #include "input_checks/view_overlap.h"
 
@@ -33,6 +34,7 @@ class InputChecks {
 
   void look(const LoadedFrame& frame) {
     depth_.look(frame.rig);
+    lens_.look(frame.rig);
     color_.look(frame.rig);
     confidence_.look(frame, estimated_);
     overlap_.look(frame.rig);
@@ -44,8 +46,9 @@ class InputChecks {
   }
   std::vector<std::string> complaints() const {
     std::vector<std::string> all;
-    for (const std::vector<std::string>& some : {depth_.complaints(), confidence_.complaints(), noise_.complaints(),
-                                                 color_.complaints(), overlap_.complaints(), agreement_.complaints()})
+    for (const std::vector<std::string>& some :
+         {depth_.complaints(), lens_.complaints(), confidence_.complaints(), noise_.complaints(), color_.complaints(),
+          overlap_.complaints(), agreement_.complaints()})
       all.insert(all.end(), some.begin(), some.end());
     return all;
   }
@@ -53,6 +56,7 @@ class InputChecks {
  private:
   std::vector<bool> estimated_;
   DepthInRange depth_;
+  LensCheck lens_;
   ColorCheck color_;
   ConfidenceCheck confidence_;
   NoiseCheck noise_;

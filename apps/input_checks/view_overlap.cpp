@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <sstream>
 
 namespace fuse_flow::io {
@@ -96,20 +97,58 @@ bool contradicts(const CameraOverlap& camera) {
   return !little(camera) && static_cast<double>(camera.agreed) < kAgreement * static_cast<double>(camera.seen);
 }
 
+double contradictedShare(const CameraOverlap& camera) {
+  return camera.seen > 0 ? 1 - static_cast<double>(camera.agreed) / static_cast<double>(camera.seen) : 1;
+}
+
+/** \brief Whether poses may have another meaning: of what others see more than a tenth does not agree, or hardly anything is seen. */
+bool doubtful(const CameraOverlap& all) {
+  return static_cast<double>(all.seen) < 0.2 * static_cast<double>(all.points) || contradictedShare(all) > 0.1;
+}
+
+/** \brief Whether poses of another meaning are right by far: twice as many points agree; or as many, and a third are contradicted. */
+bool isBetter(const CameraOverlap& then, const CameraOverlap& now) {
+  if (contradicts(then) || little(then)) return false;
+  return then.agreed > 2 * now.agreed ||
+         (then.agreed >= now.agreed && 3 * contradictedShare(then) < contradictedShare(now));
+}
+
+/** \brief What is mirrored along an axis of the world, and of the camera: poses of a left-handed frame. */
+Eigen::Isometry3d mirrored(const Eigen::Isometry3d& T, int axis) {
+  Eigen::Matrix4d mirror = Eigen::Matrix4d::Identity();
+  mirror(axis, axis) = -1;
+  return Eigen::Isometry3d(Eigen::Matrix4d(mirror * T.matrix() * mirror));
+}
+
 /** \brief Which other meaning of the poses would make the views agree; empty: none would by far. */
 std::string betterConvention(const RigFrame& frame, std::vector<MeasuredView>& views, const CameraOverlap& now) {
+  struct Meaning {
+    std::string text;  ///< before what it would give
+    std::function<Eigen::Isometry3d(const Eigen::Isometry3d&)> of;
+  };
+  const auto convention = [](PoseConvention meant, const char* name) {
+    return Meaning{std::string("with --pose-convention ") + name + " ",
+                   [meant](const Eigen::Isometry3d& T) { return converted(T, meant); }};
+  };
+  const auto mirror = [](int axis, const char* name) {
+    return Meaning{
+        std::string("the poses seem to be of a left-handed frame, and must be of a right-handed one: with the ") +
+            name + " axis of world and cameras negated ",
+        [axis](const Eigen::Isometry3d& T) { return mirrored(T, axis); }};
+  };
   std::string best;
-  std::size_t agreed = 2 * now.agreed;
-  for (const auto& [convention, name] : {std::make_pair(PoseConvention::WorldToCamera, "world_to_camera"),
-                                         std::make_pair(PoseConvention::OpenGl, "opengl")}) {
+  CameraOverlap before = now;
+  for (const Meaning& meaning : {convention(PoseConvention::WorldToCamera, "world_to_camera"),
+                                 convention(PoseConvention::OpenGl, "opengl"), mirror(0, "x"), mirror(1, "y")}) {
     std::vector<Camera> cameras = frame.cameras;
-    for (Camera& camera : cameras) camera.T_world_camera = converted(camera.T_world_camera, convention);
+    for (Camera& camera : cameras) camera.T_world_camera = meaning.of(camera.T_world_camera);
     place(cameras, views);
     const CameraOverlap then = total(overlapOf(views));
-    if (contradicts(then) || little(then) || then.agreed <= agreed) continue;
-    agreed = then.agreed;
-    best = std::string("with --pose-convention ") + name + " " + percent(then.agreed, then.seen) + " of the " +
-           percent(then.seen, then.points) + " that others see would agree";
+    if (!isBetter(then, before)) continue;
+    before = then;
+    best = meaning.text + percent(then.agreed, then.seen) + " of the " + percent(then.seen, then.points) +
+           " that others see would agree, instead of " + percent(now.agreed, now.seen) + " of " +
+           percent(now.seen, now.points);
   }
   return best;
 }
@@ -140,7 +179,7 @@ void OverlapCheck::look(const RigFrame& frame) {
       line += ": nothing of it can be checked or averaged; its pose may be in another frame, or inverted";
     complaints_.push_back(line);
   }
-  if (complaints_.empty()) return;
+  if (complaints_.empty() && !doubtful(total(cameras))) return;
   const std::string better = betterConvention(frame, views, total(cameras));
   if (!better.empty()) complaints_.push_back(better);
 }

@@ -70,7 +70,13 @@ Intrinsics parseIntrinsics(const Entry& entry, std::vector<std::string>& warning
   K.fy = static_cast<float>(entry.positive("fy"));
   K.cx = static_cast<float>(entry.number("cx"));
   K.cy = static_cast<float>(entry.number("cy"));
-  if (!entry.has("distortion")) return K;
+  if (!entry.has("distortion")) {
+    if (!entry.has("distortion_model") || entry.object["distortion_model"] == "none" ||
+        entry.object["distortion_model"] == "pinhole")
+      return K;
+    entry.fail("distortion", "is missing, must be the coefficients of distortion_model " +
+                                 quoted(entry.object["distortion_model"]) + "; without a lens model leave both out");
+  }
   if (!entry.has("distortion_model")) {
     const std::vector<double> values = entry.numbers("distortion", 8);
     const std::vector<float> d(values.begin(), values.end());
@@ -205,7 +211,16 @@ void lookAtKeys(const Json& object, const std::string& owner, UnknownKeys& unkno
   look_inside("noise", of_noise);
 }
 
-RigCamera parseCamera(const Entry& entry, const std::string& name, std::vector<std::string>& warnings) {
+Eigen::Isometry3d parsePose(const Entry& entry) {
+  if (!entry.has("T_world_camera") && entry.has("T_camera_world"))
+    entry.fail("T_world_camera",
+               "is missing, and there is T_camera_world: must be its inverse, from the camera's frame to the world's");
+  return rigidPose(entry.owner + ": T_world_camera", entry.numbers("T_world_camera", 16));
+}
+
+/** \param with_poses false: a pose that is none is kept as RigCamera::pose_error */
+RigCamera parseCamera(const Entry& entry, const std::string& name, bool with_poses,
+                      std::vector<std::string>& warnings) {
   RigCamera result;
   result.camera.name = name;
   result.camera.intrinsics = parseIntrinsics(entry, warnings);
@@ -238,7 +253,12 @@ RigCamera parseCamera(const Entry& entry, const std::string& name, std::vector<s
                                          ", must be in (0, 1]: what one step of the confidence images is worth, like "
                                          "0.5 where they hold 0, 1 and 2");
   }
-  result.camera.T_world_camera = rigidPose(entry.owner + ": T_world_camera", entry.numbers("T_world_camera", 16));
+  try {
+    result.camera.T_world_camera = parsePose(entry);
+  } catch (const InputError& error) {
+    if (with_poses) throw;
+    result.pose_error = error.what();
+  }
   if (entry.has("depth_correction")) {
     const Entry correction{entry.object["depth_correction"], entry.owner + " depth_correction"};
     if (!correction.object.is_object())
@@ -303,7 +323,7 @@ bool isFolderName(const std::string& name) {
 
 }  // namespace
 
-RigDescription readRigJson(const std::string& path) {
+RigDescription readRigJson(const std::string& path, bool with_poses) {
   const Json json = readJson<Json>(path, "a rig");
   if (!json.is_object() || !json.contains("cameras") || !json["cameras"].is_array() || json["cameras"].empty())
     throw InputError(path + ": cameras is missing or empty, must be a list with an object for each camera");
@@ -327,7 +347,7 @@ RigDescription readRigJson(const std::string& path) {
     if (!names.insert(name.get<std::string>()).second)
       throw InputError(number + ": name is " + quoted(name) + ", which another camera has");
     const std::string owner = path + ": camera '" + name.get<std::string>() + "'";
-    rig.cameras.push_back(parseCamera(Entry{object, owner}, name.get<std::string>(), rig.warnings));
+    rig.cameras.push_back(parseCamera(Entry{object, owner}, name.get<std::string>(), with_poses, rig.warnings));
     checkCameraInput(path, rig.cameras.back().camera);
     lookAtKeys(object, owner, unknown);
   }

@@ -11,6 +11,8 @@
 #include "drawing/clouds.h"
 #include "drawing/display.h"
 #include "evaluation/report.h"
+#include "input_checks/depth_in_range.h"
+#include "input_checks/lens_check.h"
 #include "methods/method.h"
 #include "recordings/files/cut_short.h"
 #include "recordings/files/file_io.h"
@@ -299,6 +301,8 @@ int run(Options options) {
   }
   const io::StillThere still_there(*recording);
   io::LoadedFrame loaded;
+  io::DepthInRange in_range(options.parameters.preprocessing);
+  io::LensCheck lenses;
   // Few are enough to place cameras, and each takes seconds. More than that tell corrections no more: they take all only where someone
   // names them.
   std::vector<char> few(frames.size(), 0);
@@ -307,6 +311,8 @@ int run(Options options) {
   for (std::size_t k = 0; k < frames.size(); ++k) {
     recording->read(frames[k], loaded);
     still_there.check(loaded);
+    in_range.look(loaded.rig);
+    lenses.look(loaded.rig);
     if (correction) withoutCorrections(loaded.rig.cameras);
     estimation->addFrame(loaded.rig);
     if (options.from_scratch && few[k]) coarse.addFrame(loaded.rig);
@@ -316,6 +322,8 @@ int run(Options options) {
       ++corrected_by;
     }
   }
+  for (const std::vector<std::string>& lines : {in_range.complaints(), lenses.complaints()})
+    command_line::printWarnings("fuse_flow_calibrate", lines);
   std::vector<Camera> before = recording->cameras();
   if (correction) withoutCorrections(before);
   std::vector<Eigen::Isometry3d> initial;

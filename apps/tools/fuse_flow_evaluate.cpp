@@ -13,6 +13,7 @@
 #include "evaluation/report.h"
 #include "evaluation/truth.h"
 #include "evaluation/truth_report.h"
+#include "input_checks/input_checks.h"
 #include "recordings/files/file_io.h"
 #include "recordings/files/image_io.h"
 #include "recordings/readers/readers.h"
@@ -93,13 +94,25 @@ struct Evaluation {
   }
 };
 
+FuseFlowParameters rangeOf(const Options& options) {
+  FuseFlowParameters parameters;
+  parameters.preprocessing.min_range = options.quality.min_range;
+  parameters.preprocessing.max_range = options.quality.max_range;
+  return parameters;
+}
+
 class Evaluator {
  public:
   explicit Evaluator(const Options& options)
       : options_(options),
         recording_(command_line::openRecording("fuse_flow_evaluate", options.recording, options.recording_options,
-                                               options.stereo)) {
-    if (options.no_truth || !(options.truth || simulation::Truth::isIn(options.recording[0]))) return;
+                                               options.stereo)),
+        checks_("concatenate", rangeOf(options), {}) {  // of images and poses alone: nothing is fused here
+    if (options.no_truth) return;
+    if (const std::vector<std::string> missing = simulation::Truth::missingIn(options.recording[0]);
+        !missing.empty() && !options.truth)
+      why_no_truth_ = "The truth is left out: it has no file " + missing[0] + ".\n";
+    if (!options.truth && !simulation::Truth::isIn(options.recording[0])) return;
     truth_.emplace(options.recording[0]);
     if (truth_->cameras().size() == recording_->cameras().size()) return;
     if (options.truth) throw io::OptionError("--truth: needs all cameras of the recording, --views leaves some out");
@@ -111,6 +124,8 @@ class Evaluator {
   bool knowsParts() const { return truth_ && truth_->namesParts() && !options_.no_parts; }
   /** \brief A line, or nothing. */
   const std::string& whyNoTruth() const { return why_no_truth_; }
+  /** \brief What is wrong with the images or the poses, one line each: what is measured against them is then of little worth. */
+  std::vector<std::string> complaints() const { return checks_.complaints(); }
   const io::Recording& recording() const { return *recording_; }
 
   /** \brief Frame by frame, all clouds of one before the next: views and surface of a frame are looked at once. \param files of each
@@ -190,6 +205,7 @@ class Evaluator {
     before_frame_ = read_frame_;
     recording_->read(file.frame, loaded_);
     still_there_.check(loaded_);
+    checks_.look(loaded_);
     read_frame_ = file.frame;
     visible_.clear();
     parts_.reset();
@@ -225,6 +241,7 @@ class Evaluator {
   std::unique_ptr<io::Recording> recording_;
   const io::StillThere still_there_{*recording_};
   std::optional<simulation::Truth> truth_;
+  io::InputChecks checks_;
   std::string why_no_truth_;
   io::LoadedFrame loaded_, before_;
   std::size_t read_frame_{std::numeric_limits<std::size_t>::max()};
@@ -301,6 +318,7 @@ int run(const Options& options) {
     json[path] = jsonOf(e, fs::is_directory(path));
     if (!options.error_picture.empty()) pictures.push_back(std::move(e.errors));
   }
+  command_line::printWarnings("fuse_flow_evaluate", evaluator.complaints());
   std::cout << evaluator.whyNoTruth();
   if (evaluator.knowsTruth())
     std::cout << "Against the true surface\n" << simulation::truthHeader(width) << '\n' << truth_table << '\n';

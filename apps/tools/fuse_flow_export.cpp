@@ -5,6 +5,7 @@
 #include "command_line/recording_arguments.h"
 #include "command_line/stereo_arguments.h"
 #include "command_line/tool.h"
+#include "input_checks/input_checks.h"
 #include "recordings/files/file_io.h"
 #include "recordings/still_there.h"
 
@@ -15,6 +16,7 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <map>
 #include <set>
 
 namespace {
@@ -30,6 +32,24 @@ struct Options {
   std::string output;
 };
 
+/** \brief What is in the cameras' folders of an earlier run; empty: nothing. */
+std::string olderClouds(const std::string& output, const io::Recording& recording,
+                        const std::map<std::string, std::size_t>& written) {
+  std::size_t older = 0;
+  std::string first;
+  std::set<std::string> folders;
+  for (const Camera& camera : recording.cameras()) folders.insert((fs::path(output) / camera.name).string());
+  for (const std::string& folder : folders)
+    for (const std::string& name : io::filesIn(folder)) {
+      const std::string path = (fs::path(folder) / name).string();
+      if (fs::path(name).extension() != ".pcd" || written.count(path) > 0) continue;
+      if (++older == 1) first = path;
+    }
+  if (older == 0) return "";
+  return std::to_string(older) + " clouds of before are there, too, such as " + first +
+         ": who reads the folder takes them for some of these";
+}
+
 int run(const Options& options) {
   const std::unique_ptr<io::Recording> recording =
       command_line::openRecording("fuse_flow_export", options.inputs, options.recording, options.stereo);
@@ -38,11 +58,13 @@ int run(const Options& options) {
   io::LoadedFrame loaded;
   io::OrganizedCloud cloud;
   std::size_t files = 0;
-  std::set<std::string> written;
+  std::map<std::string, std::size_t> written;  // and of which frame
+  io::InputChecks checks("concatenate", FuseFlowParameters(), {});
   for (const std::size_t frame : recording->frames()) {
     if (io::interrupt_requested) break;
     recording->read(frame, loaded);
     still_there.check(loaded);
+    checks.look(loaded);
     const bool timed = recording->framesPerSecond() || loaded.rig.stamp;
     const auto stamp = timed && !options.frames_per_second
                            ? static_cast<long long>(loaded.rig.stamp)
@@ -59,16 +81,21 @@ int run(const Options& options) {
       cloud.sensor_origin_.head<3>() = camera.T_world_camera.translation().cast<float>();
       cloud.sensor_orientation_ = Eigen::Quaterniond(camera.T_world_camera.linear()).cast<float>();
       const std::string path = (folder / name).string();
-      if (!written.insert(path).second)
-        throw io::OutputError(
-            path + ": frame " + std::to_string(frame) +
-            " has the time of one before it, and would replace it; --fps gives each a time of its own");
+      if (const auto [other, is_new] = written.emplace(path, frame); !is_new)
+        throw io::OutputError(path + (other->second == frame
+                                          ? ": two cameras have this name, and one would replace the other"
+                                          : ": frame " + std::to_string(frame) +
+                                                " has the time of one before it, and would replace it; --fps gives "
+                                                "each a time of its own"));
       io::writeCloud(path, cloud);
       ++files;
     }
   }
   std::cout << options.output << ": " << files << " clouds of " << recording->cameras().size() << " cameras"
             << std::endl;
+  std::vector<std::string> said = checks.complaints();
+  if (const std::string older = olderClouds(options.output, *recording, written); !older.empty()) said.push_back(older);
+  for (const std::string& line : said) std::cout << "  " << line << "\n";
   return io::interrupt_requested ? command_line::kInterrupted : command_line::kSuccess;
 }
 

@@ -12,6 +12,7 @@
 #include "command_line/stereo_arguments.h"
 #include "command_line/threads.h"
 #include "command_line/tool.h"
+#include "input_checks/empty_clouds.h"
 #include "input_checks/estimated_depth.h"
 #include "input_checks/input_checks.h"
 #include "methods/distributed_fusion.h"
@@ -400,6 +401,7 @@ int run(Options& options, const command_line::MethodArguments& arguments) {
   std::vector<bool> estimated(recording->cameras().size(), arguments.depthSource() == "stereo");
   for (std::size_t k = 0; stereo && k < estimated.size(); ++k) estimated[k] = estimated[k] || stereo->estimates(k);
   io::InputChecks checks(options.method, options.method_options.parameters, std::move(estimated));
+  io::EmptyClouds empty(options.method, options.method_options);
   for (const std::size_t number : frames) {
     if (io::interrupt_requested) break;
     const std::shared_ptr<io::FusedFrame> frame = pool.next();
@@ -438,6 +440,7 @@ int run(Options& options, const command_line::MethodArguments& arguments) {
     if (options.normals) frame->with_normals = method->withNormals();
     frame->statistics = method->statistics();
     checks.lookAt(frame->input.rig, frame->statistics);
+    if (options.writes()) empty.look(number, frame->input.rig, frame->cloud.size(), !options.sharesCameras());
     sinks.take(frame);
     progress.show(++done);
   }
@@ -464,6 +467,7 @@ int run(Options& options, const command_line::MethodArguments& arguments) {
   if (stereo) std::cout << "  " << stereo->summary() << "\n";
   for (const auto& [camera, message] : ended) std::cout << "  " << message << "\n";
   for (const std::string& complaint : checks.complaints()) std::cout << "  " << complaint << "\n";
+  for (const std::string& complaint : empty.complaints()) std::cout << "  " << complaint << "\n";
   for (const std::string& line : noticed) std::cout << "  " << line << "\n";
   if (options.overlap && done > 1) std::cout << sideBySide(done, seconds(start)) << "\n";
   return command_line::endOfFrames("fuse_flow_fuse", done, frames.size());

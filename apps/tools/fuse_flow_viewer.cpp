@@ -9,6 +9,7 @@
 #include "command_line/tool.h"
 #include "drawing/display.h"
 #include "input_checks/estimated_depth.h"
+#include "input_checks/input_checks.h"
 #include "viewer/capture.h"
 #include "viewer/controls/key_bindings.h"
 #include "viewer/viewer.h"
@@ -118,6 +119,9 @@ void checkFirstFrame(const Options& options, viewing::FrameSource& source) {
   const auto missing = [](const DepthView& view) { return view.missing(); };
   if (!frame.damaged.empty() && std::all_of(frame.rig.views.begin(), frame.rig.views.end(), missing))
     throw io::InputError(frame.damaged[0].message + "; --start begins with another frame");
+  io::InputChecks checks(options.viewer.method, options.viewer.method_options.parameters, {});
+  checks.look(frame);
+  command_line::printWarnings("fuse_flow_viewer", checks.complaints());
 }
 
 /** \brief "640:400" among the keys is a place that the cursor goes to. */

@@ -55,6 +55,31 @@ TEST(GpuSameAsHost, AGivenConfidenceIsThatOfTheHost) {
   EXPECT_TRUE(tally.good()) << tally;
 }
 
+TEST(GpuSameAsHost, PixelsThatNoRayReachesMeasureNothingAsOnTheHost) {
+  random_rig::Random random(33);
+  random_rig::RandomFrame frame;
+  Host host;
+  Device device;
+  Tally tally;
+  std::size_t dropped = 0;
+  for (int k = 0; k < timesOver(60, 8); ++k) {
+    SCOPED_TRACE(k);
+    frame.draw(random);
+    const FuseFlowParameters parameters =
+        random_rig::parameters(random, 1.5, static_cast<int>(frame.rig.cameras.size()));
+    for (const float k1 : {0.0f, -2.0f}) {  // no ray ends more than 0.27 focal lengths from the middle
+      for (fuse_flow::Camera& camera : frame.rig.cameras) camera.intrinsics.distortion.k1 = k1;
+      expectSame(frame.rig, parameters, host, device, &tally);
+      ASSERT_FALSE(HasFailure());
+      if (k1 == 0) dropped += host.getStatistics().measured_points;
+    }
+    ASSERT_LE(host.getStatistics().measured_points, dropped);
+    dropped -= host.getStatistics().measured_points;
+  }
+  EXPECT_GT(dropped, 1000u);
+  EXPECT_TRUE(tally.good()) << tally;
+}
+
 TEST(GpuSameAsHost, AConfidenceThatIsNotGivenIsRefusedAsByTheHost) {
   random_rig::Random random(32);
   random_rig::RandomFrame frame;

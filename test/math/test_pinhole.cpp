@@ -164,6 +164,21 @@ TEST(Pinhole, UndistortStaysFiniteWhereTheLensModelFoldsOver) {
   EXPECT_TRUE(std::isfinite(ray.y));
 }
 
+TEST(Pinhole, WhereTheLensModelFoldsOverNoRayReachesThePixel) {
+  Intrinsics K = ideal();
+  K.distortion.k1 = -0.5f;  // r − r³/2 grows up to r = √(2/3) = 0.816, where it is 0.544
+  EXPECT_NEAR(foldRadius(K.distortion), 0.8165f, 0.009f);
+  const auto reached = [&](float radius) {
+    const Pixel pixel{K.cx + K.fx * radius, K.cy};
+    return reaches(K, unproject(K, pixel), pixel);
+  };
+  for (const float radius : {0.0f, 0.2f, 0.5f, 0.54f}) EXPECT_TRUE(reached(radius)) << radius;
+  for (const float radius : {0.55f, 0.7f, 1.0f, 3.0f}) EXPECT_FALSE(reached(radius)) << radius;
+  EXPECT_TRUE(reaches(ideal(), unproject(ideal(), {-5000, 0}), {-5000, 0}));
+  for (const Distortion& grows : {Distortion{}, azureDepth().distortion, barrelColor().distortion})
+    EXPECT_GT(foldRadius(grows), 0.9f);
+}
+
 TEST(Pinhole, ProjectionMatrixWithIdentityPoseIsKByHand) {
   const Vec3 q = projectionMatrix(ideal(), {}) * Vec3{0.5f, -1.0f, 2.0f};
   EXPECT_FLOAT_EQ(q.x, 2 * 445.0f);

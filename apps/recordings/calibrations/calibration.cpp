@@ -92,7 +92,7 @@ Distortion distortionOf(const std::string& path, const std::vector<double>& k) {
 
 std::vector<double> readNumbers(const std::string& path) {
   std::vector<double> numbers;
-  std::istringstream lines(readFile(path, kMostTextBytes));
+  std::istringstream lines(readText(path, kMostCalibrationBytes));
   for (std::string line; std::getline(lines, line);) {
     std::istringstream words(line.substr(0, line.find('#')));
     for (std::string word; words >> word;) {

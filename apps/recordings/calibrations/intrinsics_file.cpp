@@ -252,8 +252,8 @@ std::optional<Intrinsics> tryFile(const std::string& path, const Images& images)
   const fs::path file(path);
   const std::string extension = file.extension().string();
   if (extension == ".json") return fromJson(path, images);
-  if (extension == ".yaml" || extension == ".yml") return fromYaml(path, readFile(path, kMostTextBytes), images);
-  return fromText(path, readFile(path, kMostTextBytes), images.width, images.height);
+  if (extension == ".yaml" || extension == ".yml") return fromYaml(path, readText(path, kMostCalibrationBytes), images);
+  return fromText(path, readText(path, kMostCalibrationBytes), images.width, images.height);
 }
 
 }  // namespace

@@ -154,8 +154,10 @@ bool isOneOf(const std::string& model, std::initializer_list<const char*> names)
 Intrinsics withDistortion(const std::string& owner, const Intrinsics& K, const std::string& model,
                           const std::vector<double>& k, std::vector<std::string>& warnings) {
   const auto zero = [](double x) { return x == 0; };
-  if (std::all_of(k.begin(), k.end(), zero)) return K;  // of whichever kind, it distorts nothing
   const std::string name = plainName(model);
+  const bool is_equidistant = isOneOf(name, {"equidistant", "fisheye", "kannalabrandt", "kannalabrandt4"});
+  // Of whichever other kind, it distorts nothing; an equidistant lens is none that a pinhole is.
+  if (k.empty() || (std::all_of(k.begin(), k.end(), zero) && !is_equidistant)) return K;
   const auto needs = [&](std::size_t count) {
     if (k.size() >= count && std::all_of(k.begin() + static_cast<std::ptrdiff_t>(count), k.end(), zero)) return;
     throw InputError(owner + ": has " + std::to_string(k.size()) + " distortion coefficients, must have " +
@@ -174,7 +176,7 @@ Intrinsics withDistortion(const std::string& owner, const Intrinsics& K, const s
     distorted.distortion = distortionOf(owner, k);
     return distorted;
   }
-  if (isOneOf(name, {"equidistant", "fisheye", "kannalabrandt", "kannalabrandt4"})) {
+  if (is_equidistant) {
     needs(4);
     return nearest("equidistant", equidistant(k));
   }

@@ -109,6 +109,13 @@ std::string readFile(const std::string& path, std::uint64_t most) {
   return readBytes(path, file, size > 0 ? static_cast<std::size_t>(size) : 0);
 }
 
+std::string readText(const std::string& path, std::uint64_t most) {
+  std::string text = readFile(path, most);
+  if (const std::size_t zero = text.find('\0'); zero != std::string::npos)
+    throw InputError(path + ": byte " + std::to_string(zero) + " is 0, must be text in UTF-8; it may be damaged");
+  return text;
+}
+
 std::string readFileStart(const std::string& path, std::uint64_t most) {
   std::ifstream file = openFile(path);
   return readBytes(path, file, static_cast<std::size_t>(std::min(most, fileSize(path))));

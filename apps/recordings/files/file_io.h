@@ -18,9 +18,14 @@ std::vector<std::string> filesIn(const std::string& folder);
 constexpr std::uint64_t kMostBytes = std::uint64_t{16} << 30;
 /** \brief More than any text has: of a list of poses a hundred bytes a line. */
 constexpr std::uint64_t kMostTextBytes = std::uint64_t{256} << 20;
+/** \brief More than the calibration of any rig has. */
+constexpr std::uint64_t kMostCalibrationBytes = std::uint64_t{64} << 20;
 
 /** \brief The bytes of a file. Throws InputError if it is not there, is a folder, a pipe, a socket or a device, is larger than most, or cannot be read. */
 std::string readFile(const std::string& path, std::uint64_t most = kMostBytes);
+
+/** \brief The same of a text. Throws InputError, too, if it has bytes that are 0: then it is damaged, or no text in UTF-8. */
+std::string readText(const std::string& path, std::uint64_t most = kMostTextBytes);
 
 /** \brief Its first bytes, as many as there are up to most. Throws InputError as readFile(). */
 std::string readFileStart(const std::string& path, std::uint64_t most);

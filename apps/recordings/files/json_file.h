@@ -38,8 +38,8 @@ Json parseJson(const std::string& path, const std::string& text, const std::stri
 
 /** \brief The same with a file's text. */
 template <typename Json>
-Json readJson(const std::string& path, const std::string& what) {
-  return parseJson<Json>(path, readFile(path, kMostTextBytes), what);
+Json readJson(const std::string& path, const std::string& what, std::uint64_t most = kMostCalibrationBytes) {
+  return parseJson<Json>(path, readText(path, most), what);
 }
 
 }  // namespace fuse_flow::io

@@ -26,7 +26,7 @@ struct Line {
 constexpr const char* kForm = "must be a time, or a time and the name of an image";
 
 std::vector<Line> readLines(const std::string& path) {
-  std::string text = readFile(path, kMostTextBytes);
+  std::string text = readText(path);
   std::replace(text.begin(), text.end(), ',', ' ');
   std::istringstream lines(text);
   std::vector<Line> result;

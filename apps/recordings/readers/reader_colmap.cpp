@@ -119,7 +119,7 @@ std::vector<Registered> readImagesBinary(const std::string& path) {
 /** \brief The lines of a text file, without comments; empty ones too. */
 std::vector<std::string> linesOf(const std::string& path) {
   std::vector<std::string> lines;
-  std::istringstream text(readFile(path, kMostTextBytes));
+  std::istringstream text(readText(path));
   for (std::string line; std::getline(text, line);)
     if (line.empty() || line[0] != '#') lines.push_back(line);
   return lines;

@@ -34,7 +34,7 @@ std::string folderOf(const std::string& folder, const std::vector<const char*>& 
 
 /** \brief "extrinsic" and world → camera, 4×4; "intrinsic" and K, 3×3; then the range of depth, which is not needed. */
 Camera readCameraFile(const std::string& path) {
-  std::istringstream words(readFile(path, kMostTextBytes));
+  std::istringstream words(readText(path, kMostCalibrationBytes));
   const auto wrong = [&path](const std::string& what) {
     return InputError(path + ": " + what + ", must have 'extrinsic' and a 4x4 matrix, 'intrinsic' and a 3x3 matrix");
   };

@@ -158,6 +158,7 @@ std::unique_ptr<Recording> openRedwood(const std::string& folder, const Recordin
   const std::string color_folder = colorFolder(folder);
   std::vector<std::string> colors;
   if (!color_folder.empty()) colors = findFiles(color_folder, {".png", ".jpg", ".jpeg"});
+  if (colors.empty()) sequence.color_expected = "in a folder color, rgb or image beside depth";
   Images images = numberImages(folder, depths, colors, trajectory.poses);
   sequence.warnings = std::move(images.warnings);
   if (const std::string other = (fs::path(folder) / kOpen3dTrajectory).string(); !json && isThere(other))

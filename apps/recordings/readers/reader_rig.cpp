@@ -3,6 +3,7 @@
 #include "recordings/files/float_image.h"
 #include "recordings/files/tiff_image.h"
 #include "recordings/image_folders/rig_images.h"
+#include "recordings/image_folders/unused_images.h"
 #include "recordings/range.h"
 #include "recordings/readers/readers.h"
 #include "recordings/readers/view_files.h"
@@ -43,6 +44,7 @@ class RigRecording : public Recording {
     image_ = std::all_of(has_depth_.begin(), has_depth_.end(), [](bool depth) { return depth; }) ? "a depth image"
                                                                                                  : "an image";
     warnings_ = rig.warnings;
+    warnOfUnusedImages();
     findImages();
     if (!images_.by_time) {
       warnOfGaps();
@@ -119,6 +121,18 @@ class RigRecording : public Recording {
     const auto& confidence = images_.cameras[camera].confidence;
     files.confidence = confidence ? fileOf(*confidence, frame) : findConfidence((folder / "confidence").string(), stem);
     return files;
+  }
+
+  /** \brief Where no camera has colour; of one alone something else is said. */
+  void warnOfUnusedImages() {
+    if (!read_color_ || std::any_of(color_folders_.begin(), color_folders_.end(),
+                                    [](const std::string& folder) { return !folder.empty(); }))
+      return;
+    for (const Camera& camera : cameras_)
+      if (std::string line =
+              unusedImages((folder_ / camera.name).string(), "in a folder color, rgb or image beside depth");
+          !line.empty())
+        warnings_.push_back(std::move(line));
   }
 
   static std::string fileOf(const FilesByFrame& files, std::size_t frame) {
@@ -252,13 +266,18 @@ std::unique_ptr<Recording> openRig(const std::string& json_path, const Recording
   if (options.slide != 0) throw OptionError("--slide: " + json_path + " is a recording of several cameras, must be 0");
   if (!options.intrinsics.empty())
     throw OptionError("--intrinsics: " + json_path + " has the intrinsics of its cameras, must not be given");
-  RigDescription rig = readRigJson(json_path);
+  RigDescription rig = readRigJson(json_path, false);
   std::vector<std::string> inputs = inputsOf(json_path, rig);
   if (!options.views.empty()) {
     std::vector<RigCamera> chosen;
     for (const std::size_t i : parseRange(options.views, rig.cameras.size(), "--views"))
       chosen.push_back(rig.cameras[i]);
     rig.cameras = std::move(chosen);
+  }
+  for (const RigCamera& entry : rig.cameras) {
+    if (entry.pose_error.empty() || !options.poses.empty()) continue;
+    if (!options.without_poses) throw InputError(entry.pose_error);
+    rig.warnings.push_back(entry.pose_error + "; it begins at the world's origin");
   }
   fs::path folder = fs::path(json_path).parent_path();
   auto recording = std::make_unique<RigRecording>(std::move(folder), rig, options, std::move(inputs));

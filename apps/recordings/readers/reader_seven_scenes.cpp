@@ -42,6 +42,7 @@ bool isSevenScenesFolder(const std::string& folder) { return !findPoses(folder).
 std::unique_ptr<Recording> openSevenScenes(const std::string& folder, const RecordingOptions& options) {
   Sequence sequence;
   sequence.kind = "seven_scenes";
+  sequence.color_expected = "named like frame-000000.color.png, or .jpg";
   sequence.path = folder;
   sequence.usual_intrinsics = datasetIntrinsics();
   sequence.usual_camera = "7-Scenes' Kinect (fx 585)";

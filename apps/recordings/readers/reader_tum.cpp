@@ -30,7 +30,7 @@ struct Timeline {
 Timeline readTimeline(const std::string& path) {
   Timeline timeline;
   std::vector<std::pair<long double, std::string>> lines_read;
-  std::istringstream lines(readFile(path, kMostTextBytes));
+  std::istringstream lines(readText(path));
   std::size_t line_number = 0;
   for (std::string line; std::getline(lines, line);) {
     ++line_number;
@@ -124,6 +124,7 @@ std::unique_ptr<Recording> openTum(const std::string& folder, const RecordingOpt
 
   Sequence sequence;
   sequence.kind = "tum";
+  sequence.color_expected = "listed in rgb.txt, with times within 20 ms of those of depth.txt";
   sequence.path = folder;
   for (const char* name : {"depth.txt", "rgb.txt", "groundtruth.txt", "depth", "rgb"})
     sequence.inputs.push_back((root / name).string());

@@ -3,6 +3,7 @@
 #include "recordings/calibrations/calibration.h"
 #include "recordings/calibrations/intrinsics_file.h"
 #include "recordings/files/image_io.h"
+#include "recordings/image_folders/unused_images.h"
 #include "recordings/range.h"
 
 #include <algorithm>
@@ -186,6 +187,11 @@ std::unique_ptr<Recording> openSequence(Sequence sequence, const RecordingOption
   for (const auto& [number, frame] : sequence.frames)
     for (const std::string& file : {frame.files.depth, frame.files.color, frame.files.confidence})
       sequence.inputs.push_back(file);
+  const bool any_color = std::any_of(sequence.frames.begin(), sequence.frames.end(),
+                                     [](const auto& frame) { return !frame.second.files.color.empty(); });
+  if (options.read_color && !any_color && !sequence.color_expected.empty())
+    if (std::string line = unusedImages(sequence.path, sequence.color_expected); !line.empty())
+      sequence.warnings.push_back(std::move(line));
   if (!options.read_color)
     for (auto& [number, frame] : sequence.frames) frame.files.color.clear();
   std::vector<std::size_t> views = chooseViews(sequence, options.views);

@@ -36,6 +36,7 @@ struct Sequence {
   std::string usual_camera;   ///< what messages call that camera
   bool usual_certain{false};  ///< the folder's name says that it is the one
   float depth_scale{0.001f};
+  std::string color_expected;  ///< where colour must be, for a folder in which none was found: "listed in rgb.txt"
   /** \brief What was assumed or left out as it was read, a line each. */
   std::vector<std::string> warnings;
 };

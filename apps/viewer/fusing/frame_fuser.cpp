@@ -1,8 +1,8 @@
 #include "viewer/fusing/frame_fuser.h"
 
 #include "command_line/message_of.h"
+#include "methods/why_empty.h"
 #include "recordings/readers/view_files.h"
-#include "viewer/fusing/empty_cloud.h"
 #include "viewer/fusing/thumbnail.h"
 #include "viewer/world/point_data.h"
 
@@ -134,7 +134,8 @@ void FrameFuser::fuseCloud(const FusionRequest& request, Pane& pane, const Fusio
   pane.fused.statistics = pane.method->statistics();
   pane.fused.attributes.confidence_known = io::knowsConfidence(setting->method);
   pane.fused.attributes.views_known = io::countsViews(setting->method);
-  if (cloud->empty()) pane.fused.why_empty = whyEmpty(*setting, loaded_.rig);
+  if (cloud->empty())
+    pane.fused.why_empty = io::whyEmpty(setting->method, setting->options, loaded_.rig, io::SettingNames::Sliders);
   pane.colored_by.reset();
   pane.frame = request.frame;
 }

@@ -49,7 +49,7 @@ struct FusedCloud {
   std::optional<ReprojectionQuality> quality;
   std::optional<SurfaceQuality> surface;  ///< without flicker
   std::optional<double> truth_distance;   ///< mean, metres; absent: not known
-  std::string why_empty;                  ///< see whyEmpty(); empty: there are points
+  std::string why_empty;                  ///< see io::whyEmpty(); empty: there are points
   PointAttributes attributes;
   std::vector<vtkSmartPointer<vtkPolyData>> slices;  ///< see slicesOf()
 };

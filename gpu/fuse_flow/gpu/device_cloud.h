@@ -13,7 +13,7 @@ namespace gpu {
 
 /** \brief A point cloud in device memory: what the filters for device::Thrust take from and hand to each other without a copy
  *  over the bus. It moves, it is not copied; its memory grows and is kept, so that a cloud that is used frame after frame
- *  allocates nothing. Filters that follow each other must run on one stream (setStream()). */
+ *  allocates nothing. Filters that follow each other must run on one stream (setStream()). Only one thread at a time may use an object. */
 template <typename PointT>
 class DeviceCloud {
  public:

@@ -2,6 +2,8 @@
 
 #include <fuse_flow/math/vec3.h>
 
+#include <limits>
+
 namespace fuse_flow {
 
 /** \brief Brown–Conrady lens with the rational radial term: with r² = x² + y²,
@@ -68,7 +70,7 @@ FUSE_FLOW_HD Ray undistort(const Distortion& d, const Ray& distorted) {
     const float a = (xp.x - xm.x) / (2 * h), b = (yp.x - ym.x) / (2 * h);
     const float c = (xp.y - xm.y) / (2 * h), e = (yp.y - ym.y) / (2 * h);
     const float determinant = a * e - b * c;
-    if (!(determinant > 1e-6f)) break;  // the lens model is not invertible here; keep the best ray so far
+    if (!(determinant > 1e-6f)) break;  // the lens model folds over here; keep the best ray so far: see reaches()
     p.x += (e * ex - b * ey) / determinant;
     p.y += (a * ey - c * ex) / determinant;
   }
@@ -115,6 +117,29 @@ FUSE_FLOW_HD Vec3 operator*(const ProjectionMatrix& P, const Vec3& p) {
 FUSE_FLOW_HD Ray unproject(const Intrinsics& K, const Pixel& pixel) {
   const Ray ray{(pixel.u - K.cx) / K.fx, (pixel.v - K.cy) / K.fy};
   return isIdeal(K.distortion) ? ray : undistort(K.distortion, ray);
+}
+
+/** \brief Whether the ray that unproject() gave ends at its pixel, to a tenth of one. Where the lens model folds over, no ray does. */
+FUSE_FLOW_HD bool reaches(const Intrinsics& K, const Ray& ray, const Pixel& pixel) {
+  if (isIdeal(K.distortion)) return true;
+  const Pixel end = project(K, {ray.x, ray.y, 1.0f});
+  const float du = end.u - pixel.u, dv = end.v - pixel.v;
+  return du * du + dv * dv < 0.01f;
+}
+
+/** \brief Where a lens model folds over: up to this length of (x/z, y/z), rays further out end further out. Infinite if that is so up to 87°. Of
+ *  the radial coefficients; to a per cent. */
+inline float foldRadius(const Distortion& distortion) {
+  Distortion radial = distortion;
+  radial.p1 = radial.p2 = 0;
+  float before = 0, last = 0;
+  for (float r = 0.01f; r < 20; r *= 1.01f) {
+    const float end = distort(radial, {r, 0}).x;
+    if (!(end > before)) return last;
+    before = end;
+    last = r;
+  }
+  return std::numeric_limits<float>::infinity();
 }
 
 /** \brief π⁻¹ of eq. 5 and 8: the point at depth z (metres, along the optical axis) on a ray. */

@@ -121,6 +121,18 @@ TEST_F(LiveExtrinsics, NothingIsReplacedWithoutAWord) {
   EXPECT_THROW(io::LiveExtrinsics("auto", {}, make).place(frame), DeviceError);
 }
 
+TEST_F(LiveExtrinsics, OneCameraAloneIsRefused) {
+  RigFrame frame;
+  frame.cameras.resize(1);
+  frame.views.resize(1);
+  try {
+    io::LiveExtrinsics("cpu").place(frame);
+    FAIL() << "it was placed";
+  } catch (const io::InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("must have two or more"), std::string::npos) << error.what();
+  }
+}
+
 TEST_F(LiveExtrinsics, AGpuThatWasAskedForIsNotReplaced) {
   EXPECT_THROW(placed("gpu", false, 2), DeviceError);
   EXPECT_THROW(placed("gpu", true, -1), DeviceError);

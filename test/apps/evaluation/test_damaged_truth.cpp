@@ -58,6 +58,25 @@ class DamagedTruth : public testing::Test {
   fs::path folder_;
 };
 
+TEST_F(DamagedTruth, WhatLacksIsKnown) {
+  EXPECT_TRUE(Truth::isIn(folder_.string()));
+  EXPECT_TRUE(Truth::missingIn(folder_.string()).empty());
+  for (const char* name : {"simulation.json", "rig.json", "fixed.ply"}) {
+    const fs::path file = folder_ / "truth" / name, aside = folder_ / name;
+    fs::rename(file, aside);
+    EXPECT_FALSE(Truth::isIn(folder_.string()));
+    EXPECT_EQ(Truth::missingIn(folder_.string()), (std::vector<std::string>{file.string()}));
+    fs::rename(aside, file);
+  }
+  fs::remove_all(folder_ / "truth");
+  EXPECT_FALSE(Truth::isIn(folder_.string()));
+  EXPECT_TRUE(Truth::missingIn(folder_.string()).empty()) << "a recording without truth lacks nothing";
+}
+
+TEST_F(DamagedTruth, AMeshWithoutFacesIsNone) {
+  EXPECT_NE(messageAfter("fixed.ply", "element face", "element fare").find("without faces"), std::string::npos);
+}
+
 TEST_F(DamagedTruth, IsSaidByObjectAndKeyAndInNoLibrarysWords) {
   const std::string file = "simulation.json";
   for (const auto& [text, by, said] : std::vector<std::tuple<std::string, std::string, std::string>>{

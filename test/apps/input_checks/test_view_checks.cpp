@@ -1,4 +1,6 @@
 #include "input_checks/color_check.h"
+#include "input_checks/empty_clouds.h"
+#include "input_checks/lens_check.h"
 #include "input_checks/noise_check.h"
 #include "input_checks/view_overlap.h"
 #include "recordings/files/unknown_keys.h"
@@ -7,6 +9,9 @@
 #include "../recordings/room.h"
 
 #include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <functional>
 
 namespace {
 
@@ -247,6 +252,106 @@ TEST(OverlapCheck, PosesThatAreInvertedAreNamedWithTheConventionThatAgrees) {
   check.look(room.frame.rig);
   EXPECT_TRUE(mentions(check.complaints(), {"--pose-convention world_to_camera"}))
       << testing::PrintToString(check.complaints());
+}
+
+/** \brief Two cameras side by side that look at a corner of the room. */
+RoomFrame pair() {
+  RoomFrame room;
+  room.add("a", cornerView());
+  room.add("b", cornerView(3));
+  return room;
+}
+
+std::vector<std::string> complaintsOf(const RoomFrame& room,
+                                      const std::function<Eigen::Matrix4d(const Eigen::Matrix4d&)>& meant) {
+  RigFrame rig = room.frame.rig;
+  for (Camera& camera : rig.cameras) camera.T_world_camera = Eigen::Isometry3d(meant(camera.T_world_camera.matrix()));
+  io::OverlapCheck check(kRange);
+  check.look(rig);
+  return check.complaints();
+}
+
+Eigen::Matrix4d diagonal(double x, double y, double z) { return Eigen::Vector4d(x, y, z, 1).asDiagonal(); }
+
+// Some of what they see agrees by chance, which is no reason to say nothing.
+TEST(OverlapCheck, OfTwoCamerasAxesOfOpenGlAreNamed) {
+  const std::vector<std::string> lines =
+      complaintsOf(pair(), [](const Eigen::Matrix4d& T) { return Eigen::Matrix4d(T * diagonal(1, -1, -1)); });
+  EXPECT_TRUE(mentions(lines, {"--pose-convention opengl"})) << testing::PrintToString(lines);
+}
+
+TEST(OverlapCheck, PosesOfALeftHandedFrameAreNamedWithTheAxis) {
+  RoomFrame room = pair();
+  room.add("c", levelView());
+  for (int axis = 0; axis < 2; ++axis) {
+    const Eigen::Matrix4d mirror = axis == 0 ? diagonal(-1, 1, 1) : diagonal(1, -1, 1);
+    const std::vector<std::string> lines =
+        complaintsOf(room, [&](const Eigen::Matrix4d& T) { return Eigen::Matrix4d(mirror * T * mirror); });
+    EXPECT_TRUE(mentions(lines, {"left-handed", axis == 0 ? "x axis" : "y axis"})) << testing::PrintToString(lines);
+  }
+}
+
+TEST(OverlapCheck, PosesThatAreRightHaveNoBetterMeaning) {
+  EXPECT_TRUE(complaintsOf(pair(), [](const Eigen::Matrix4d& T) { return T; }).empty());
+  // A few centimetres and degrees off, as before a calibration.
+  RoomFrame room = pair();
+  room.frame.rig.cameras[1].T_world_camera.translation() += Eigen::Vector3d(0.03, -0.02, 0.02);
+  room.frame.rig.cameras[1].T_world_camera.rotate(Eigen::AngleAxisd(0.03, Eigen::Vector3d::UnitX()));
+  EXPECT_FALSE(mentions(complaintsOf(room, [](const Eigen::Matrix4d& T) { return T; }), {"would agree"}));
+}
+
+TEST(LensCheck, PixelsThatNoRayReachesAreCountedAmongThoseThatMeasure) {
+  RoomFrame room = pair();
+  Intrinsics& K = room.frame.rig.cameras[0].intrinsics;
+  K.distortion.k1 = -0.5f;  // no ray beyond 0.544 focal lengths
+  std::size_t beyond = 0, all = 0;
+  for (int v = 0; v < K.height; ++v)
+    for (int u = 0; u < K.width; ++u) {
+      const double x = (u - static_cast<double>(K.cx)) / static_cast<double>(K.fx),
+                   y = (v - static_cast<double>(K.cy)) / static_cast<double>(K.fy);
+      float& z = room.frame.images[0].depth32.at(u, v);
+      if (u == 0) z = 0;  // measures nothing
+      all += z > 0 ? 1 : 0;
+      beyond += z > 0 && std::hypot(x, y) > std::sqrt(2.0 / 3) * 2 / 3 ? 1 : 0;
+    }
+  ASSERT_GT(beyond, 0u);
+  io::LensCheck check;
+  check.look(room.frame.rig);
+  check.look(room.frame.rig);
+  char share[16];
+  std::snprintf(share, sizeof share, "%.1f", 100.0 * static_cast<double>(beyond) / static_cast<double>(all));
+  ASSERT_EQ(check.complaints().size(), 1u);
+  EXPECT_TRUE(
+      mentions(check.complaints(), {"'a'", std::string(share) + " % of its measurements are left out", "distortion"}))
+      << check.complaints()[0] << " and not " << share;
+}
+
+TEST(EmptyClouds, TheOptionThatLeavesNoPointIsNamedOnce) {
+  const RoomFrame room = pair();
+  io::MethodOptions options;
+  options.device = "cpu";
+  options.parameters.preprocessing.max_range = 10;
+  const auto said = [&](const std::function<void(FuseFlowParameters&)>& change) {
+    io::MethodOptions changed = options;
+    change(changed.parameters);
+    io::EmptyClouds empty("fuse_flow", changed);
+    empty.look(6, room.frame.rig, 100);
+    empty.look(7, room.frame.rig, 0);
+    empty.look(8, room.frame.rig, 0);
+    return empty.complaints();
+  };
+  using Lines = std::vector<std::string>;
+  EXPECT_EQ(said([](FuseFlowParameters& p) { p.max_noise = 1e-6f; }),
+            (Lines{"2 of 3 clouds are empty, the first of frame 7: no point passes --max-noise 1e-06"}));
+  EXPECT_EQ(
+      said([](FuseFlowParameters& p) { p.crop_box.emplace(Eigen::Vector3f(50, 5, 5), Eigen::Vector3f(60, 6, 6)); }),
+      (Lines{"2 of 3 clouds are empty, the first of frame 7: no point passes --crop-box"}));
+  io::EmptyClouds full("fuse_flow", options);
+  full.look(0, room.frame.rig, 5);
+  EXPECT_TRUE(full.complaints().empty());
+  io::EmptyClouds of_a_part("fuse_flow", options);  // nobody has all images
+  of_a_part.look(3, room.frame.rig, 0, false);
+  EXPECT_EQ(of_a_part.complaints(), (Lines{"1 of 1 clouds are empty, the first of frame 3"}));
 }
 
 TEST(UnknownKeys, TheNameThatWasMeantIsOneThatDiffersInALetterOrTwo) {

@@ -92,6 +92,18 @@ TEST(LensModels, PixelsThatNoPlaneHoldsAreSaid) {
   EXPECT_NE(warnings[0].find("see more than 80 degrees aside"), std::string::npos) << warnings[0];
 }
 
+TEST(LensModels, AnEquidistantLensWithoutCoefficientsIsNoPinhole) {
+  std::vector<std::string> warnings;
+  const Intrinsics K = pinhole();
+  EXPECT_FALSE(isIdeal(io::withDistortion("file", K, "equidistant", {0, 0, 0, 0}, warnings).distortion));
+  for (const char* model : {"plumb_bob", "inverse_brown_conrady", "none", ""})
+    EXPECT_TRUE(isIdeal(io::withDistortion("file", K, model, {0, 0, 0, 0, 0}, warnings).distortion)) << model;
+  // Half a radian from the axis is at 0.5 focal lengths, and its ray at tan 0.5.
+  const Intrinsics fitted = io::withDistortion("file", K, "equidistant", {0, 0, 0, 0}, warnings);
+  const Ray ray = unproject(fitted, {fitted.cx + 0.5f * fitted.fx, fitted.cy});
+  EXPECT_NEAR(ray.x, std::tan(0.5), 2e-3);
+}
+
 TEST(LensModels, AFisheyeNeedsTheSizeOfItsImages) {
   std::vector<std::string> warnings;
   Intrinsics K = pinhole();

@@ -1,10 +1,12 @@
 #pragma once
 
 #include <fuse_flow/recordings/error.h>
+#include <fuse_flow/recordings/recording.h>
 
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <string>
@@ -55,6 +57,15 @@ testing::AssertionResult refuses(const Action& action, const std::vector<std::st
     return testing::AssertionFailure() << "another exception was thrown: " << error.what();
   }
   return testing::AssertionFailure() << "nothing was thrown";
+}
+
+/** \brief Whether a recording says that colour may lie there unused. */
+inline bool saysUnused(const io::Recording& recording, const std::vector<std::string>& words) {
+  return std::any_of(recording.warnings().begin(), recording.warnings().end(), [&](const std::string& line) {
+    return line.find("no colour is read, and ") != std::string::npos &&
+           std::all_of(words.begin(), words.end(),
+                       [&](const std::string& word) { return line.find(word) != std::string::npos; });
+  });
 }
 
 }  // namespace io_test

@@ -320,4 +320,38 @@ TEST_F(Recording, SeveralInputsMustBePcdFiles) {
   EXPECT_TRUE(refuses([&] { io::openRecording({folder_.string(), path("level")}); }, {path("level"), ".pcd"}));
 }
 
+TEST_F(Recording, ColourOfARigInAnotherFolderIsSaid) {
+  writeRig();
+  EXPECT_FALSE(saysUnused(*open(), {}));
+  for (const char* camera : {"level", "corner"})
+    fs::rename(folder_ / camera / "color", folder_ / camera / "RGB_images");
+  EXPECT_TRUE(saysUnused(*open(), {"level", "2 other images", "a folder color, rgb or image"}));
+  EXPECT_TRUE(saysUnused(*open(), {"corner"}));
+}
+
+TEST_F(Recording, OfARigOnlyPosesThatAreUsedMustBeOnes) {
+  writeRig();
+  const std::string good = io::readFile(path("rig.json"));
+  write("good.json", good);
+  std::string text = good;
+  const std::size_t at = text.find("\"T_world_camera\": [") + 19;
+  text.replace(at, text.find(']', at) - at, "0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0");
+  write("rig.json", text);
+  EXPECT_TRUE(refuses([&] { open(); }, {"camera 'level': T_world_camera"}));
+  io::RecordingOptions other;
+  other.views = "1";
+  EXPECT_EQ(open(other)->cameras()[0].name, "corner");
+  io::RecordingOptions replaced;
+  replaced.poses = path("good.json");
+  io::LoadedFrame frame;
+  open(replaced)->read(0, frame);
+  EXPECT_TRUE(showsRoom(frame, 0));
+  io::RecordingOptions calibrated;
+  calibrated.without_poses = true;
+  const auto recording = open(calibrated);
+  ASSERT_EQ(recording->warnings().size(), 1u);
+  EXPECT_NE(recording->warnings()[0].find("begins at the world's origin"), std::string::npos)
+      << recording->warnings()[0];
+}
+
 }  // namespace

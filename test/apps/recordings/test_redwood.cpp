@@ -333,4 +333,12 @@ TEST_F(Redwood, WithoutASizeInTheIntrinsicsItIsThatOfTheImages) {
   EXPECT_EQ(open()->cameras()[0].intrinsics.height, 48);
 }
 
+TEST_F(Redwood, ColourInAnotherFolderIsSaid) {
+  EXPECT_FALSE(saysUnused(*open(), {}));
+  fs::rename(folder_ / "image", folder_ / "colour");
+  EXPECT_TRUE(saysUnused(*open(), {"3 other images", "colour", "a folder color, rgb or image"}));
+  fs::rename(folder_ / "colour", folder_ / "infrared");
+  EXPECT_FALSE(saysUnused(*open(), {})) << "it says that it is something else";
+}
+
 }  // namespace

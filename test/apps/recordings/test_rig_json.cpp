@@ -255,6 +255,43 @@ TEST_F(RigJson, AKeyThatIsMissingIsNamedWithFileAndCamera) {
   }
 }
 
+TEST_F(RigJson, TheInverseOfAPoseIsNoPoseAndNamed) {
+  Json camera = leftCamera();
+  camera["T_camera_world"] = camera["T_world_camera"];
+  camera.erase("T_world_camera");
+  EXPECT_TRUE(
+      refuses([&] { read(rig(camera)); }, {"T_world_camera is missing", "T_camera_world", "must be its inverse"}));
+}
+
+TEST_F(RigJson, PosesThatNobodyUsesNeedNotBePoses) {
+  Json camera = leftCamera();
+  camera["T_world_camera"][5] = nullptr;
+  const std::string path = write("rig.json", rig(camera).dump());
+  EXPECT_TRUE(refuses([&] { io::readRigJson(path); }, {"T_world_camera"}));
+  const io::RigDescription without = io::readRigJson(path, false);
+  EXPECT_NE(without.cameras[0].pose_error.find("camera 'left': T_world_camera"), std::string::npos)
+      << without.cameras[0].pose_error;
+  EXPECT_TRUE(without.cameras[0].camera.T_world_camera.isApprox(Eigen::Isometry3d::Identity()));
+  EXPECT_TRUE(io::readRigJson(write("good.json", rig(leftCamera()).dump()), false).cameras[0].pose_error.empty());
+}
+
+TEST_F(RigJson, ALensModelWithoutCoefficientsIsRefused) {
+  Json camera = leftCamera();
+  camera.erase("distortion");
+  for (const char* model : {"equidistant", "fancy"}) {
+    camera["distortion_model"] = model;
+    EXPECT_TRUE(refuses([&] { read(rig(camera)); }, {"distortion is missing", model}));
+  }
+  camera["distortion_model"] = "none";
+  EXPECT_TRUE(isIdeal(read(rig(camera))[0].camera.intrinsics.distortion));
+}
+
+TEST_F(RigJson, TextThatIsFilledUpWithZerosIsDamaged) {
+  const std::string text = rig(leftCamera()).dump();
+  const std::string path = write("rig.json", text + std::string(1000, '\0'));
+  EXPECT_TRUE(refuses([&] { io::readRigJson(path); }, {path + ": byte " + std::to_string(text.size()) + " is 0"}));
+}
+
 TEST_F(RigJson, ACameraWithoutDepthNeedsNoUnitOfDepth) {
   Json camera = leftCamera();
   camera.erase("depth_scale");

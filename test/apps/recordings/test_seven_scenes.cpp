@@ -222,4 +222,15 @@ TEST(SevenScenesRecorded, EveryFrameOfTheRealRecordingIsRead) {
   EXPECT_FALSE(frame.rig.views[3].missing());
 }
 
+TEST_F(SevenScenes, ColourOfAnotherNameIsSaid) {
+  EXPECT_FALSE(saysUnused(*open("0,10"), {}));
+  for (const char* stem : {"frame-000000", "frame-000010", "frame-000025"})
+    fs::rename(folder_ / (std::string(stem) + ".color.png"), folder_ / (std::string(stem) + ".rgb.png"));
+  EXPECT_TRUE(saysUnused(*open("0,10"), {"3 other images", "frame-000000.rgb.png", "frame-000000.color.png"}));
+  io::RecordingOptions options;
+  options.views = "0,10";
+  options.read_color = false;
+  EXPECT_FALSE(saysUnused(*io::openRecording({folder_.string()}, options), {})) << "nobody asks for colour";
+}
+
 }  // namespace

@@ -248,4 +248,15 @@ TEST_F(Tum, TheCameraIsThatOfTheFolderName) {
   fs::remove_all(root);
 }
 
+TEST_F(Tum, ColourThatIsOfNoDepthImageIsSaid) {
+  EXPECT_FALSE(saysUnused(*open(), {}));
+  write("rgb.txt", header_ + "5.010000 rgb/1.000000.png\n5.095000 rgb/1.100000.png\n");
+  EXPECT_TRUE(saysUnused(*open(), {"2 other images", "1.000000.png", "listed in rgb.txt"}));
+  fs::remove(folder_ / "rgb.txt");
+  EXPECT_TRUE(saysUnused(*open(), {"listed in rgb.txt"}));
+  fs::remove_all(folder_ / "rgb");
+  write("preview.png", tumView(levelView()).colorPng());
+  EXPECT_FALSE(saysUnused(*open(), {})) << "there is none";
+}
+
 }  // namespace

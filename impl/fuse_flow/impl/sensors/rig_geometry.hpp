@@ -5,6 +5,7 @@
 #include <fuse_flow/rig_frame.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <optional>
 #include <vector>
@@ -25,6 +26,27 @@ struct TabledRays {
   const Ray* rays;
   float x(std::size_t u) const { return rays[u].x; }
   float y(std::size_t u) const { return rays[u].y; }
+};
+
+/** \brief The ray of a pixel, if there is one: beyond the place where a lens model folds over there is none, or one that no lens has. */
+class RayFinder {
+ public:
+  explicit RayFinder(const Intrinsics& K) : K_(K), squared_fold_radius_(std::pow(foldRadius(K.distortion), 2.0f)) {}
+
+  struct Found {
+    Ray ray;  ///< the nearest, where there is none
+    bool found;
+  };
+  Found operator()(float u, float v) const {
+    const Ray ray = unproject(K_, {u, v});
+    return {ray, reaches(K_, ray, {u, v}) && ray.x * ray.x + ray.y * ray.y <= squared_fold_radius_};
+  }
+  /** \brief Infinite: the model does not fold over. */
+  float squaredFoldRadius() const { return squared_fold_radius_; }
+
+ private:
+  Intrinsics K_;
+  float squared_fold_radius_;
 };
 
 /** \brief What follows from one camera's calibration alone. */
@@ -88,6 +110,9 @@ struct ViewGeometry : ViewModel {
   }
   static constexpr std::size_t kScrap = 8;
 
+  /** \brief How many pixels have no ray, as the lens model folds over before it reaches them: they measure nothing. */
+  std::size_t pixelsWithoutRay() const { return without_ray_.size(); }
+
   /** \brief Of the camera's depth, row by row; empty where it is right. */
   const std::vector<DepthCorrectionTerms>& corrections() const { return corrections_; }
   /** \brief Of row v; null where the camera's depth is right. */
@@ -109,29 +134,41 @@ struct ViewGeometry : ViewModel {
     const auto w = static_cast<std::size_t>(intrinsics.width);
     const auto h = static_cast<std::size_t>(intrinsics.height);
     rays_.assign(ideal ? 0 : w * h + kScrap, Ray{});
-    if (!ideal)
-      for (std::size_t v = 0; v < h; ++v)
-        for (std::size_t u = 0; u < w; ++u)
-          rays_[v * w + u] = unproject(intrinsics, {static_cast<float>(u), static_cast<float>(v)});
-    for (const Ray& r : rays_) max_squared_radius = std::max(max_squared_radius, r.x * r.x + r.y * r.y);
+    without_ray_.clear();
+    if (ideal) return;
+    const RayFinder find(intrinsics);
+    for (std::size_t v = 0; v < h; ++v)
+      for (std::size_t u = 0; u < w; ++u) {
+        const std::size_t pixel = v * w + u;
+        const auto [ray, found] = find(static_cast<float>(u), static_cast<float>(v));
+        rays_[pixel] = ray;
+        if (found) {
+          max_squared_radius = std::max(max_squared_radius, ray.x * ray.x + ray.y * ray.y);
+        } else {
+          without_ray_.push_back(pixel);
+        }
+      }
   }
 
   void tabulateCorrection(const DepthCorrection& correction) {
     depth_correction_ = correction;
     corrections_.clear();
-    if (correction.empty()) return;
+    if (correction.empty() && without_ray_.empty()) return;
     for (int v = 0; v < intrinsics.height; ++v)
       for (int u = 0; u < intrinsics.width; ++u)
         corrections_.push_back(correction.at(u, v, intrinsics.width, intrinsics.height));
+    for (const std::size_t pixel : without_ray_) corrections_[pixel] = {-1, 0};  // leaves no measurement
   }
 
-  /** \brief Of the rays of an image's border, which are the outermost; 0 for an ideal lens. */
+  /** \brief Of the rays of an image's border, which are the outermost, or of where the lens model folds over; 0 for an ideal lens. */
   static float largestSquaredRadius(const Intrinsics& K) {
     if (isIdeal(K.distortion)) return 0;
+    const RayFinder find(K);
     float largest = 0;
     const auto see = [&](int u, int v) {
-      const Ray r = unproject(K, {static_cast<float>(u), static_cast<float>(v)});
-      largest = std::max(largest, r.x * r.x + r.y * r.y);
+      const auto [r, found] = find(static_cast<float>(u), static_cast<float>(v));
+      const float squared = r.x * r.x + r.y * r.y, fold = find.squaredFoldRadius();
+      largest = std::max(largest, found || std::isinf(fold) ? squared : fold);
     };
     for (int u = 0; u < K.width; ++u) {
       see(u, 0);
@@ -147,6 +184,7 @@ struct ViewGeometry : ViewModel {
   bool has_tables_{false};
   std::vector<float> column_x_;
   std::vector<Ray> rays_;
+  std::vector<std::size_t> without_ray_;  ///< pixels, row by row
   DepthCorrection depth_correction_;
   std::vector<DepthCorrectionTerms> corrections_;
 };

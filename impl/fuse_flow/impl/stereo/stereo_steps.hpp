@@ -458,7 +458,9 @@ struct WriteStereoDepth {
     to.confidence[place] = 0;
     to.normals[place] = Vec3{};
     if (level.sources == 0) return;
-    const Ray ray = unproject(lens, {static_cast<float>(u), static_cast<float>(v)});
+    const Pixel pixel{static_cast<float>(u), static_cast<float>(v)};
+    const Ray ray = unproject(lens, pixel);
+    if (!reaches(lens, ray, pixel)) return;
     const float x = level.K.fx * ray.x + level.K.cx + 0.5f, y = level.K.fy * ray.y + level.K.cy + 0.5f;
     if (!(x >= 0 && y >= 0 && x < static_cast<float>(level.K.width) && y < static_cast<float>(level.K.height))) return;
     const StereoPixel at{view, static_cast<int>(x), static_cast<int>(y)};

@@ -18,6 +18,8 @@ struct RigCamera {
   bool has_depth_scale{true};
   /** \brief What its depth images hold. */
   DepthMeaning depth{};
+  /** \brief What is wrong with its T_world_camera, where readRigJson() was told not to ask for poses; empty: nothing. */
+  std::string pose_error{};
 };
 
 /** \brief The content of rig.json. */
@@ -30,8 +32,10 @@ struct RigDescription {
 };
 
 /** \brief Reads a rig's calibration; doc/reference/formats.md describes the file. Throws InputError, naming file, camera, key,
- *  value and what is expected. */
-RigDescription readRigJson(const std::string& path);
+ *  value and what is expected.
+ *  \param with_poses false: for those that do not use the poses; a camera whose pose is missing, or is none, is at the origin, and has a
+ *  RigCamera::pose_error */
+RigDescription readRigJson(const std::string& path, bool with_poses = true);
 
 /** \brief Writes a rig.json. Reading it gives the same numbers. Throws OutputError. */
 void writeRigJson(const std::string& path, const RigDescription& rig);

@@ -9,7 +9,8 @@
 namespace fuse_flow::io {
 
 /** \brief Writes a rig recording: NAME/{depth,color}/NNNNNN.png, and rig.json. Depth in float, and confidence, become NNNNNN.npy. A
- *  camera without RigCamera::has_depth_scale is one without depth: of its views colour is written alone. */
+ *  camera without RigCamera::has_depth_scale is one without depth: of its views colour is written alone. Only one thread at a time may
+ *  use an object. */
 class RigWriter {
  public:
   /** \brief Creates the folders of the cameras, with folders for colour images if there will be some. Throws OutputError. */
