@@ -108,29 +108,27 @@ std::unique_ptr<io::CameraSource> LiveArguments::openPlayed(const std::string& t
   no_stereo.estimate = false;
   io::RecordingOptions with_gaps = options;
   with_gaps.skip_damaged = true;  // cameras that run do not end for one image
+  with_gaps.part = part.part;
+  with_gaps.parts = part.parts;
   std::unique_ptr<io::Recording> recording = openRecording(tool, inputs, with_gaps, no_stereo);
   io::PlayOptions play = play_;
   play.jitter = 1e-3 * jitter_ms_;
   for (const std::string& stall : stalls_) play.stalls.push_back(parseStall(stall, recording->cameras()));
-  if (part.parts > 1) {
-    const std::size_t all = recording->cameras().size();
-    const auto firstOf = [&](int k) {
-      return all * static_cast<std::size_t>(k) / static_cast<std::size_t>(part.parts);
-    };
-    const std::size_t first = firstOf(part.part), end = firstOf(part.part + 1);
-    if (first == end) return nullptr;
-    with_gaps.views = std::to_string(first) + ":" + std::to_string(end);
-    recording = io::openRecording(inputs, with_gaps);  // whose warnings have been printed
-    std::vector<io::PlayOptions::Stall> own;
-    for (io::PlayOptions::Stall& stall : play.stalls) {
-      if (stall.camera < first || stall.camera >= end) continue;
-      stall.camera -= first;
-      own.push_back(stall);
-    }
-    play.stalls = own;
-  }
+  play.part = part.part;
+  play.parts = part.parts;
   std::vector<std::size_t> frames = io::chooseFrames(*recording, joinedList(frames_), "--play-frames");
   return std::make_unique<io::PlayedCameras>(std::move(recording), std::move(frames), play);
+}
+
+std::string LiveArguments::played(const std::vector<std::string>& inputs) const {
+  std::string text;
+  std::error_code error;
+  for (const std::string& input : inputs)
+    text +=
+        (text.empty() ? "" : " ") + std::filesystem::weakly_canonical(std::filesystem::absolute(input), error).string();
+  for (const CLI::Option* option : of_play_)
+    if (option->count() > 0) text += " " + option->get_name() + " " + CLI::detail::join(option->results(), ",");
+  return text;
 }
 
 LiveArguments::Sources LiveArguments::openSources(const std::string& tool, const std::vector<std::string>& inputs,
@@ -138,18 +136,15 @@ LiveArguments::Sources LiveArguments::openSources(const std::string& tool, const
   Sources sources;
   const bool devices = anyDevice(inputs);
   io::RankPart part;
-  if (ranks != nullptr) {
-    std::string played;
-    for (const std::string& input : inputs)
-      if (!devices) played += (played.empty() ? "" : " ") + input;
-    part = io::partOfPlayed(ranks->patientCommunicator(), played);
-  }
+  if (ranks != nullptr) part = io::partOfPlayed(ranks->patientCommunicator(), devices ? "" : played(inputs));
   if (inputs.empty()) return sources;
   if (!devices) {
     if (ranks != nullptr && !recording.views.empty())
       throw io::OptionError("--views: ranks share out all cameras of a recording that is played, must be left out");
-    if (std::unique_ptr<io::CameraSource> played = openPlayed(tool, inputs, recording, part))
-      sources.push_back(std::move(played));
+    if (ranks != nullptr && play_.preload)
+      throw io::OptionError("--preload: each rank would begin when it has read its own part, must be left out");
+    std::unique_ptr<io::CameraSource> source = openPlayed(tool, inputs, recording, part);
+    if (!source->cameras().empty()) sources.push_back(std::move(source));
     return sources;
   }
   for (const std::string& input : inputs)
@@ -202,9 +197,7 @@ std::unique_ptr<io::LiveRig> LiveArguments::open(const std::string& tool, const 
   // A recording says where its cameras stand, a device does not.
   const bool devices = std::none_of(sources.begin(), sources.end(),
                                     [](const std::unique_ptr<io::CameraSource>& source) { return source->hasPoses(); });
-  std::unique_ptr<io::LiveRig> rig = rigOf(tool, std::move(sources), recording, devices, false);
-  leader.setCameras(rig->cameras(), ranks.patientCommunicator());
-  return rig;
+  return rigOf(tool, std::move(sources), recording, devices, false);
 }
 
 std::unique_ptr<io::FollowingRank> LiveArguments::join(const std::string& tool, const std::vector<std::string>& inputs,

@@ -47,6 +47,8 @@ class LiveArguments {
  private:
   using Sources = std::vector<std::unique_ptr<io::CameraSource>>;
 
+  /** \brief What is played, and how: of ranks that share it out, the same of each. */
+  std::string played(const std::vector<std::string>& inputs) const;
   Sources openSources(const std::string& tool, const std::vector<std::string>& inputs,
                       const io::RecordingOptions& recording, Ranks* ranks) const;
   std::unique_ptr<io::CameraSource> openPlayed(const std::string& tool, const std::vector<std::string>& inputs,

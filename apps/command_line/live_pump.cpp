@@ -34,12 +34,22 @@ double Times::quantile(double share) const {
   return 0;
 }
 
+bool LiveChecks::look(const io::LiveInstant& instant, io::LoadedFrame& frame) {
+  if (secondsSince(last_look_) < 1) return false;
+  for (std::size_t k = 0; k < instant.held.size(); ++k)
+    if (instant.held[k]) frame.images[k].assumed_confidence_step = instant.held[k]->assumed_confidence_step;
+  InputChecks::look(frame);
+  last_look_ = std::chrono::steady_clock::now();
+  return true;
+}
+
 LivePump::LivePump(Options options, io::LiveRig& rig, std::vector<std::shared_ptr<io::BackgroundSink>> sinks)
     : options_(std::move(options)),
       rig_(rig),
       sinks_(std::move(sinks)),
       extrinsics_(options_.method_options.device, options_.method_options.warn),
-      checks_(options_.method, options_.method_options.parameters, std::vector<bool>(rig.cameras().size(), false)),
+      checks_(options_.method, options_.method_options.parameters, std::vector<bool>(rig.cameras().size(), false),
+              options_.leader == nullptr),
       empty_(options_.method, options_.method_options),
       log_(options_.tool, options_.status) {
   if (options_.leader) {
@@ -102,6 +112,7 @@ void LivePump::step() {
     if (method_) fuse(*instant);
   }
   if (options_.tick) options_.tick();
+  if (options_.leader) options_.leader->poll();  // or cameras of other ranks would seem silent while a frame was fused
   log_.look(rig_, [&] {
     if (!method_ && !options_.recorder) return std::string();
     std::string more = std::to_string(fusing_.count()) + " frames fused";
@@ -123,13 +134,7 @@ void LivePump::fuse(const io::LiveInstant& instant) {
   if (options_.refine_extrinsics) extrinsics_.place(frame->input.rig);
   for (const CameraMotion& motion : extrinsics_.moved())
     std::cerr << io::describe(motion, frame->input.rig.cameras) << std::endl;
-  const bool look = secondsSince(last_look_) > 1;  // it takes time of its own
-  if (look) {
-    for (std::size_t k = 0; k < instant.held.size(); ++k)
-      if (instant.held[k]) frame->input.images[k].assumed_confidence_step = instant.held[k]->assumed_confidence_step;
-    checks_.look(frame->input);
-    last_look_ = std::chrono::steady_clock::now();
-  }
+  const bool look = checks_.look(instant, frame->input);
   const std::chrono::steady_clock::time_point start = std::chrono::steady_clock::now();
   try {
     if (options_.leader) options_.leader->fuse(instant);
@@ -149,7 +154,11 @@ void LivePump::fuse(const io::LiveInstant& instant) {
   if (frame->has_normals && !frame->encoded) frame->with_normals = method_->withNormals();
   frame->statistics = method_->statistics();
   if (look) checks_.lookAt(frame->input.rig, frame->statistics);
-  if (!frame->encoded) empty_.look(frame->number, frame->input.rig, frame->cloud.size(), !options_.leader);
+  std::size_t points = frame->cloud.size();
+#ifdef FUSE_FLOW_WITH_STREAM
+  if (frame->encoded) points = frame->encoded->points;
+#endif
+  empty_.look(frame->number, frame->input.rig, points, !options_.leader);
   for (const std::shared_ptr<io::BackgroundSink>& sink : sinks_) sink->take(frame);
 }
 
@@ -167,19 +176,13 @@ void followLiveRank(const std::string& tool, Ranks& ranks, const LiveArguments& 
   const std::string name = "rank " + std::to_string(ranks.rank());
   const std::unique_ptr<io::FollowingRank> rank = live.join(tool + ", " + name, inputs, recording, ranks);
   const auto method = io::makeDistributedFusion(ranks.communicator(), options, fusing);
-  io::InputChecks checks("fuse_flow", options.parameters, std::vector<bool>(rank->cameras().size(), false));
+  LiveChecks checks("fuse_flow", options.parameters, std::vector<bool>(rank->cameras().size(), false), false);
   io::LoadedFrame frame;
   io::Method::Cloud nothing;  // rank 0 gets the clouds
-  std::optional<std::chrono::steady_clock::time_point> last_look;
   rank->run([&](const io::LiveInstant& instant) {
-    if (!last_look || secondsSince(*last_look) > 1) {  // it takes time of its own
-      frame.rig = instant.rig;
-      frame.images.assign(instant.held.size(), {});
-      for (std::size_t k = 0; k < instant.held.size(); ++k)
-        if (instant.held[k]) frame.images[k].assumed_confidence_step = instant.held[k]->assumed_confidence_step;
-      checks.look(frame);
-      last_look = std::chrono::steady_clock::now();
-    }
+    frame.rig = instant.rig;
+    frame.images.assign(instant.held.size(), {});
+    checks.look(instant, frame);
     method->fuse(instant.rig, nothing);
   });
   method->summary();

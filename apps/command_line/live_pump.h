@@ -36,6 +36,18 @@ class Times {
   std::uint64_t count_{0};
 };
 
+/** \brief Looks at the input of cameras that run once a second, since it takes time of its own. */
+class LiveChecks : public io::InputChecks {
+ public:
+  using InputChecks::InputChecks;
+
+  /** \brief Whether it has looked. \param frame with the rig of the instant, and an image a camera, empty */
+  bool look(const io::LiveInstant& instant, io::LoadedFrame& frame);
+
+ private:
+  std::chrono::steady_clock::time_point last_look_;
+};
+
 /** \brief Takes instants from a rig, fuses them where somebody wants clouds, and hands everything on. */
 class LivePump {
  public:
@@ -88,11 +100,10 @@ class LivePump {
   std::unique_ptr<io::Method> method_;
   io::DistributedMethod* distributed_{nullptr};  ///< where method_ is one
   io::LiveExtrinsics extrinsics_;
-  io::InputChecks checks_;
+  LiveChecks checks_;
   io::EmptyClouds empty_;
   io::FramePool pool_;
   LiveLog log_;
-  std::chrono::steady_clock::time_point last_look_;
   Times fusing_, latency_;
   double seconds_{0};
   std::string shared_;  ///< what ranks did, where there are several

@@ -204,13 +204,24 @@ FuseFlowParameters ParameterOptions::parameters() const {
 
 std::vector<std::string> ParameterOptions::advice() const {
   const FuseFlowParameters p = parameters();
+  std::vector<std::string> lines;
+  for (const auto& [option, metres] : {std::pair{"--max-range", p.preprocessing.max_range},
+                                       {"--length-unit", p.confidence.length_unit},
+                                       {"--noise-reference", p.confidence.noise_reference}}) {
+    constexpr float farther_than_any = 300;  // of the sensors that there are
+    if (!given(option) || !(metres > farther_than_any)) continue;
+    std::ostringstream line;
+    line << option << ' ' << metres << " is in metres; " << metres << " mm are " << metres / 1000;
+    lines.push_back(line.str());
+  }
   const bool asked_of_all =
       !(p.gate_noise > 0) || !p.use_measurement_confidence || p.confidence.form == ConfidenceForm::Given;
-  if (asked_of_all || !given("--tau") || given("--gate-noise")) return {};
+  if (asked_of_all || !given("--tau") || given("--gate-noise")) return lines;
   std::ostringstream line;
   line << "--tau " << p.confidence.threshold << " is asked only of measurements with more than " << 1000 * p.gate_noise
        << " mm of axial noise, and of views with a confidence of their own; --gate-noise 0 asks it of all";
-  return {line.str()};
+  lines.push_back(line.str());
+  return lines;
 }
 
 }  // namespace fuse_flow::command_line

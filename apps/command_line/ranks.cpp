@@ -8,8 +8,10 @@
 #include <fuse_flow/distributed/mpi_communicator.h>
 #endif
 
+#include <chrono>
 #include <cstdlib>
 #include <iostream>
+#include <thread>
 
 namespace fuse_flow::command_line {
 namespace {
@@ -42,28 +44,41 @@ class MpiRanks : public Ranks {
   distributed::Communicator& communicator() override { return *communicator_; }
   distributed::Communicator& patientCommunicator() override { return *patient_; }
 
-  int guard(const std::string& tool, const std::function<int()>& run) override {
+  int guard(const std::string& tool, const std::function<int()>& run, Commands commands) override {
     const std::string name = tool + ", rank " + std::to_string(rank());
+    const bool own = commands == Commands::Own;
+    int code = 1;
     try {
       return run();
     } catch (const distributed::RankError& error) {
-      if ((error.rank() + 1) % size() == rank()) std::cerr << tool << ": " << io::messageOf(error) << std::endl;
-    } catch (const io::OptionError& error) {  // which all have
-      if (isFirst()) std::cerr << tool << ": " << error.what() << std::endl;
-      return 2;
+      if (own && !isFirst()) wait(error.rank() == 0 ? 3 : 1);  // rank 0 may be about to say whose fault it is
+      const int speaker = !own ? (error.rank() + 1) % size() : error.rank() == 0 ? 1 : 0;
+      if (rank() == speaker) say(tool + ": " + io::messageOf(error));
+    } catch (const io::OptionError& error) {
+      if (!own) {  // all have it
+        if (isFirst()) say(tool + ": " + error.what());
+        return 2;
+      }
+      if (!isFirst()) wait(1);  // what all have rank 0 has said by then
+      say((isFirst() ? tool : name) + ": " + error.what());
+      code = 2;
     } catch (const pcl::PCLException& error) {
-      std::cerr << name << ": " << io::messageOf(error) << std::endl;
+      say(name + ": " + io::messageOf(error));
     } catch (const std::bad_alloc&) {
-      std::cerr << name << ": not enough memory" << std::endl;
+      say(name + ": not enough memory");
     } catch (const std::exception& error) {
-      std::cerr << name << ": " << error.what() << std::endl;
+      say(name + ": " + error.what());
     }
     // Whoever still waits for this rank must not wait for ever.
-    MPI_Abort(MPI_COMM_WORLD, 1);
-    return 1;
+    MPI_Abort(MPI_COMM_WORLD, code);
+    return code;
   }
 
  private:
+  static void wait(int seconds) { std::this_thread::sleep_for(std::chrono::seconds(seconds)); }
+  /** \brief A line at once: of pieces some may be lost when another rank ends all. */
+  static void say(const std::string& line) { std::cerr << line + "\n" << std::flush; }
+
   std::unique_ptr<distributed::MpiCommunicator> communicator_, patient_;
 };
 #endif

@@ -30,9 +30,12 @@ class Ranks {
   /** \brief Whether this one writes what is written once. */
   bool isFirst() { return rank() == 0; }
 
-  /** \brief What run() returns. Of the fault of one rank, the rank after it prints a line, and the others end without one; where ranks are
-   *  silent, all are ended. \param tool its name */
-  virtual int guard(const std::string& tool, const std::function<int()>& run) = 0;
+  /** \brief Whether ranks were started with the same command line, or each may have its own, and only rank 0 hears of all. */
+  enum class Commands { Same, Own };
+
+  /** \brief What run() returns. Of the fault of one rank one other prints a line, and the others end without one; where ranks are silent, all
+   *  are ended. \param tool its name */
+  virtual int guard(const std::string& tool, const std::function<int()>& run, Commands commands = Commands::Same) = 0;
 };
 
 /** \brief "--ranks cameras|frames": what processes that mpirun starts share out. */

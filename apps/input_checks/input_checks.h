@@ -20,9 +20,12 @@ namespace fuse_flow::io {
 /** \brief What is wrong with the input, though it can be read: for the end, when all of it was seen. */
 class InputChecks {
  public:
-  /** \param method that fuses, see makeMethod()  \param estimated of each camera whether stereo made its depth */
-  InputChecks(const std::string& method, const FuseFlowParameters& parameters, std::vector<bool> estimated)
+  /** \param method that fuses, see makeMethod()  \param estimated of each camera whether stereo made its depth
+   *  \param whole whether frames have the views of all cameras; else nothing is said of how they agree */
+  InputChecks(const std::string& method, const FuseFlowParameters& parameters, std::vector<bool> estimated,
+              bool whole = true)
       : estimated_(std::move(estimated)),
+        whole_(whole),
         depth_(parameters.preprocessing),
         confidence_(method == "fuse_flow" ? std::optional(parameters.min_confidence) : std::nullopt,
                     method == "fuse_flow" && parameters.use_measurement_confidence &&
@@ -37,7 +40,7 @@ class InputChecks {
     lens_.look(frame.rig);
     color_.look(frame.rig);
     confidence_.look(frame, estimated_);
-    overlap_.look(frame.rig);
+    if (whole_) overlap_.look(frame.rig);
   }
   /** \brief After look(), with what the fusion has found. */
   void lookAt(const RigFrame& rig, const FrameStatistics& statistics) {
@@ -55,6 +58,7 @@ class InputChecks {
 
  private:
   std::vector<bool> estimated_;
+  bool whole_;
   DepthInRange depth_;
   LensCheck lens_;
   ColorCheck color_;

@@ -106,7 +106,8 @@ bool doubtful(const CameraOverlap& all) {
   return static_cast<double>(all.seen) < 0.2 * static_cast<double>(all.points) || contradictedShare(all) > 0.1;
 }
 
-/** \brief Whether poses of another meaning are right by far: twice as many points agree; or as many, and a third are contradicted. */
+/** \brief Whether poses of another meaning are right by far: twice as many points agree; or as many, and the share that is
+ *  contradicted is less than a third of that. */
 bool isBetter(const CameraOverlap& then, const CameraOverlap& now) {
   if (contradicts(then) || little(then)) return false;
   return then.agreed > 2 * now.agreed ||

@@ -32,7 +32,7 @@ enum class Order : std::uint8_t { Report, Fuse, Stop };
 constexpr std::size_t kKeptViews = 24;
 
 /** \brief A view that came, as rank 0 hears of it. */
-struct CameView {
+struct ReportedView {
   std::uint32_t camera;
   std::uint32_t age;  ///< microseconds
   std::uint64_t stamp;
@@ -90,7 +90,7 @@ class RankSource : public CameraSource {
     MessageReader in(message, rank_);
     const auto views = in.get<std::uint32_t>();
     for (std::uint32_t k = 0; k < views; ++k) {
-      const auto view = in.get<CameView>();
+      const auto view = in.get<ReportedView>();
       if (view.camera >= cameras_.size()) in.fail("a view of a camera that it has not");
       if (receiver_.view) receiver_.view({view.camera, view.stamp, nullptr, std::chrono::microseconds(view.age)});
     }
@@ -143,7 +143,7 @@ std::vector<std::unique_ptr<CameraSource>> LeadingRank::meet(std::vector<std::un
   return own;
 }
 
-void LeadingRank::setCameras(const std::vector<Camera>& cameras, Communicator& patient) {
+void LeadingRank::begin(const std::vector<Camera>& cameras, Communicator& patient) {
   std::vector<Message> out(others_.size());
   for (std::size_t k = 0; k < others_.size(); ++k) {
     MessageWriter writer(out[k]);
@@ -151,7 +151,11 @@ void LeadingRank::setCameras(const std::vector<Camera>& cameras, Communicator& p
     CameraMessage::put(writer, cameras);
   }
   sendToAll(out, patient);
-  patient.exchange({}, distributed::otherRanks(communicator_), in_);  // all have started
+}
+
+void LeadingRank::awaitOthers(Communicator& patient) {
+  patient.exchange({}, distributed::otherRanks(communicator_), in_);  // they have started
+  sendToAll(std::vector<Message>(others_.size()), patient);           // and all have: orders follow
 }
 
 void LeadingRank::poll() {
@@ -257,6 +261,7 @@ void FollowingRank::meet(Communicator& patient) {
   }
   const char started = 1;
   patient.exchange({{0, &started, 1}}, {}, in);
+  patient.exchange({}, {0}, in);
 }
 
 void FollowingRank::report() {
@@ -272,7 +277,7 @@ void FollowingRank::report() {
   MessageWriter out(message);
   {
     const std::lock_guard<std::mutex> lock(kept_->mutex);
-    std::vector<CameView> came;
+    std::vector<ReportedView> came;
     const auto time = now();
     for (std::size_t k = 0; k < kept_->views.size(); ++k)
       for (Kept::View& view : kept_->views[k]) {
@@ -282,7 +287,8 @@ void FollowingRank::report() {
                         static_cast<std::uint32_t>(std::clamp<std::int64_t>(age, 0, 60'000'000)), view.stamp});
       }
     // As they came: rank 0's synchroniser has no more than eight of a camera.
-    std::stable_sort(came.begin(), came.end(), [](const CameView& a, const CameView& b) { return a.age > b.age; });
+    std::stable_sort(came.begin(), came.end(),
+                     [](const ReportedView& a, const ReportedView& b) { return a.age > b.age; });
     out.put(static_cast<std::uint32_t>(came.size()));
     out.put(came.data(), came.size());
     out.put(static_cast<std::uint32_t>(kept_->notices.size()));

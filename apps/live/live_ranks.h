@@ -45,8 +45,11 @@ class LeadingRank {
    *  \throws distributed::RankError */
   std::vector<std::unique_ptr<CameraSource>> meet(std::vector<std::unique_ptr<CameraSource>> own,
                                                   distributed::Communicator& patient);
-  /** \brief Then, once it is known where all cameras stand: tells the others, who then start theirs. \param cameras of the LiveRig */
-  void setCameras(const std::vector<Camera>& cameras, distributed::Communicator& patient);
+  /** \brief Then, once it is known where all cameras stand, and nothing more can go wrong here: tells the others, who start theirs while this
+   *  rank calls LiveRig::start(). \param cameras of the LiveRig */
+  void begin(const std::vector<Camera>& cameras, distributed::Communicator& patient);
+  /** \brief After LiveRig::start(): waits until the others have started theirs. */
+  void awaitOthers(distributed::Communicator& patient);
 
   /** \brief Asks the others what came, and hands it to the LiveRig, whose LiveRig::start() was called. Often: what is not asked for is late.
    *  \throws distributed::RankError */

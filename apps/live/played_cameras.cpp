@@ -26,13 +26,22 @@ PlayedCameras::PlayedCameras(std::unique_ptr<Recording> recording, std::vector<s
       options_(options),
       still_there_(*recording_),
       period_(1 / recording_->framesPerSecond().value_or(kAssumedRate)) {
+  const std::vector<Camera>& all = recording_->cameras();
   for (const PlayOptions::Stall& stall : options_.stalls)
-    if (stall.camera >= cameras().size())
+    if (stall.camera >= all.size())
       throw InputError("a camera that stalls has the number " + std::to_string(stall.camera) + ", must be under " +
-                       std::to_string(cameras().size()));
+                       std::to_string(all.size()));
+  RecordingOptions own;
+  own.part = options_.part;
+  own.parts = options_.parts;
+  for (std::size_t k = 0; k < all.size(); ++k) {
+    if (!own.isInPart(k, all.size())) continue;
+    if (cameras_.empty()) first_ = k;
+    cameras_.push_back(all[k]);
+  }
   if (!recording_->framesPerSecond())
     warnings_.push_back("the recording does not say at which rate it was taken; it is played at 30 frames a second");
-  last_due_.resize(cameras().size());
+  last_due_.resize(all.size());
 }
 
 PlayedCameras::~PlayedCameras() { stop(); }
@@ -93,9 +102,10 @@ void PlayedCameras::play() {
   do {
     for (place_ = 0; place_ < frames_.size(); ++place_) {
       const Frame frame = next();
-      for (std::size_t k = 0; k < cameras().size(); ++k)
-        if (!sameCalibration(frame->rig.cameras[k], cameras()[k]))
-          throw InputError("camera '" + cameras()[k].name +
+      const std::vector<Camera>& first = recording_->cameras();
+      for (std::size_t k = 0; k < first.size(); ++k)
+        if (!sameCalibration(frame->rig.cameras[k], first[k]))
+          throw InputError("camera '" + first[k].name +
                            "' is elsewhere than in the first frame, as with --slide; its cameras must stand");
       for (const DamagedView& view : frame->damaged) receiver_.notice(view.message);
       const std::uint64_t stamp = frame->rig.stamp;
@@ -112,7 +122,8 @@ void PlayedCameras::play() {
       if (!deliverUntil(begin_ + durationOf(seconds / options_.speed))) return;
       const Clock::duration late = Clock::now() - (begin_ + durationOf(seconds / options_.speed));
       if (late > std::chrono::milliseconds(20)) {  // no scheduler's doing
-        begin_ += late;
+        // Other parts of the recording do not wait, so this one catches up.
+        if (options_.parts == 1) begin_ += late;
         behind += late;
       }
       schedule(frame, seconds);
@@ -166,10 +177,13 @@ void PlayedCameras::schedule(const Frame& frame, double seconds) {
       return stall.camera == camera && at >= stall.from && at < stall.from + stall.duration;
     };
     if (std::any_of(options_.stalls.begin(), options_.stalls.end(), stalls)) continue;
+    if (camera < first_ || camera >= first_ + cameras_.size())
+      continue;  // another part's; random numbers are drawn for all
     const Clock::time_point due = std::max(last_due_[camera], begin_ + durationOf(at + late));
     last_due_[camera] = due;
     // It shares the frame's ownership.
-    due_.emplace(due, CameraView{camera, stampOf(camera, seconds), std::shared_ptr<const LoadedView>(frame, &images)});
+    due_.emplace(
+        due, CameraView{camera - first_, stampOf(camera, seconds), std::shared_ptr<const LoadedView>(frame, &images)});
   }
 }
 

@@ -30,6 +30,9 @@ struct PlayOptions {
   std::vector<Stall> stalls;
   /** \brief Each camera stamps with a clock of its own, up to a minute apart, and up to 50 µs a second faster or slower. */
   bool own_clocks{false};
+  /** \brief Of several processes that play one recording, as RecordingOptions has them: this one has the cameras of its part, and no others. */
+  int part{0};
+  int parts{1};
   /** \brief All frames are read, and kept in memory, before the first one is delivered: to measure what comes after. */
   bool preload{false};
 };
@@ -45,9 +48,9 @@ class PlayedCameras : public CameraSource {
   PlayedCameras(const PlayedCameras&) = delete;
   PlayedCameras& operator=(const PlayedCameras&) = delete;
 
-  const std::vector<Camera>& cameras() const override { return recording_->cameras(); }
+  const std::vector<Camera>& cameras() const override { return cameras_; }
   bool hasPoses() const override { return true; }
-  bool hasColor(std::size_t camera) const override { return recording_->hasColor(camera); }
+  bool hasColor(std::size_t camera) const override { return recording_->hasColor(first_ + camera); }
   ClockModel clocks() const override { return options_.own_clocks ? ClockModel::Separate : ClockModel::Shared; }
   std::vector<std::string> inputs() const override { return recording_->inputs(); }
   void start(const Receiver& receiver) override;
@@ -71,6 +74,8 @@ class PlayedCameras : public CameraSource {
   double random();  ///< in [0, 1)
 
   std::unique_ptr<Recording> recording_;
+  std::size_t first_{0};         ///< of its cameras, among the recording's
+  std::vector<Camera> cameras_;  ///< of its part
   const std::vector<std::size_t> frames_;
   const PlayOptions options_;
   const StillThere still_there_;

@@ -91,10 +91,10 @@ int run(const Options& options) {
       ++files;
     }
   }
-  std::cout << options.output << ": " << files << " clouds of " << recording->cameras().size() << " cameras"
-            << std::endl;
   std::vector<std::string> said = checks.complaints();
   if (const std::string older = olderClouds(options.output, *recording, written); !older.empty()) said.push_back(older);
+  std::cout << options.output << ": " << files << " clouds of " << recording->cameras().size() << " cameras"
+            << std::endl;
   for (const std::string& line : said) std::cout << "  " << line << "\n";
   return io::interrupt_requested ? command_line::kInterrupted : command_line::kSuccess;
 }

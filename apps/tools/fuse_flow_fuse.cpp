@@ -411,8 +411,7 @@ int run(Options& options, const command_line::MethodArguments& arguments) {
       still_there.check(frame->input);
       for (std::size_t i = 0; options.sharesCameras() && i < frame->input.rig.views.size();
            ++i)  // files that are read whole
-        if (i % static_cast<std::size_t>(options.recording.parts) != static_cast<std::size_t>(options.recording.part))
-          frame->input.rig.views[i] = {};
+        if (!options.recording.isInPart(i, frame->input.rig.views.size())) frame->input.rig.views[i] = {};
       for (const io::DamagedView& view : frame->input.ended) ended[view.view] = view.message;
       if (options.refine_extrinsics) extrinsics.place(frame->input.rig);
       checks.look(frame->input);

@@ -212,7 +212,9 @@ int run(const Options& options, const command_line::LiveArguments& live, const S
 #endif
   command_line::LivePump pump(pump_options, *rig, sinks);
   io::catchInterrupts();
+  if (leader) leader->begin(rig->cameras(), options.ranks->patientCommunicator());
   rig->start();
+  if (leader) leader->awaitOthers(options.ranks->patientCommunicator());
   if (options.window) {
     runWithWindow(options, *rig, pump, inlet);
   } else {
@@ -310,18 +312,18 @@ int main(int argc, char** argv) {
     }
     const std::unique_ptr<command_line::Ranks> ranks = command_line::Ranks::ofThisRun();
     options.ranks = ranks.get();
-    options.inputs = recording.inputs();
-    if (options.inputs.empty() && !ranks)
-      throw io::OptionError("input: must be given: devices (--list says which there are), or a recording to play");
-    options.recording = recording.options();
-    options.method = method.method();
-    options.method_options = method.options();
-    if (!ranks || ranks->isFirst()) warn(method.advice());
-    options.method_options.normals = options.normals;
-    options.config = command_line::configFileOf(app);
-    command_line::requireThreads(options.method_options.threads);
-    if (!ranks) return run(options, live, stream);
-    return ranks->guard("fuse_flow_live", [&] {
+    const auto runRank = [&] {
+      options.inputs = recording.inputs();
+      if (options.inputs.empty() && !ranks)
+        throw io::OptionError("input: must be given: devices (--list says which there are), or a recording to play");
+      options.recording = recording.options();
+      options.method = method.method();
+      options.method_options = method.options();
+      if (!ranks || ranks->isFirst()) warn(method.advice());
+      options.method_options.normals = options.normals;
+      options.config = command_line::configFileOf(app);
+      command_line::requireThreads(options.method_options.threads);
+      if (!ranks) return run(options, live, stream);
       command_line::requireOfLiveRanks(options.method, options.method_options, options.refine_extrinsics);
       if (options.window)
         throw io::OptionError(
@@ -334,6 +336,7 @@ int main(int argc, char** argv) {
       command_line::followLiveRank("fuse_flow_live", *ranks, live, options.inputs, options.recording,
                                    options.method_options, options.fusing);
       return static_cast<int>(command_line::kSuccess);
-    });
+    };
+    return ranks ? ranks->guard("fuse_flow_live", runRank, command_line::Ranks::Commands::Own) : runRank();
   });
 }

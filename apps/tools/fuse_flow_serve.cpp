@@ -80,7 +80,9 @@ int serve(const Options& options, const command_line::LiveArguments& live,
   pump_options.tick = [&] { warn(server->takeNotices()); };
   command_line::LivePump pump(pump_options, *rig, {sink});
   io::catchInterrupts();
+  if (leader) leader->begin(rig->cameras(), options.ranks->patientCommunicator());
   rig->start();
+  if (leader) leader->awaitOthers(options.ranks->patientCommunicator());
   command_line::printLink(kTool, *server);
   pump.run(false);
   rig->stop();
@@ -165,18 +167,18 @@ int main(int argc, char** argv) {
   return command_line::runTool(app, argc, argv, [&] {
     const std::unique_ptr<command_line::Ranks> ranks = command_line::Ranks::ofThisRun();
     options.ranks = ranks.get();
-    options.inputs = recording.inputs();
-    if (options.inputs.empty() && !ranks)
-      throw io::OptionError("input: must be given: a recording, devices, or a stream that was kept");
-    if (options.name.empty()) options.name = nameOf(options.inputs);
-    options.recording = recording.options();
-    options.method = method.method();
-    options.method_options = method.options();
-    if (!ranks || ranks->isFirst()) warn(method.advice());
-    options.method_options.normals = options.normals;
-    command_line::requireThreads(options.method_options.threads);
     const auto is_stream = [](const std::string& input) { return std::filesystem::path(input).extension() == ".ffs"; };
     const auto run = [&] {
+      options.inputs = recording.inputs();
+      if (options.inputs.empty() && !ranks)
+        throw io::OptionError("input: must be given: a recording, devices, or a stream that was kept");
+      if (options.name.empty()) options.name = nameOf(options.inputs);
+      options.recording = recording.options();
+      options.method = method.method();
+      options.method_options = method.options();
+      if (!ranks || ranks->isFirst()) warn(method.advice());
+      options.method_options.normals = options.normals;
+      command_line::requireThreads(options.method_options.threads);
       if (std::any_of(options.inputs.begin(), options.inputs.end(), is_stream)) {
         if (options.inputs.size() > 1)
           throw io::OptionError("input: must be one stream file, or a recording, or devices");
@@ -191,6 +193,6 @@ int main(int argc, char** argv) {
                                    options.fusing);
       return static_cast<int>(command_line::kSuccess);
     };
-    return ranks ? ranks->guard(kTool, run) : run();
+    return ranks ? ranks->guard(kTool, run, command_line::Ranks::Commands::Own) : run();
   });
 }

@@ -157,7 +157,7 @@ Intrinsics withDistortion(const std::string& owner, const Intrinsics& K, const s
   const std::string name = plainName(model);
   const bool is_equidistant = isOneOf(name, {"equidistant", "fisheye", "kannalabrandt", "kannalabrandt4"});
   // Of whichever other kind, it distorts nothing; an equidistant lens is none that a pinhole is.
-  if (k.empty() || (std::all_of(k.begin(), k.end(), zero) && !is_equidistant)) return K;
+  if (!is_equidistant && std::all_of(k.begin(), k.end(), zero)) return K;
   const auto needs = [&](std::size_t count) {
     if (k.size() >= count && std::all_of(k.begin() + static_cast<std::ptrdiff_t>(count), k.end(), zero)) return;
     throw InputError(owner + ": has " + std::to_string(k.size()) + " distortion coefficients, must have " +

@@ -16,9 +16,9 @@ namespace {
 /** \brief Whether a name says that an image is no colour image. */
 bool saysOtherwise(std::string name) {
   std::transform(name.begin(), name.end(), name.begin(), [](unsigned char c) { return std::tolower(c); });
-  for (const char* word : {"depth", "conf", "normal", "mask", "infrared", "label", "segment", "truth"})
+  for (const char* word : {"depth", "disparity", "conf", "normal", "mask", "infra", "label", "segment", "truth"})
     if (name.find(word) != std::string::npos) return true;
-  return name == "ir";
+  return name == "ir" || name.rfind("ir_", 0) == 0 || name.rfind("ir-", 0) == 0;
 }
 
 }  // namespace

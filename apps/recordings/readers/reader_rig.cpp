@@ -125,8 +125,9 @@ class RigRecording : public Recording {
 
   /** \brief Where no camera has colour; of one alone something else is said. */
   void warnOfUnusedImages() {
-    if (!read_color_ || std::any_of(color_folders_.begin(), color_folders_.end(),
-                                    [](const std::string& folder) { return !folder.empty(); }))
+    if (!read_color_ || std::any_of(color_folders_.begin(), color_folders_.end(), [](const std::string& folder) {
+          return !folder.empty() && !filesIn(folder).empty();
+        }))
       return;
     for (const Camera& camera : cameras_)
       if (std::string line =

@@ -151,7 +151,7 @@ void loadView(const ViewFiles& files, const Camera& camera, std::optional<float>
 void ViewLoading::load(std::size_t views, const std::function<void(std::size_t)>& load, LoadedFrame& out) const {
   std::vector<std::string> damage(views);
   host::parallelFor(host::resolveThreads(threads_), views, [&](std::size_t view, int) {
-    if (!reads(view)) {
+    if (!reads(view, views)) {
       out.rig.views[view] = DepthView();
       return;
     }

@@ -54,13 +54,14 @@ class ViewLoading {
  public:
   /** \brief By skip_damaged, threads, part and parts. */
   explicit ViewLoading(const RecordingOptions& options)
-      : skip_damaged_(options.skip_damaged), threads_(options.threads), part_(options.part), parts_(options.parts) {}
+      : skip_damaged_(options.skip_damaged), threads_(options.threads) {
+    part_.part = options.part;
+    part_.parts = options.parts;
+  }
 
   bool skipsDamaged() const { return skip_damaged_; }
   /** \brief Whether the images of a camera are read; or its view is missing. */
-  bool reads(std::size_t camera) const {
-    return camera % static_cast<std::size_t>(parts_) == static_cast<std::size_t>(part_);
-  }
+  bool reads(std::size_t camera, std::size_t cameras) const { return part_.isInPart(camera, cameras); }
 
   /** \brief out.rig.views and out.images must be as many as the views. \param load of a view, by its number; may throw InputError: that is
    *  added to out.damaged, and the view is missing, or the first view's is thrown */
@@ -68,7 +69,8 @@ class ViewLoading {
 
  private:
   bool skip_damaged_;
-  int threads_, part_, parts_;
+  int threads_;
+  RecordingOptions part_;  ///< of which only this is asked
 };
 
 }  // namespace fuse_flow::io

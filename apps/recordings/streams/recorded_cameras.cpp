@@ -84,7 +84,7 @@ class RecordedRig : public Recording {
     fetched.resize(cameras_.size());
     for (std::size_t c = 0; c < cameras_.size(); ++c) {
       fetched[c].damage.clear();
-      if (!loading_.reads(c)) continue;
+      if (!loading_.reads(c, cameras_.size())) continue;
       try {
         fetch(c, set.images[c], fetched[c]);
       } catch (const InputError& error) {

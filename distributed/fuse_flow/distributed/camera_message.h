@@ -22,7 +22,7 @@ class CameraMessage {
   /** \brief Throws RankError for what cannot be. */
   static std::vector<Camera> get(MessageReader& in) {
     const auto count = in.get<std::uint32_t>();
-    std::vector<Camera> cameras;  // grows as they come: the number is believed of nobody
+    std::vector<Camera> cameras;  // grows as they come: the number may be wrong
     for (std::uint32_t k = 0; k < count; ++k) cameras.push_back(getCamera(in));
     return cameras;
   }

@@ -192,6 +192,13 @@ TEST(ParameterOptions, TauThatIsNotAskedOfAllIsSaid) {
   EXPECT_TRUE(advice({"--tau", "0.8", "--measurement-confidence", "false"}).empty());
 }
 
+TEST(ParameterOptions, LengthsThatAreMostLikelyMillimetresAreSaid) {
+  using Lines = std::vector<std::string>;
+  EXPECT_EQ(advice({"--max-range", "8000"}), (Lines{"--max-range 8000 is in metres; 8000 mm are 8"}));
+  EXPECT_EQ(advice({"--noise-reference", "1000"}), (Lines{"--noise-reference 1000 is in metres; 1000 mm are 1"}));
+  EXPECT_TRUE(advice({"--max-range", "120"}).empty());
+}
+
 TEST(ParameterOptions, WhatMadeTheDepthIsWhereTheyStartFrom) {
   EXPECT_EQ(members(parse({"--depth-source", "camera"})), members(P()));
   EXPECT_EQ(members(parse({"--depth-source", "network"})), members(P::estimatedDepth()));

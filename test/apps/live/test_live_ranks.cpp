@@ -58,8 +58,9 @@ class LiveRanks : public testing::Test {
     options.one_clock = clocks == ClockModel::Shared;
     options.clock = [this] { return time_; };
     rig_ = std::make_unique<io::LiveRig>(std::move(all), options);
-    leader_->setCameras(rig_->cameras(), ranks_->communicator(0));
+    leader_->begin(rig_->cameras(), ranks_->communicator(0));
     rig_->start();
+    leader_->awaitOthers(ranks_->communicator(0));
   }
   void stop() {
     leader_->stop();

@@ -90,10 +90,10 @@ TEST_F(FuseUnderMpirun, ARankWithoutAFrameOfItsOwnSaysNothing) {
 }
 
 TEST_F(FuseUnderMpirun, AnImageThatOneRankCannotReadIsNamedByThatRank) {
-  writeText(depthFile(recording_, 1, 1), "damaged");
+  writeText(depthFile(recording_, 3, 1), "damaged");
   const ToolResult result = fuseWith(2, {recording(), "-o", out()});
   EXPECT_NE(result.exit_code, 0);
-  EXPECT_NE(result.err.find("fuse_flow_fuse, rank 1: " + depthFile(recording_, 1, 1).string()), std::string::npos)
+  EXPECT_NE(result.err.find("fuse_flow_fuse, rank 1: " + depthFile(recording_, 3, 1).string()), std::string::npos)
       << result.err;
   EXPECT_TRUE(fs::exists(out_ / "000000.ply"));
   EXPECT_FALSE(fs::exists(out_ / "000001.ply"));
@@ -124,6 +124,7 @@ TEST_F(FuseUnderMpirun, CamerasThatRunAtSeveralRanksGiveTheCloudsOfOneProcess) {
     const ToolResult result = runProgram(FUSE_FLOW_MPIEXEC, arguments);
     ASSERT_EQ(result.exit_code, 0) << result.err;
     EXPECT_NE(result.out.find("camera_4: 3 views came"), std::string::npos) << result.out;
+    EXPECT_NE(result.out.find(", 0 of them without all cameras"), std::string::npos) << result.out;
     EXPECT_NE(result.out.find(" ranks: "), std::string::npos) << result.out;
     std::istringstream times(readText(fs::path(folder) / "timestamps.txt"));
     std::string name;
@@ -139,11 +140,53 @@ TEST_F(FuseUnderMpirun, CamerasThatRunAtSeveralRanksGiveTheCloudsOfOneProcess) {
   }
 }
 
+// A part is played from where the recording begins, not from where its own cameras do.
+TEST_F(FuseUnderMpirun, CamerasThatBeginLaterAreStillInStep) {
+  WallRecording wall{};
+  wall.cameras = 4;
+  wall.frames = 8;
+  wall.write(recording_);
+  for (const std::size_t camera : {2, 3})
+    for (std::size_t frame = 0; frame < 3; ++frame) {
+      fs::remove(depthFile(recording_, camera, frame));
+      fs::remove(colorFile(recording_, camera, frame));
+    }
+  const ToolResult result = runProgram(FUSE_FLOW_MPIEXEC, {"-n", "2", FUSE_FLOW_LIVE_TOOL, recording(), "--no-window",
+                                                           "--max-wait", "300", "-o", out("live")});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_NE(result.out.find("camera_0: 8 views came"), std::string::npos) << result.out;
+  EXPECT_NE(result.out.find("camera_3: 5 views came"), std::string::npos) << result.out;
+  double last = 0;
+  std::string name;
+  std::istringstream times(readText(fs::path(out("live")) / "timestamps.txt"));
+  while (times >> name >> last) {
+  }
+  EXPECT_LT(last, 7.5 / 30) << "the parts were played one after the other";
+}
+
+TEST_F(FuseUnderMpirun, WhatIsWrongAtOneLiveRankIsSaidByIt) {
+  for (const auto& [wrong, said] : std::vector<std::pair<std::vector<std::string>, std::string>>{
+           {{recording(), "--no-window", "--views", "0"}, "rank 1: --views: ranks share out all cameras"},
+           {{recording(), "--no-window", "--min-range", "5", "--max-range", "1"}, "rank 1: --max-range is 1"},
+           {{recording()}, "rank 1: the window: no rank has the images"},
+           {{recording(), "--no-window", "--play-frames", "0:2"}, "must be the same recording"},
+           {{out("nothing"), "--no-window"}, "rank 1"}}) {
+    std::vector<std::string> all{"-n", "1", FUSE_FLOW_LIVE_TOOL, recording(), "--no-window", "-o", out("live"), ":",
+                                 "-n", "1", FUSE_FLOW_LIVE_TOOL};
+    all.insert(all.end(), wrong.begin(), wrong.end());
+    const ToolResult result = runProgram(FUSE_FLOW_MPIEXEC, all);
+    EXPECT_NE(result.exit_code, 0);
+    EXPECT_NE(result.err.find(said), std::string::npos) << result.err;
+    EXPECT_EQ(result.err.find("has not answered"), std::string::npos) << result.err;
+  }
+}
+
 TEST_F(FuseUnderMpirun, WhatNoLiveRankCanDoIsRefused) {
   for (const auto& [arguments, said] : std::vector<std::pair<std::vector<std::string>, std::string>>{
            {{"--no-window", "--record", out("a.mcap")}, "--record: no rank has the images of all cameras"},
            {{"--no-window", "--refine-extrinsics"}, "--refine-extrinsics: needs the images of all cameras"},
            {{"--no-window", "--method", "concatenate"}, "--method concatenate: runs in one process only"},
+           {{"--no-window", "--preload"}, "--preload: each rank would begin"},
            {{}, "must be --no-window"}}) {
     std::vector<std::string> all{"-n", "2", FUSE_FLOW_LIVE_TOOL, recording()};
     all.insert(all.end(), arguments.begin(), arguments.end());

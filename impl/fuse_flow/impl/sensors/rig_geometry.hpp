@@ -110,9 +110,6 @@ struct ViewGeometry : ViewModel {
   }
   static constexpr std::size_t kScrap = 8;
 
-  /** \brief How many pixels have no ray, as the lens model folds over before it reaches them: they measure nothing. */
-  std::size_t pixelsWithoutRay() const { return without_ray_.size(); }
-
   /** \brief Of the camera's depth, row by row; empty where it is right. */
   const std::vector<DepthCorrectionTerms>& corrections() const { return corrections_; }
   /** \brief Of row v; null where the camera's depth is right. */

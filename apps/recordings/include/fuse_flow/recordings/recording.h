@@ -162,11 +162,18 @@ struct RecordingOptions {
   /** \brief Threads that decode the images of a frame, several cameras at a time; 0: one for each core. */
   int threads{0};
   ///@{
-  /** \brief Of several processes that share a recording: of `parts` parts, counted from 0, the number of this one's. It reads the images of every
-   *  parts-th camera, beginning with number `part`; the views of all others are missing. PCD files are read whole. */
+  /** \brief Of several processes that share a recording: of `parts` parts, counted from 0, the number of this one's. It reads the images of its
+   *  cameras alone, see isInPart(); the views of all others are missing. PCD files are read whole. */
   int part{0};
   int parts{1};
   ///@}
+
+  /** \brief Whether this part has a camera: each has as many, to one, and those that follow one another, which see most of the same.
+   *  \param cameras how many there are */
+  bool isInPart(std::size_t camera, std::size_t cameras) const {
+    const auto first = [&](int k) { return cameras * static_cast<std::size_t>(k) / static_cast<std::size_t>(parts); };
+    return camera >= first(part) && camera < first(part + 1);
+  }
 };
 
 /** \brief Opens a recording with the reader for its format. One path: a folder, or its rig.json. Several paths: organised PCD files, each
