@@ -6,7 +6,12 @@
 #include <fuse_flow/distributed/message.h>
 #include <fuse_flow/distributed/thread_ranks.h>
 
+#include <deque>
+#include <memory>
+#include <optional>
+#include <string>
 #include <thread>
+#include <vector>
 
 namespace {
 
