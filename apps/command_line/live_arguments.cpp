@@ -5,7 +5,6 @@
 #include "live/devices.h"
 #include "recordings/files/file_io.h"
 #include "recordings/range.h"
-#include "stereo/stereo_recording.h"
 
 #include <fuse_flow/recordings/rig_json.h>
 
@@ -104,13 +103,11 @@ std::unique_ptr<io::CameraSource> LiveArguments::openPlayed(const std::string& t
                                                             const std::vector<std::string>& inputs,
                                                             const io::RecordingOptions& options,
                                                             const io::RankPart& part) const {
-  io::StereoOptions no_stereo;
-  no_stereo.estimate = false;
   io::RecordingOptions with_gaps = options;
   with_gaps.skip_damaged = true;  // cameras that run do not end for one image
   with_gaps.part = part.part;
   with_gaps.parts = part.parts;
-  std::unique_ptr<io::Recording> recording = openRecording(tool, inputs, with_gaps, no_stereo);
+  std::unique_ptr<io::Recording> recording = openRecording(tool, inputs, with_gaps);
   io::PlayOptions play = play_;
   play.jitter = 1e-3 * jitter_ms_;
   for (const std::string& stall : stalls_) play.stalls.push_back(parseStall(stall, recording->cameras()));

@@ -1,6 +1,7 @@
 #include "command_line/live_pump.h"
 
 #include "command_line/message_of.h"
+#include "command_line/recording_arguments.h"
 #include "recordings/files/file_io.h"
 #include "recordings/files/interrupt.h"
 #ifdef FUSE_FLOW_WITH_STREAM
@@ -13,6 +14,12 @@
 
 namespace fuse_flow::command_line {
 namespace {
+
+std::vector<bool> estimatedBy(const io::ViewStereo* stereo, const io::LiveRig& rig) {
+  std::vector<bool> estimated;
+  for (std::size_t k = 0; k < rig.cameras().size(); ++k) estimated.push_back(stereo && stereo->estimates(k));
+  return estimated;
+}
 
 double secondsSince(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -48,7 +55,7 @@ LivePump::LivePump(Options options, io::LiveRig& rig, std::vector<std::shared_pt
       rig_(rig),
       sinks_(std::move(sinks)),
       extrinsics_(options_.method_options.device, options_.method_options.warn),
-      checks_(options_.method, options_.method_options.parameters, std::vector<bool>(rig.cameras().size(), false),
+      checks_(options_.method, options_.method_options.parameters, estimatedBy(options_.stereo, rig),
               options_.leader == nullptr),
       empty_(options_.method, options_.method_options),
       log_(options_.tool, options_.status) {
@@ -89,6 +96,7 @@ std::string LivePump::summary() const {
     text += line;
   }
   if (!shared_.empty()) text += "  " + shared_ + "\n";
+  if (options_.stereo) text += "  " + options_.stereo->summary() + "\n";
   return text + LiveLog::summary(rig_);
 }
 
@@ -108,6 +116,7 @@ void LivePump::step() {
   const bool any = next(*instant);
   if (options_.recorder) options_.recorder->check();
   if (any) {
+    if (options_.stereo) estimateDepth(*instant);
     if (options_.instant) options_.instant(instant);
     if (method_) fuse(*instant);
   }
@@ -124,12 +133,22 @@ void LivePump::step() {
   });
 }
 
+void LivePump::estimateDepth(io::LiveInstant& instant) {
+  const std::shared_ptr<io::LoadedFrame> frame = estimated_.next();
+  frame->rig = instant.rig;
+  frame->images.resize(instant.held.size());
+  options_.stereo->complete("frame " + std::to_string(instants_++), *frame);
+  instant.rig = frame->rig;
+  instant.estimated = frame;
+}
+
 void LivePump::fuse(const io::LiveInstant& instant) {
   const std::shared_ptr<io::FusedFrame> frame = pool_.next();
   frame->number = fusing_.count();
   frame->arrived = instant.arrived;
   frame->input.rig = instant.rig;
   frame->live = instant.held;
+  if (instant.estimated) frame->live.emplace_back(instant.estimated, &instant.estimated->images[0]);  // it stays
   frame->input.images.assign(instant.held.size(), {});
   if (options_.refine_extrinsics) extrinsics_.place(frame->input.rig);
   for (const CameraMotion& motion : extrinsics_.moved())
@@ -160,6 +179,34 @@ void LivePump::fuse(const io::LiveInstant& instant) {
 #endif
   empty_.look(frame->number, frame->input.rig, points, !options_.leader);
   for (const std::shared_ptr<io::BackgroundSink>& sink : sinks_) sink->take(frame);
+}
+
+io::StereoOptions stereoOfLive(const std::string& tool, const StereoArguments& stereo, bool ranks,
+                               MethodArguments& method, io::MethodOptions& options) {
+  io::StereoOptions result = stereo.options(tool);
+  result.estimate = result.estimate && !ranks;
+  result.threads = options.threads;
+  result.device = options.device;
+  result.all_estimated = [&](std::size_t views) {
+    std::string line = method.assumeStereo(views);
+    options.parameters = method.options().parameters;
+    return line;
+  };
+  return result;
+}
+
+std::unique_ptr<io::ViewStereo> stereoOf(const std::string& tool, const io::LiveRig& rig,
+                                         const io::StereoOptions& options) {
+  const std::vector<bool>& lacks_depth = rig.lacksDepth();
+  if (std::count(lacks_depth.begin(), lacks_depth.end(), true) == 0) return nullptr;
+  if (!options.estimate) {
+    warnOfMissingDepth(tool, lacks_depth);
+    return nullptr;
+  }
+  auto stereo =
+      std::make_unique<io::ViewStereo>(rig.cameras(), lacks_depth, rig.colored(), "cameras that run", options);
+  printWarnings(tool, stereo->warnings());
+  return stereo;
 }
 
 void requireOfLiveRanks(const std::string& method, const io::MethodOptions& options, bool refine_extrinsics) {

@@ -2,6 +2,8 @@
 
 #include "calibration/live_extrinsics.h"
 #include "command_line/live_arguments.h"
+#include "command_line/method_arguments.h"
+#include "command_line/stereo_arguments.h"
 #include "input_checks/empty_clouds.h"
 #include "input_checks/input_checks.h"
 #include "live/live_ranks.h"
@@ -9,7 +11,9 @@
 #include "live/rig_recorder.h"
 #include "methods/distributed_fusion.h"
 #include "methods/method.h"
+#include "recordings/pool.h"
 #include "sinks/background_sink.h"
+#include "stereo/view_stereo.h"
 
 #include <atomic>
 #include <chrono>
@@ -59,13 +63,15 @@ class LivePump {
     bool refine_extrinsics{false};
     double status{5};               ///< seconds between two lines of the log; 0: none
     std::optional<double> seconds;  ///< after which it ends
-    /** \brief Hears of each instant, before it is fused. */
+    /** \brief Hears of each instant, with the depth of all views, before it is fused. */
     std::function<void(const std::shared_ptr<io::LiveInstant>&)> instant;
     /** \brief What a line of the log says, beside the frames that were fused. */
     std::function<std::string()> more;
     /** \brief Called some times a second. */
     std::function<void()> tick;
     io::RigRecorder* recorder{nullptr};
+    /** \brief Of cameras that measure no depth; null: they stay missing. See stereoOf(). */
+    io::ViewStereo* stereo{nullptr};
     /** \brief Where ranks share the cameras, rank 0; \p method fuses then over all of them. The LiveRig was opened with it. */
     io::LeadingRank* leader{nullptr};
     /** \brief With \p leader: whether this rank takes a share of the fusion. */
@@ -92,6 +98,8 @@ class LivePump {
   void step();
   /** \brief The latest instant, of all ranks where there are several. */
   bool next(io::LiveInstant& instant);
+  /** \brief Gives the views without depth theirs. */
+  void estimateDepth(io::LiveInstant& instant);
   void fuse(const io::LiveInstant& instant);
 
   Options options_;
@@ -103,11 +111,23 @@ class LivePump {
   LiveChecks checks_;
   io::EmptyClouds empty_;
   io::FramePool pool_;
+  io::Pool<io::LoadedFrame> estimated_;
   LiveLog log_;
   Times fusing_, latency_;
+  std::uint64_t instants_{0};
   double seconds_{0};
   std::string shared_;  ///< what ranks did, where there are several
 };
+
+/** \brief What estimates the depth of the cameras of a rig that measure none, with lines on the standard error stream that say so; null where every
+ *  camera measures it. Throws InputError, OptionError. \param options not to be estimated: null, and a line that they are missing */
+std::unique_ptr<io::ViewStereo> stereoOf(const std::string& tool, const io::LiveRig& rig,
+                                         const io::StereoOptions& options);
+
+/** \brief How such a tool estimates depth: not where \p ranks share the cameras, whose images stay where they are.
+ *  \param options of the method; where no camera measures depth, what fits estimated depth goes there */
+io::StereoOptions stereoOfLive(const std::string& tool, const StereoArguments& stereo, bool ranks,
+                               MethodArguments& method, io::MethodOptions& options);
 
 /** \brief Throws OptionError for what ranks that share the cameras of a live rig cannot do. */
 void requireOfLiveRanks(const std::string& method, const io::MethodOptions& options, bool refine_extrinsics);

@@ -22,7 +22,8 @@ MethodArguments::MethodArguments(CLI::App& app) {
       ->check(lengthUpTo(10))
       ->capture_default_str();
   options_.warn = [tool = app.get_name()](const std::string& message) { printWarnings(tool, {message}); };
-  addDeviceOption(app, options_.device, "fuse_flow runs, and poses are refined", ", until it fails; then on the CPU");
+  addDeviceOption(app, options_.device, "fuse_flow runs, poses are refined, and depth is estimated",
+                  ", until it fails; then on the CPU");
   app.add_option("--threads", options_.threads, "0: one per core")->check(threadCount())->capture_default_str();
   app.set_config("--config", "", "read options from this file (name = value lines)")->check(path());
   app.config_formatter(std::make_shared<ConfigFile>());

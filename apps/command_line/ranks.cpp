@@ -106,11 +106,17 @@ RanksArgument::RanksArgument(CLI::App& app) {
 }
 
 FuseAtArgument::FuseAtArgument(CLI::App& app) {
-  app.add_option("--fuse-at", fusing_,
-                 "started by mpirun: which of the processes fuse; first: the others only prepare the views of their "
-                 "cameras, and send them")
-      ->check(CLI::IsMember({"all", "first"}))
-      ->capture_default_str();
+  option_ =
+      app.add_option("--fuse-at", fusing_,
+                     "started by mpirun: which of the processes fuse; first: the others only prepare the views of "
+                     "their cameras, and send them")
+          ->check(CLI::IsMember({"all", "first"}))
+          ->capture_default_str();
+}
+
+std::vector<std::string> FuseAtArgument::advice(bool sharing) const {
+  if (sharing || option_->count() == 0) return {};
+  return {"--fuse-at has no effect: it is for processes that mpirun starts, and that share the cameras of a frame"};
 }
 
 }  // namespace fuse_flow::command_line

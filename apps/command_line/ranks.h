@@ -8,6 +8,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
 namespace fuse_flow::command_line {
 
@@ -53,10 +54,13 @@ class RanksArgument {
 class FuseAtArgument {
  public:
   explicit FuseAtArgument(CLI::App& app);
+  /** \brief A line if it was given and has no effect. \param sharing whether ranks share the cameras of a frame */
+  std::vector<std::string> advice(bool sharing) const;
   /** \brief Whether a rank takes a share of the fusion, or only prepares the views of its cameras. */
   bool fuses(int rank) const { return fusing_ == "all" || rank == 0; }
 
  private:
+  CLI::Option* option_;
   std::string fusing_{"all"};
 };
 

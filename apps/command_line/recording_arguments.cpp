@@ -2,6 +2,7 @@
 
 #include "command_line/option_checks.h"
 
+#include <algorithm>
 #include <iostream>
 #include <limits>
 #include <map>
@@ -30,17 +31,27 @@ void printWarnings(const std::string& tool, const std::vector<std::string>& warn
 }
 
 std::unique_ptr<io::Recording> openRecording(const std::string& tool, const std::vector<std::string>& inputs,
-                                             const io::RecordingOptions& options, const io::StereoOptions& stereo) {
+                                             const io::RecordingOptions& options) {
   std::unique_ptr<io::Recording> recording = io::openRecording(inputs, options);
-  recording = io::withStereo(std::move(recording), inputs.front(), stereo);
   printWarnings(tool, recording->warnings());
-  std::size_t missing = 0;
-  const std::size_t all = recording->cameras().size();
-  for (std::size_t k = 0; k < all; ++k) missing += recording->hasDepth(k) ? 0 : 1;
-  if (missing > 0 && !stereo.estimate)
-    printWarnings(tool, {std::to_string(missing) + " of " + std::to_string(all) +
-                         " cameras have colour images alone, no depth, and are missing"});
   return recording;
+}
+
+std::unique_ptr<io::Recording> openRecording(const std::string& tool, const std::vector<std::string>& inputs,
+                                             const io::RecordingOptions& options, const io::StereoOptions& stereo) {
+  std::unique_ptr<io::Recording> recording = io::withStereo(io::openRecording(inputs, options), inputs.front(), stereo);
+  printWarnings(tool, recording->warnings());
+  std::vector<bool> lacks_depth;
+  for (std::size_t k = 0; k < recording->cameras().size(); ++k) lacks_depth.push_back(!recording->hasDepth(k));
+  if (!stereo.estimate) warnOfMissingDepth(tool, lacks_depth);
+  return recording;
+}
+
+void warnOfMissingDepth(const std::string& tool, const std::vector<bool>& lacks_depth) {
+  const auto missing = std::count(lacks_depth.begin(), lacks_depth.end(), true);
+  if (missing > 0)
+    printWarnings(tool, {std::to_string(missing) + " of " + std::to_string(lacks_depth.size()) +
+                         " cameras have colour images alone, no depth, and are missing"});
 }
 
 RecordingArguments::RecordingArguments(CLI::App& app) {

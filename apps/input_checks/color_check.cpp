@@ -1,5 +1,7 @@
 #include "input_checks/color_check.h"
 
+#include "input_checks/depth_at.h"
+
 #include <fuse_flow/impl/sensors/rig_geometry.hpp>
 #include <fuse_flow/math/confidence.h>
 
@@ -9,16 +11,6 @@
 
 namespace fuse_flow::io {
 namespace {
-
-/** \brief Depth of a pixel, metres; 0 where there is none. */
-float depthAt(const Camera& camera, const DepthView& view, int u, int v) {
-  if (view.depth32) {
-    const float z = view.depth32.row(v)[u];
-    return std::isfinite(z) && z > 0 ? z : 0.0f;
-  }
-  const std::uint16_t raw = view.depth16.row(v)[u];
-  return raw == 65535 ? 0.0f : camera.depth_scale * static_cast<float>(raw);
-}
 
 /** \brief Whether the colour image shows any of the points of a grid over the depth image. */
 bool anyInImage(const Camera& camera, const DepthView& view) {

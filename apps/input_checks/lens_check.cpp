@@ -1,5 +1,7 @@
 #include "input_checks/lens_check.h"
 
+#include "input_checks/depth_at.h"
+
 #include <fuse_flow/impl/sensors/rig_geometry.hpp>
 
 #include <cstdio>
@@ -19,7 +21,7 @@ void LensCheck::look(const RigFrame& frame) {
     const host::RayFinder find(K);
     for (int v = 0; v < view.height(); ++v)
       for (int u = 0; u < view.width(); ++u) {
-        if (!(view.depth16 ? view.depth16.row(v)[u] > 0 : view.depth32.row(v)[u] > 0)) continue;
+        if (!(depthAt(frame.cameras[i], view, u, v) > 0)) continue;
         ++seen.measured;
         seen.without_ray += find(static_cast<float>(u), static_cast<float>(v)).found ? 0 : 1;
       }

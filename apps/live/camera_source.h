@@ -42,6 +42,11 @@ class CameraSource {
   virtual const std::vector<Camera>& cameras() const = 0;
   /** \brief Whether T_world_camera of its cameras says where they stand. */
   virtual bool hasPoses() const { return false; }
+  /** \brief Whether a camera measures depth; else it has colour alone. */
+  virtual bool hasDepth(std::size_t camera) const {
+    (void)camera;
+    return true;
+  }
   /** \brief Whether a camera delivers colour. */
   virtual bool hasColor(std::size_t camera) const {
     (void)camera;

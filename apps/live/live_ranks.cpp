@@ -22,7 +22,7 @@ using distributed::MessageReader;
 using distributed::MessageWriter;
 
 /** \brief Of what is sent here; changes with every change of it. */
-constexpr std::uint32_t kVersion = 1;
+constexpr std::uint32_t kVersion = 2;
 
 /** \brief What all ranks do next. */
 enum class Order : std::uint8_t { Report, Fuse, Stop };
@@ -52,18 +52,26 @@ RankPart partOfPlayed(Communicator& patient, const std::string& played) {
   for (const int rank : others) out.push_back({rank, own.data(), own.size()});
   std::vector<Message> in;
   patient.exchange(out, others, in);
-  RankPart result{0, played.empty() ? 0 : 1};
+  std::vector<std::string> all(static_cast<std::size_t>(patient.size()));  // by rank
+  all[static_cast<std::size_t>(patient.rank())] = played;
   for (std::size_t k = 0; k < others.size(); ++k) {
     MessageReader reader(in[k], others[k]);
-    const std::string its = reader.getText();
+    all[static_cast<std::size_t>(others[k])] = reader.getText();
     reader.finish();
-    if (its.empty() || played.empty()) continue;
-    if (its != played)
-      throw distributed::RankError(others[k], "plays " + its + ", and rank " + std::to_string(patient.rank()) +
-                                                  " plays " + played + ": must be the same recording, or devices");
-    ++result.parts;
-    if (others[k] < patient.rank()) ++result.part;
   }
+  RankPart result{0, 0};
+  int first = 0;  // that plays; every rank finds the same fault, whatever it plays itself
+  for (int rank = 0; rank < patient.size(); ++rank) {
+    const std::string& its = all[static_cast<std::size_t>(rank)];
+    if (its.empty()) continue;
+    if (result.parts++ == 0) first = rank;
+    const std::string& of_first = all[static_cast<std::size_t>(first)];
+    if (its != of_first)
+      throw distributed::RankError(rank, "plays " + its + ", and rank " + std::to_string(first) + " plays " + of_first +
+                                             ": must be the same recording, or devices");
+    if (rank < patient.rank()) ++result.part;
+  }
+  if (played.empty()) return {0, 0};
   return result;
 }
 
@@ -72,12 +80,16 @@ class RankSource : public CameraSource {
  public:
   RankSource(int rank, MessageReader& in, const std::vector<Camera>& cameras) : rank_(rank), cameras_(cameras) {
     has_poses_ = in.get<std::uint8_t>() != 0;
-    for (std::size_t k = 0; k < cameras_.size(); ++k) has_color_.push_back(in.get<std::uint8_t>() != 0);
+    for (std::size_t k = 0; k < cameras_.size(); ++k) {
+      has_depth_.push_back(in.get<std::uint8_t>() != 0);
+      has_color_.push_back(in.get<std::uint8_t>() != 0);
+    }
     clocks_ = in.get<std::uint8_t>() != 0 ? ClockModel::Shared : ClockModel::Separate;
   }
 
   const std::vector<Camera>& cameras() const override { return cameras_; }
   bool hasPoses() const override { return has_poses_; }
+  bool hasDepth(std::size_t camera) const override { return has_depth_[camera]; }
   bool hasColor(std::size_t camera) const override { return has_color_[camera]; }
   ClockModel clocks() const override { return clocks_; }
   void start(const Receiver& receiver) override { receiver_ = receiver; }
@@ -108,7 +120,7 @@ class RankSource : public CameraSource {
   int rank_;
   std::vector<Camera> cameras_;
   bool has_poses_;
-  std::vector<bool> has_color_;
+  std::vector<bool> has_depth_, has_color_;
   ClockModel clocks_;
   Receiver receiver_;
   bool running_{true};
@@ -226,8 +238,10 @@ void FollowingRank::meet(Communicator& patient) {
   CameraMessage::put(writer, cameras);
   writer.put(static_cast<std::uint8_t>(posed));
   for (const std::unique_ptr<CameraSource>& source : sources_)
-    for (std::size_t k = 0; k < source->cameras().size(); ++k)
+    for (std::size_t k = 0; k < source->cameras().size(); ++k) {
+      writer.put(static_cast<std::uint8_t>(source->hasDepth(k)));
       writer.put(static_cast<std::uint8_t>(source->hasColor(k)));
+    }
   writer.put(static_cast<std::uint8_t>(shared));
   std::vector<Message> in;
   patient.exchange({{0, hello.data(), hello.size()}}, {}, in);

@@ -60,6 +60,7 @@ LiveRig::LiveRig(std::vector<std::unique_ptr<CameraSource>> sources, const Optio
       cameras_.push_back(std::move(camera));
       posed_.push_back(source->hasPoses());
       has_color_.push_back(source->hasColor(k));
+      lacks_depth_.push_back(!source->hasDepth(k));
       source_of_.push_back(source.get());
     }
   if (cameras_.empty()) throw InputError("there is no camera");

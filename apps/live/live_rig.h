@@ -40,6 +40,8 @@ struct LiveInstant {
   std::vector<std::optional<std::uint64_t>>
       stamps;  ///< of each camera, its view's CameraView::stamp; absent: the camera is missing
   std::chrono::microseconds arrived{0};  ///< when its last view came, by the host's clock
+  /** \brief What rig points into beside held, of cameras whose depth was estimated; null: none was. */
+  std::shared_ptr<const LoadedFrame> estimated;
 
   /** \brief Gives a camera its images, and its view of them. */
   void setView(std::size_t camera, std::shared_ptr<const LoadedView> images);
@@ -72,6 +74,8 @@ class LiveRig {
   const std::vector<Camera>& cameras() const { return cameras_; }
   /** \brief Of each camera, whether it delivers colour. */
   const std::vector<bool>& colored() const { return has_color_; }
+  /** \brief Of each camera, whether it measures no depth. */
+  const std::vector<bool>& lacksDepth() const { return lacks_depth_; }
   /** \brief Before start(): where the cameras stand, their depth and multipath corrections, and noise: of each, the entry of its name; where no
    *  name fits, that of its place, which is warned of. \param file its name, for messages \throws InputError if one has none */
   void setPoses(const std::string& file, const std::vector<RigCamera>& calibrated);
@@ -130,7 +134,7 @@ class LiveRig {
   Options options_;
   std::vector<Camera> cameras_;
   std::vector<bool> posed_;
-  std::vector<bool> has_color_;
+  std::vector<bool> has_color_, lacks_depth_;
   std::vector<const CameraSource*> source_of_;
   std::vector<std::string> warnings_;
   std::unique_ptr<ViewSynchronizer<Payload>> synchronizer_;

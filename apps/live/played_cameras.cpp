@@ -31,11 +31,8 @@ PlayedCameras::PlayedCameras(std::unique_ptr<Recording> recording, std::vector<s
     if (stall.camera >= all.size())
       throw InputError("a camera that stalls has the number " + std::to_string(stall.camera) + ", must be under " +
                        std::to_string(all.size()));
-  RecordingOptions own;
-  own.part = options_.part;
-  own.parts = options_.parts;
   for (std::size_t k = 0; k < all.size(); ++k) {
-    if (!own.isInPart(k, all.size())) continue;
+    if (!isInPart(k, all.size(), options_.part, options_.parts)) continue;
     if (cameras_.empty()) first_ = k;
     cameras_.push_back(all[k]);
   }
@@ -123,8 +120,12 @@ void PlayedCameras::play() {
       const Clock::duration late = Clock::now() - (begin_ + durationOf(seconds / options_.speed));
       if (late > std::chrono::milliseconds(20)) {  // no scheduler's doing
         // Other parts of the recording do not wait, so this one catches up.
-        if (options_.parts == 1) begin_ += late;
-        behind += late;
+        if (options_.parts > 1) {
+          behind = std::max(behind, late);
+        } else {
+          begin_ += late;
+          behind += late;
+        }
       }
       schedule(frame, seconds);
       if (!deliverUntil(Clock::now())) return;  // before the next frame is waited for

@@ -50,6 +50,7 @@ class PlayedCameras : public CameraSource {
 
   const std::vector<Camera>& cameras() const override { return cameras_; }
   bool hasPoses() const override { return true; }
+  bool hasDepth(std::size_t camera) const override { return recording_->hasDepth(first_ + camera); }
   bool hasColor(std::size_t camera) const override { return recording_->hasColor(first_ + camera); }
   ClockModel clocks() const override { return options_.own_clocks ? ClockModel::Separate : ClockModel::Shared; }
   std::vector<std::string> inputs() const override { return recording_->inputs(); }

@@ -1,6 +1,7 @@
 #include "sinks/cloud_files.h"
 
 #include "clouds/cloud_io.h"
+#include "clouds/other_clouds.h"
 #include "recordings/files/file_io.h"
 
 #include <algorithm>
@@ -68,19 +69,10 @@ void CloudFiles::addTime(const std::string& cloud, std::uint64_t stamp) const {
 
 std::vector<std::string> CloudFiles::finish() {
   if (written_.empty() || !fs::is_directory(output_)) return {};
-  std::size_t count = 0;
-  std::string first;
-  for (const std::string& name : filesIn(output_)) {
-    const std::string stem = fs::path(name).stem().string(), extension = fs::path(name).extension().string();
-    const bool numbered = stem.size() >= 6 && stem.find_first_not_of("0123456789") == std::string::npos;
-    if (!numbered || (extension != ".ply" && extension != ".pcd") ||
-        written_.count((fs::path(output_) / name).string()) > 0 || left_.count((fs::path(output_) / name).string()) > 0)
-      continue;
-    if (count++ == 0) first = name;
-  }
-  if (count == 0) return {};
-  return {output_ + " holds " + std::to_string(count) + " cloud" + (count == 1 ? "" : "s") +
-          " that this run has not written, such as " + first + "; must be removed unless they belong to the others"};
+  const std::string others = otherClouds(
+      output_, {output_}, [&](const std::string& path) { return written_.count(path) > 0 || left_.count(path) > 0; });
+  if (others.empty()) return {};
+  return {others};
 }
 
 }  // namespace fuse_flow::io

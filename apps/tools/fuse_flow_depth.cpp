@@ -1,5 +1,6 @@
 // Writes a recording of colour cameras again, with the depth that is estimated from their images.
 
+#include "command_line/method_arguments.h"
 #include "command_line/option_checks.h"
 #include "command_line/recording_arguments.h"
 #include "command_line/stereo_arguments.h"
@@ -124,7 +125,7 @@ int run(const Options& options) {
     writer->write(frame, loaded);
     ++done;
     std::printf(
-        "frame %s: another view agrees on the depth of %.0f %% of the pixels, %.1f s; pictures from %.2f m, "
+        "frame %s: another view agrees on the depth of %.0f %% of the pixels, %.2g s; pictures from %.2f m, "
         "yellow, to %.2f m, blue\n",
         io::frameStem(frame).c_str(), 100 * recording->agreeing(), recording->seconds(),
         static_cast<double>(range.nearest), static_cast<double>(range.farthest));
@@ -156,13 +157,16 @@ int main(int argc, char** argv) {
   app.add_option("--threads", options.threads, "0: one per core")
       ->check(command_line::threadCount())
       ->capture_default_str();
+  command_line::addDeviceOption(app, options.stereo.device, "depth is estimated", ", until it fails; then on the CPU");
   command_line::StereoArguments stereo(app, false);
   io::catchInterrupts();
   return command_line::runTool(app, argc, argv, [&] {
     options.frames = command_line::joinedList(options.frames);
     options.inputs = recording.inputs();
     options.recording = recording.options();
+    std::string device = std::move(options.stereo.device);
     options.stereo = stereo.options("fuse_flow_depth");
+    options.stereo.device = std::move(device);
     options.stereo.threads = options.threads;
     command_line::requireThreads(options.threads);
     return run(options);

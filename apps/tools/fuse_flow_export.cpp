@@ -1,6 +1,7 @@
 // Writes a recording as organised PCD files, a folder a camera: what pcl::PCDGrabber plays and pcl_viewer shows.
 
 #include "clouds/cloud_io.h"
+#include "clouds/other_clouds.h"
 #include "command_line/option_checks.h"
 #include "command_line/recording_arguments.h"
 #include "command_line/stereo_arguments.h"
@@ -31,24 +32,6 @@ struct Options {
   std::optional<double> frames_per_second;
   std::string output;
 };
-
-/** \brief What is in the cameras' folders of an earlier run; empty: nothing. */
-std::string olderClouds(const std::string& output, const io::Recording& recording,
-                        const std::map<std::string, std::size_t>& written) {
-  std::size_t older = 0;
-  std::string first;
-  std::set<std::string> folders;
-  for (const Camera& camera : recording.cameras()) folders.insert((fs::path(output) / camera.name).string());
-  for (const std::string& folder : folders)
-    for (const std::string& name : io::filesIn(folder)) {
-      const std::string path = (fs::path(folder) / name).string();
-      if (fs::path(name).extension() != ".pcd" || written.count(path) > 0) continue;
-      if (++older == 1) first = path;
-    }
-  if (older == 0) return "";
-  return std::to_string(older) + " clouds of before are there, too, such as " + first +
-         ": who reads the folder takes them for some of these";
-}
 
 int run(const Options& options) {
   const std::unique_ptr<io::Recording> recording =
@@ -92,7 +75,12 @@ int run(const Options& options) {
     }
   }
   std::vector<std::string> said = checks.complaints();
-  if (const std::string older = olderClouds(options.output, *recording, written); !older.empty()) said.push_back(older);
+  std::set<std::string> folders;
+  for (const Camera& camera : recording->cameras()) folders.insert((fs::path(options.output) / camera.name).string());
+  if (std::string others = io::otherClouds(options.output, {folders.begin(), folders.end()},
+                                           [&](const std::string& path) { return written.count(path) > 0; });
+      !others.empty())
+    said.push_back(std::move(others));
   std::cout << options.output << ": " << files << " clouds of " << recording->cameras().size() << " cameras"
             << std::endl;
   for (const std::string& line : said) std::cout << "  " << line << "\n";

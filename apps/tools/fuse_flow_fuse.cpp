@@ -411,7 +411,8 @@ int run(Options& options, const command_line::MethodArguments& arguments) {
       still_there.check(frame->input);
       for (std::size_t i = 0; options.sharesCameras() && i < frame->input.rig.views.size();
            ++i)  // files that are read whole
-        if (!options.recording.isInPart(i, frame->input.rig.views.size())) frame->input.rig.views[i] = {};
+        if (!io::isInPart(i, frame->input.rig.views.size(), options.recording.part, options.recording.parts))
+          frame->input.rig.views[i] = {};
       for (const io::DamagedView& view : frame->input.ended) ended[view.view] = view.message;
       if (options.refine_extrinsics) extrinsics.place(frame->input.rig);
       checks.look(frame->input);
@@ -513,9 +514,12 @@ int main(int argc, char** argv) {
     options.recording = recording.options();
     options.method = method.method();
     options.method_options = methodOptions(options, method);
-    if (!ranks || ranks->isFirst()) command_line::printWarnings("fuse_flow_fuse", method.advice());
+    if (!ranks || ranks->isFirst())
+      for (const std::vector<std::string>& lines : {method.advice(), fuse_at.advice(options.sharesCameras())})
+        command_line::printWarnings("fuse_flow_fuse", lines);
     options.stereo = stereo.options("fuse_flow_fuse");
     options.stereo.threads = options.method_options.threads;
+    options.stereo.device = options.method_options.device;
     options.stereo.all_estimated = [&](std::size_t views) { return method.assumeStereo(views); };
     options.recording.threads = static_cast<int>(options.method_options.threads);
     options.overlap = options.overlap && options.method_options.threads != 1;

@@ -7,6 +7,7 @@
 #include "command_line/option_checks.h"
 #include "command_line/ranks.h"
 #include "command_line/recording_arguments.h"
+#include "command_line/stereo_arguments.h"
 #ifdef FUSE_FLOW_WITH_STREAM
 #include "command_line/stream_arguments.h"
 #include "sinks/stream_sink.h"
@@ -58,6 +59,7 @@ struct Options {
   io::RecordingOptions recording;
   io::RigRecorder::Options recorder;
   io::MethodOptions method_options;
+  io::StereoOptions stereo;  ///< of cameras without depth
 };
 
 void warn(const std::vector<std::string>& lines) { command_line::printWarnings("fuse_flow_live", lines); }
@@ -154,6 +156,9 @@ int run(const Options& options, const command_line::LiveArguments& live, const S
   const std::unique_ptr<io::LiveRig> rig =
       leader ? live.open("fuse_flow_live", options.inputs, options.recording, *leader, *options.ranks)
              : live.open("fuse_flow_live", options.inputs, options.recording, false);
+  const std::unique_ptr<io::ViewStereo> stereo = command_line::stereoOf("fuse_flow_live", *rig, options.stereo);
+  if (stereo && options.refine_extrinsics)
+    throw io::OptionError("--refine-extrinsics: follows depth that cameras measure, and some of these measure none");
   checkOutputs(options, *rig);
   std::vector<std::string> names;
   for (const Camera& camera : rig->cameras()) names.push_back(camera.name);
@@ -194,6 +199,7 @@ int run(const Options& options, const command_line::LiveArguments& live, const S
   if (!options.window && sinks.empty()) warn({"the clouds go nowhere, and only take time: -o writes them"});
   const auto inlet = options.window ? std::make_shared<viewing::LiveFrames::Inlet>() : nullptr;
   command_line::LivePump::Options pump_options;
+  pump_options.stereo = stereo.get();
   pump_options.tool = "fuse_flow_live";
   pump_options.method = options.method;
   pump_options.method_options = options.method_options;
@@ -304,6 +310,7 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   command_line::LiveArguments live(app);
   command_line::MethodArguments method(app);
+  command_line::StereoArguments stereo(app);
   const command_line::FuseAtArgument fuse_at(app);
   return command_line::runTool(app, argc, argv, [&] {
     if (list) {
@@ -320,9 +327,12 @@ int main(int argc, char** argv) {
       options.method = method.method();
       options.method_options = method.options();
       if (!ranks || ranks->isFirst()) warn(method.advice());
+      if (!ranks) warn(fuse_at.advice(false));
       options.method_options.normals = options.normals;
       options.config = command_line::configFileOf(app);
       command_line::requireThreads(options.method_options.threads);
+      options.stereo =
+          command_line::stereoOfLive("fuse_flow_live", stereo, ranks != nullptr, method, options.method_options);
       if (!ranks) return run(options, live, stream);
       command_line::requireOfLiveRanks(options.method, options.method_options, options.refine_extrinsics);
       if (options.window)

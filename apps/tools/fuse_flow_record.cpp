@@ -3,7 +3,6 @@
 #include "command_line/live_arguments.h"
 #include "command_line/option_checks.h"
 #include "command_line/recording_arguments.h"
-#include "command_line/stereo_arguments.h"
 #include "command_line/tool.h"
 #include "live/rig_recorder.h"
 #include "recordings/absent_images.h"
@@ -70,10 +69,8 @@ double secondsSince(std::chrono::steady_clock::time_point start) {
 
 /** \brief Every frame of a recording, as fast as it goes. */
 int convert(const Options& options) {
-  io::StereoOptions no_stereo;
-  no_stereo.estimate = false;
   const std::unique_ptr<io::Recording> recording =
-      command_line::openRecording("fuse_flow_record", options.inputs, options.recording, no_stereo);
+      command_line::openRecording("fuse_flow_record", options.inputs, options.recording);
   const std::vector<std::size_t> frames = io::chooseFrames(*recording, options.frames);
   command_line::prepareRecording("-o", options.output, io::InputFiles(recording->inputs()));
   std::vector<bool> has_color;

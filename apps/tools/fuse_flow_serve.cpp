@@ -7,6 +7,7 @@
 #include "command_line/option_checks.h"
 #include "command_line/ranks.h"
 #include "command_line/recording_arguments.h"
+#include "command_line/stereo_arguments.h"
 #include "command_line/stream_arguments.h"
 #include "command_line/threads.h"
 #include "command_line/tool.h"
@@ -39,6 +40,7 @@ struct Options {
   bool fusing{true};                    ///< this rank
   io::RecordingOptions recording;
   io::MethodOptions method_options;
+  io::StereoOptions stereo;  ///< of cameras without depth
 };
 
 void warn(const std::vector<std::string>& lines) { command_line::printWarnings(kTool, lines); }
@@ -58,6 +60,9 @@ int serve(const Options& options, const command_line::LiveArguments& live,
   const std::unique_ptr<io::LiveRig> rig =
       leader ? live.open(kTool, options.inputs, options.recording, *leader, *options.ranks)
              : live.open(kTool, options.inputs, options.recording, false);
+  const std::unique_ptr<io::ViewStereo> stereo = command_line::stereoOf(kTool, *rig, options.stereo);
+  if (stereo && options.refine_extrinsics)
+    throw io::OptionError("--refine-extrinsics: follows depth that cameras measure, and some of these measure none");
   const std::shared_ptr<stream::Server> server = arguments.open(options.method);
   stream::Description description;
   description.name = options.name;
@@ -67,6 +72,7 @@ int serve(const Options& options, const command_line::LiveArguments& live,
   const auto sink = std::make_shared<io::BackgroundSink>(std::make_shared<io::StreamSink>(server, description), 1,
                                                          io::BackgroundSink::WhenFull::Drop);
   command_line::LivePump::Options pump_options;
+  pump_options.stereo = stereo.get();
   pump_options.tool = kTool;
   pump_options.method = options.method;
   pump_options.method_options = options.method_options;
@@ -163,6 +169,7 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   command_line::LiveArguments live(app, true);
   command_line::MethodArguments method(app);
+  command_line::StereoArguments stereo(app);
   const command_line::FuseAtArgument fuse_at(app);
   return command_line::runTool(app, argc, argv, [&] {
     const std::unique_ptr<command_line::Ranks> ranks = command_line::Ranks::ofThisRun();
@@ -177,8 +184,10 @@ int main(int argc, char** argv) {
       options.method = method.method();
       options.method_options = method.options();
       if (!ranks || ranks->isFirst()) warn(method.advice());
+      if (!ranks) warn(fuse_at.advice(false));
       options.method_options.normals = options.normals;
       command_line::requireThreads(options.method_options.threads);
+      options.stereo = command_line::stereoOfLive(kTool, stereo, ranks != nullptr, method, options.method_options);
       if (std::any_of(options.inputs.begin(), options.inputs.end(), is_stream)) {
         if (options.inputs.size() > 1)
           throw io::OptionError("input: must be one stream file, or a recording, or devices");

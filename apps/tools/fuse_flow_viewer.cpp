@@ -298,6 +298,7 @@ int main(int argc, char** argv) {
     command_line::printWarnings("fuse_flow_viewer", method.advice());
     options.stereo = stereo.options("fuse_flow_viewer");
     options.stereo.threads = options.viewer.method_options.threads;
+    options.stereo.device = options.viewer.method_options.device;
     options.stereo.keep_bytes = std::size_t{1} << 30;  // it is played again and again
     options.stereo.all_estimated = [&](std::size_t views) { return method.assumeStereo(views); };
     return run(options, method);

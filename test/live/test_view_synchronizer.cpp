@@ -109,6 +109,23 @@ TEST(ViewSynchronizer, CamerasThatExposeTooFarApartStillGiveASetWithinMaxWait) {
   EXPECT_EQ(host.synchronizer.getStatistics().complete_sets, 0u);
 }
 
+TEST(ViewSynchronizer, AViewThatWasOnItsWayHasWaitedSinceItArrived) {
+  Host host(2);  // waits for 100 ms
+  host.now = 1000ms;
+  host.synchronizer.push(0, 5000, 5000, 901ms);
+  EXPECT_FALSE(host.synchronizer.take());
+  host.now += 1ms;
+  ASSERT_TRUE(host.synchronizer.take()) << "100 ms after it arrived";
+  EXPECT_THROW(host.synchronizer.push(2, 0, 0, 0ms), pcl::BadArgumentException);
+  Host other(2);
+  other.now = 1000ms;
+  other.synchronizer.push(0, 5000, 5000, 5000ms);  // no view arrives later than now
+  other.now += 99ms;
+  EXPECT_FALSE(other.synchronizer.take());
+  other.now += 1ms;
+  EXPECT_TRUE(other.synchronizer.take());
+}
+
 TEST(ViewSynchronizer, AViewThatComesAfterItsSetIsDroppedAndStampsGrow) {
   Host host(2);
   host.push(0, 500ms);

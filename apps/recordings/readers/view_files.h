@@ -54,14 +54,11 @@ class ViewLoading {
  public:
   /** \brief By skip_damaged, threads, part and parts. */
   explicit ViewLoading(const RecordingOptions& options)
-      : skip_damaged_(options.skip_damaged), threads_(options.threads) {
-    part_.part = options.part;
-    part_.parts = options.parts;
-  }
+      : skip_damaged_(options.skip_damaged), threads_(options.threads), part_(options.part), parts_(options.parts) {}
 
   bool skipsDamaged() const { return skip_damaged_; }
   /** \brief Whether the images of a camera are read; or its view is missing. */
-  bool reads(std::size_t camera, std::size_t cameras) const { return part_.isInPart(camera, cameras); }
+  bool reads(std::size_t camera, std::size_t cameras) const { return isInPart(camera, cameras, part_, parts_); }
 
   /** \brief out.rig.views and out.images must be as many as the views. \param load of a view, by its number; may throw InputError: that is
    *  added to out.damaged, and the view is missing, or the first view's is thrown */
@@ -69,8 +66,7 @@ class ViewLoading {
 
  private:
   bool skip_damaged_;
-  int threads_;
-  RecordingOptions part_;  ///< of which only this is asked
+  int threads_, part_, parts_;
 };
 
 }  // namespace fuse_flow::io

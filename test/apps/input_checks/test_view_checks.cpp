@@ -1,5 +1,6 @@
 #include "input_checks/color_check.h"
 #include "input_checks/empty_clouds.h"
+#include "input_checks/input_checks.h"
 #include "input_checks/lens_check.h"
 #include "input_checks/noise_check.h"
 #include "input_checks/view_overlap.h"
@@ -288,6 +289,16 @@ TEST(OverlapCheck, PosesOfALeftHandedFrameAreNamedWithTheAxis) {
     const std::vector<std::string> lines =
         complaintsOf(room, [&](const Eigen::Matrix4d& T) { return Eigen::Matrix4d(mirror * T * mirror); });
     EXPECT_TRUE(mentions(lines, {"left-handed", axis == 0 ? "x axis" : "y axis"})) << testing::PrintToString(lines);
+  }
+}
+
+TEST(InputChecks, OfAPartOfTheCamerasNothingIsSaidOfHowTheyAgree) {
+  RoomFrame room = pair();
+  for (Camera& camera : room.frame.rig.cameras) camera.T_world_camera = camera.T_world_camera.inverse();
+  for (const bool whole : {true, false}) {
+    io::InputChecks checks("fuse_flow", FuseFlowParameters(), {}, whole);
+    checks.look(room.frame);
+    EXPECT_EQ(checks.complaints().empty(), !whole);
   }
 }
 

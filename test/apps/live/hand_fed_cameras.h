@@ -22,6 +22,8 @@ class HandFedCameras : public io::CameraSource {
   }
   const std::vector<Camera>& cameras() const override { return cameras_; }
   bool hasPoses() const override { return posed_; }
+  /** \brief One that is called "rgb" has none. */
+  bool hasDepth(std::size_t camera) const override { return cameras_[camera].name != "rgb"; }
   ClockModel clocks() const override { return clocks_; }
   void start(const Receiver& receiver) override { receiver_ = receiver; }
   void stop() override { receiver_ = {}; }

@@ -85,6 +85,12 @@ class LiveRanks : public testing::Test {
   io::LiveInstant instant_;
 };
 
+TEST_F(LiveRanks, CamerasWithoutDepthAreKnownOfAllRanks) {
+  start({{"a"}, {"rgb", "c"}});
+  EXPECT_EQ(rig_->lacksDepth(), (std::vector<bool>{false, true, false}));
+  stop();
+}
+
 TEST_F(LiveRanks, EachFusesTheImagesThatAreThereOfOneInstant) {
   start({{"a"}, {"b", "c"}, {"d"}});
   others_[0].cameras->deliver(1, 1000400, 7);
@@ -247,6 +253,7 @@ TEST(LiveRankMessages, ARecordingIsSharedOutAmongTheRanksThatPlayIt) {
   EXPECT_EQ(partsOf({"", "a", "", "a"}), (Parts{{0, 0}, {0, 2}, {0, 0}, {1, 2}}));
   EXPECT_EQ(partsOf({"", ""}), (Parts{{0, 0}, {0, 0}}));
   EXPECT_EQ(partsOf({"a", "b"}), (Parts{{-1, -1}, {-1, -1}}));
+  EXPECT_EQ(partsOf({"", "a", "b"}), (Parts{{-1, -1}, {-1, -1}, {-1, -1}})) << "all must hear of it";
 }
 
 TEST(LiveRankMessages, AnotherVersionAndGarbageAreRefusedWithTheRank) {
@@ -254,7 +261,7 @@ TEST(LiveRankMessages, AnotherVersionAndGarbageAreRefusedWithTheRank) {
   MessageWriter(other_version).put(std::uint32_t{99});
   Message many;
   MessageWriter writer(many);
-  writer.put(std::uint32_t{1});
+  writer.put(std::uint32_t{2});  // as it should be
   writer.put(std::uint32_t{4000000000u});
   for (const Message& message : {Message(), other_version, many}) {
     try {
@@ -265,7 +272,7 @@ TEST(LiveRankMessages, AnotherVersionAndGarbageAreRefusedWithTheRank) {
     }
   }
   EXPECT_TRUE(refuses<distributed::RankError>([&] { meetWith({other_version}); },
-                                              {"rank 1", "another version", "99", "must be 1"}));
+                                              {"rank 1", "another version", "99", "must be 2"}));
 }
 
 }  // namespace

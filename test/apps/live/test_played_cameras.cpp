@@ -98,6 +98,33 @@ TEST(PlayedCameras, NothingComesBeforeItsTime) {
   }
 }
 
+TEST(PlayedCameras, APartHasItsCamerasAloneAtTheTimesOfTheWhole) {
+  auto rig = std::make_unique<NumberedRig>(5, 8);
+  for (std::size_t frame = 0; frame < 4; ++frame)
+    for (const std::size_t camera : {2, 3, 4}) rig->missing.insert({camera, frame});  // they begin later
+  io::PlayOptions options;
+  options.part = 1;
+  options.parts = 2;
+  const std::vector<std::size_t> frames = rig->frames();
+  io::PlayedCameras cameras(std::move(rig), frames, options);
+  ASSERT_EQ(cameras.cameras().size(), 3u);
+  for (std::size_t k = 0; k < 3; ++k) EXPECT_EQ(cameras.cameras()[k].name, "camera_" + std::to_string(2 + k));
+  std::atomic<int> views{0}, wrong{0}, early{0};
+  const auto start = std::chrono::steady_clock::now();
+  cameras.start({[&](const io::CameraView& view) {
+                   const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - start;
+                   const std::size_t value = view.images->depth16.data.at(0), frame = value % 1000;
+                   ++views;
+                   wrong += value / 1000 != view.camera + 3 || view.stamp != 5000000 + 20000 * frame ? 1 : 0;
+                   early += passed.count() < 0.02 * static_cast<double>(frame) ? 1 : 0;
+                 },
+                 [](const std::string&) {}});
+  while (cameras.running()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  EXPECT_EQ(views, 3 * 4);
+  EXPECT_EQ(wrong, 0);
+  EXPECT_EQ(early, 0) << "it began with the first image of its own";
+}
+
 TEST(PlayedCameras, ASpeedMakesCamerasOfAHigherRate) {
   const Played played = play(std::make_unique<NumberedRig>(1, 5), fast());
   ASSERT_EQ(played.views.size(), 5u);

@@ -3,6 +3,9 @@
 #include "../tools/png_file.h"
 #include "io_fixture.h"
 
+#include <algorithm>
+#include <vector>
+
 namespace {
 
 using namespace io_test;
@@ -97,6 +100,26 @@ TEST_F(ViewFiles, ADamagedFileIsSkippedWhereThatIsWanted) {
     options.skip_damaged = false;
     EXPECT_TRUE(refuses([&] { io::ViewLoading(options).load(2, load_both, frame); }, {path("cut.png")}));
   }
+}
+
+TEST_F(ViewFiles, EachCameraIsInOnePartAndPartsAreRows) {
+  for (const int parts : {1, 2, 3, 7})
+    for (const std::size_t cameras : {1, 2, 5, 12}) {
+      int before = 0;
+      std::vector<int> in_part(static_cast<std::size_t>(parts), 0);
+      for (std::size_t camera = 0; camera < cameras; ++camera) {
+        int found = -1;
+        for (int part = 0; part < parts; ++part) {
+          if (!io::isInPart(camera, cameras, part, parts)) continue;
+          EXPECT_EQ(found, -1) << "in two";
+          found = part;
+        }
+        ASSERT_GE(found, before) << camera << " of " << cameras << " in " << parts;
+        ++in_part[static_cast<std::size_t>(before = found)];
+      }
+      const auto [least, most] = std::minmax_element(in_part.begin(), in_part.end());
+      EXPECT_LE(*most - *least, 1);
+    }
 }
 
 TEST_F(ViewFiles, AProcessReadsTheCamerasOfItsPart) {

@@ -225,7 +225,8 @@ TEST_F(RgbCameras, AreReadByTheOtherTools) {
 }
 
 TEST_F(RgbCameras, AreExplainedByTheHelpOfTheTools) {
-  for (const char* tool : {FUSE_FLOW_FUSE_TOOL, FUSE_FLOW_EVALUATE_TOOL, FUSE_FLOW_EXPORT_TOOL, FUSE_FLOW_DEPTH_TOOL}) {
+  for (const char* tool : {FUSE_FLOW_FUSE_TOOL, FUSE_FLOW_EVALUATE_TOOL, FUSE_FLOW_EXPORT_TOOL, FUSE_FLOW_LIVE_TOOL,
+                           FUSE_FLOW_DEPTH_TOOL}) {
     const ToolResult help = runProgram(tool, {"--help"});
     EXPECT_EQ(help.exit_code, 0);
     for (const char* option : {"Depth of cameras without depth", "--stereo-sources", "--stereo-max-depth",
@@ -233,6 +234,51 @@ TEST_F(RgbCameras, AreExplainedByTheHelpOfTheTools) {
       EXPECT_TRUE(says(help.out, option)) << tool;
     EXPECT_EQ(help.out.find("--no-stereo") == std::string::npos, tool == std::string(FUSE_FLOW_DEPTH_TOOL));
   }
+}
+
+TEST_F(RgbCameras, ThatRunAreFusedAsTheirRecordingIs) {
+  simulate("arc-3", {"--frames", "2"});
+  ASSERT_TRUE(succeeded(fuseTo("direct/")));
+  const ToolResult played = runProgram(
+      FUSE_FLOW_LIVE_TOOL, {recording(), "--no-window", "-o", out("live"), "--speed", "0.02", "--max-wait", "1000"});
+  ASSERT_EQ(played.exit_code, 0) << played.err;
+  EXPECT_TRUE(says(played.err,
+                   "depth is estimated from the colour images of 3 views (options --stereo-…); "
+                   "--depth-source stereo\n"));
+  EXPECT_TRUE(says(played.out, "depth of 3 views was estimated: "));
+  EXPECT_EQ(played.out.find("no point passes"), std::string::npos) << played.out;
+  std::vector<std::string> clouds = listing(folder_ / "live");
+  ASSERT_GE(clouds.size(), 2u) << played.out << played.err;
+  ASSERT_EQ(clouds.back(), "timestamps.txt");
+  clouds.pop_back();
+  for (const std::string& cloud : clouds) {  // a busy machine skips one
+    const std::string bytes = readText(folder_ / "live" / cloud);
+    EXPECT_TRUE(bytes == readText(folder_ / "direct" / "000000.ply") ||
+                bytes == readText(folder_ / "direct" / "000001.ply"))
+        << cloud;
+    EXPECT_GT(readCloudFile(folder_ / "live" / cloud).size(), 100u);
+  }
+}
+
+TEST_F(RgbCameras, ThatRunMayStayMissing) {
+  simulate("arc-2");
+  const ToolResult played =
+      runProgram(FUSE_FLOW_LIVE_TOOL, {recording(), "--no-window", "-o", out("live"), "--no-stereo"});
+  ASSERT_TRUE(succeeded(played));
+  EXPECT_TRUE(says(played.err, "2 of 2 cameras have colour images alone, no depth, and are missing"));
+  EXPECT_TRUE(isOneLineError(
+      runProgram(FUSE_FLOW_LIVE_TOOL, {recording(), "--no-window", "-o", out("poses"), "--refine-extrinsics"}), 2,
+      {"--refine-extrinsics", "measure none"}));
+}
+
+TEST_F(RgbCameras, OnAGpuThereMustBeOne) {
+  simulate("arc-2");
+  for (const ToolResult& result :
+       {fuseTo("cloud.ply", {"--device", "gpu"}), depth({recording(), "-o", out("depth"), "--device", "gpu"})}) {
+    if (result.exit_code == 0) GTEST_SKIP() << "there is one";
+    EXPECT_TRUE(isOneLineError(result, 2, {"--device gpu: ", "--device cpu"}));
+  }
+  EXPECT_TRUE(succeeded(fuseTo("cloud.ply", {"--device", "cpu"})));
 }
 
 TEST_F(RgbCameras, ARecordingWithDepthGetsNoOther) {

@@ -24,6 +24,12 @@ TEST_F(Silence, CloudsThatAreEmptyAreCountedWithTheOptionThatEmptiesThem) {
       << empty.out;
 }
 
+TEST_F(Silence, WhatIsForSeveralProcessesHasNoEffectInOne) {
+  EXPECT_NE(fuse({recording(), "-o", out("a"), "--fuse-at", "first"}).err.find("--fuse-at has no effect"),
+            std::string::npos);
+  EXPECT_EQ(fuse({recording(), "-o", out("b")}).err.find("--fuse-at"), std::string::npos);
+}
+
 TEST_F(Silence, OneCameraThatIsToBePlacedIsRefused) {
   const ToolResult result = fuse({recording(), "-o", out("one"), "--views", "0", "--refine-extrinsics"});
   EXPECT_EQ(result.exit_code, 1);
@@ -32,12 +38,13 @@ TEST_F(Silence, OneCameraThatIsToBePlacedIsRefused) {
 
 TEST_F(Silence, CloudsOfBeforeInTheFoldersOfAnExportAreNamed) {
   const auto exported = [&] { return runProgram(FUSE_FLOW_EXPORT_TOOL, {recording(), "-o", out("clouds")}); };
-  EXPECT_EQ(exported().out.find("of before"), std::string::npos);
-  EXPECT_EQ(exported().out.find("of before"), std::string::npos) << "they are replaced";
+  EXPECT_EQ(exported().out.find("has not written"), std::string::npos);
+  EXPECT_EQ(exported().out.find("has not written"), std::string::npos) << "they are replaced";
   writeText(folder_ / "clouds" / "camera_0" / "999999999999.pcd", "of another run");
   const std::string said = exported().out;
-  EXPECT_NE(said.find("1 clouds of before are there"), std::string::npos) << said;
-  EXPECT_NE(said.find("999999999999.pcd"), std::string::npos) << said;
+  EXPECT_NE(said.find("holds 1 cloud that this run has not written, such as camera_0/999999999999.pcd"),
+            std::string::npos)
+      << said;
 }
 
 TEST_F(Silence, TruthOfWhichAFileLacksIsNotTakenForNone) {

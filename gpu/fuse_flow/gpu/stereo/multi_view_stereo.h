@@ -7,6 +7,9 @@
 #include <fuse_flow/impl/stereo/stereo_pipeline.hpp>
 #include <fuse_flow/stereo/multi_view_stereo.h>
 
+#include <cstring>
+#include <utility>
+
 namespace fuse_flow {
 namespace gpu {
 
@@ -52,15 +55,45 @@ class StereoBackend {
   }
   template <typename Value>
   void download(const Value* from, std::size_t n, Value* to) {
-    run.copy(to, from, n);
+    asked_for_.push_back(
+        {reinterpret_cast<const char*>(from), reinterpret_cast<char*>(to), n * sizeof(Value), fetched_bytes_});
+    fetched_bytes_ += n * sizeof(Value);
   }
   ImageView<Rgb8> reachable(std::size_t view, const ImageView<Rgb8>& image) {
     return images_.onDevice(run, view, image, copyThreads(threads));
   }
-  void wait() { run.wait(); }
+  /** \brief What download() was asked for is there then. It goes through pinned memory: pageable memory is reached at a tenth of the bus. */
+  void wait() {
+    const std::vector<Fetched> fetched = forget();
+    if (!fetched.empty()) pinned_.resize(fetched.back().at + fetched.back().bytes);
+    for (const Fetched& piece : fetched) run.copy(pinned_.data() + piece.at, piece.from, piece.bytes);
+    run.wait();
+    host::parallelFor(copyThreads(threads), fetched.size(), [&](std::size_t k, int) {
+      if (fetched[k].bytes > 0) std::memcpy(fetched[k].to, pinned_.data() + fetched[k].at, fetched[k].bytes);
+    });
+  }
+  /** \brief After an error: the memory that was to be written may be gone. */
+  void settle() noexcept {
+    asked_for_.clear();
+    fetched_bytes_ = 0;
+    run.settle();
+  }
 
  private:
+  struct Fetched {
+    const char* from;
+    char* to;
+    std::size_t bytes, at;
+  };
+  std::vector<Fetched> forget() {
+    fetched_bytes_ = 0;
+    return std::exchange(asked_for_, {});
+  }
+
   StereoImages images_;
+  std::vector<Fetched> asked_for_;
+  std::size_t fetched_bytes_{0};
+  PinnedBuffer<char> pinned_;
 };
 
 }  // namespace gpu
@@ -94,7 +127,7 @@ class MultiViewStereo<device::Thrust> {
   void estimate(const RigFrame& frame, StereoFrame& result) {
     const detail::OneThread::Inside inside(one_thread_, "fuse_flow::MultiViewStereo");
     const gpu::HomeDevice::Visit visit(home_);
-    const gpu::OnError settle([this] { pipeline_->backend.run.settle(); });
+    const gpu::OnError settle([this] { pipeline_->backend.settle(); });
     const std::chrono::steady_clock::time_point start = std::chrono::steady_clock::now();
     pipeline_->run(frame);
     detail::writeStereoFrame(*pipeline_, frame, start, result);
@@ -106,7 +139,7 @@ class MultiViewStereo<device::Thrust> {
   void estimateOnDevice(const RigFrame& frame, RigFrame& result) {
     const detail::OneThread::Inside inside(one_thread_, "fuse_flow::MultiViewStereo");
     const gpu::HomeDevice::Visit visit(home_);
-    const gpu::OnError settle([this] { pipeline_->backend.run.settle(); });
+    const gpu::OnError settle([this] { pipeline_->backend.settle(); });
     pipeline_->run(frame);
     result.cameras = pipeline_->rig().resultCameras();
     result.stamp = frame.stamp;

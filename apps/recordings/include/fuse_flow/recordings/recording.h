@@ -167,14 +167,14 @@ struct RecordingOptions {
   int part{0};
   int parts{1};
   ///@}
-
-  /** \brief Whether this part has a camera: each has as many, to one, and those that follow one another, which see most of the same.
-   *  \param cameras how many there are */
-  bool isInPart(std::size_t camera, std::size_t cameras) const {
-    const auto first = [&](int k) { return cameras * static_cast<std::size_t>(k) / static_cast<std::size_t>(parts); };
-    return camera >= first(part) && camera < first(part + 1);
-  }
 };
+
+/** \brief Whether a camera is of a part of several, see RecordingOptions::part: each has as many, to one, and those that follow one another.
+ *  \param cameras how many there are in all */
+inline bool isInPart(std::size_t camera, std::size_t cameras, int part, int parts) {
+  const auto first = [&](int k) { return cameras * static_cast<std::size_t>(k) / static_cast<std::size_t>(parts); };
+  return camera >= first(part) && camera < first(part + 1);
+}
 
 /** \brief Opens a recording with the reader for its format. One path: a folder, or its rig.json. Several paths: organised PCD files, each
  *  from one camera at one instant. Throws InputError. */
