@@ -58,7 +58,8 @@ RecordingArguments::RecordingArguments(CLI::App& app) {
   input_ = app.add_option(
       "input", inputs_,
       "a rig recording (folder with rig.json), a 7-Scenes, TUM RGB-D, Redwood, MVSNet or COLMAP folder; files of one "
-      "or more cameras: .mkv of Azure Kinect and Femto, bags of ROS and RealSense (.bag, .mcap, .db3), organised PCD");
+      "or more cameras: .mkv of Azure Kinect and Femto, bags of ROS and RealSense (.bag, .mcap, .db3), organised PCD; "
+      "videos of colour cameras (.mp4, .mov, .avi, …)");
   app.add_option(
          "--views", options_.views,
          "frames that act as the cameras of one instant: 0,60,120 or A:B:STEP; of a rig recording, the cameras to use")
@@ -71,6 +72,11 @@ RecordingArguments::RecordingArguments(CLI::App& app) {
                  "rig.json whose poses, depth and multipath corrections, and noise, replace the recording's, as "
                  "fuse_flow_calibrate writes it")
       ->check(path());
+  app.add_option("--time-offsets", options_.time_offsets,
+                 "of .mkv files and videos, in their order: by how many seconds each began later than the first moment "
+                 "of all, as 0,0.4,1.2; default: what the files say, or all at the same moment")
+      ->delimiter(',')
+      ->check(numberFromTo(-1e6, 1e6));
   addCalibrationOptions(app, options_);
 }
 

@@ -19,7 +19,8 @@ constexpr const char* recognised =
     "groundtruth.txt), "
     "Redwood/Open3D (depth/, a .log or camera_trajectory.json), MVSNet (cams/, images/, depth_est/), COLMAP (sparse/, "
     "images/, stereo/) and "
-    "organised .pcd files, .mkv files of Azure Kinect and Femto, and bags of ROS and RealSense (.bag, .mcap, .db3)";
+    "organised .pcd files, .mkv files of Azure Kinect and Femto, bags of ROS and RealSense (.bag, .mcap, .db3), and "
+    "videos of colour cameras (.mp4, .mov, .avi, …)";
 
 std::unique_ptr<Recording> openFolder(const std::string& folder, const RecordingOptions& options) {
   if (isRigFolder(folder)) return openRig((fs::path(folder) / "rig.json").string(), options);
@@ -36,16 +37,25 @@ std::unique_ptr<Recording> openUnposed(const std::vector<std::string>& inputs, c
   if (options.depth_scale && !(*options.depth_scale > 0 && std::isfinite(*options.depth_scale)))
     throw OptionError("--depth-scale is " + std::to_string(*options.depth_scale) +
                       ", must be positive: metres per depth unit");
+  const bool of_recorders = std::all_of(
+      inputs.begin(), inputs.end(), [](const std::string& input) { return isMkvFile(input) || isVideoFile(input); });
+  if (!options.time_offsets.empty() && !of_recorders)
+    throw OptionError("--time-offsets: " + inputs[0] + ": is for .mkv files and videos, each with a clock of its own");
+  if (!options.time_offsets.empty() && options.time_offsets.size() != inputs.size())
+    throw OptionError("--time-offsets: has " + std::to_string(options.time_offsets.size()) + " numbers, must be " +
+                      std::to_string(inputs.size()) + ", one for each input");
   std::error_code error;
   for (const std::string& input : inputs)
     if (!fs::exists(input, error)) throw InputError(input + ": not found; " + recognised);
   if (std::all_of(inputs.begin(), inputs.end(), isPcdFile)) return openPcd(inputs, options);
+  if (std::all_of(inputs.begin(), inputs.end(), isVideoFile)) return openVideos(inputs, options);
   if (std::all_of(inputs.begin(), inputs.end(), isMkvFile)) return openMkv(inputs, options);
   if (std::all_of(inputs.begin(), inputs.end(), isMessageLog)) return openMessageLogs(inputs, options);
   if (inputs.size() > 1)
-    throw InputError(inputs[1] +
-                     ": several inputs must all be .pcd files, all .mkv files, or all bags; of other recordings "
-                     "only one can be given");
+    throw InputError(
+        inputs[1] +
+        ": several inputs must all be .pcd files, all .mkv files, all bags, or all videos; of other recordings "
+        "only one can be given");
   if (fs::is_directory(inputs[0])) return openFolder(inputs[0], options);
   if (fs::path(inputs[0]).extension() == ".json") return openRig(inputs[0], options);
   if (fs::path(inputs[0]).extension() == ".ply")

@@ -45,6 +45,10 @@ bool isMkvFile(const std::string& path);
 /** \brief Files of an Azure Kinect's or an Orbbec Femto's recorder, one for each camera. */
 std::unique_ptr<Recording> openMkv(const std::vector<std::string>& paths, const RecordingOptions& options);
 
+bool isVideoFile(const std::string& path);
+/** \brief Videos of colour cameras, one for each, whose intrinsics and poses RecordingOptions::poses says. */
+std::unique_ptr<Recording> openVideos(const std::vector<std::string>& paths, const RecordingOptions& options);
+
 bool isMessageLog(const std::string& path);
 /** \brief Bags of ROS 1, RealSense and ROS 2 (.bag, .mcap, .db3, or the folder with their metadata.yaml), each with one camera or several. */
 std::unique_ptr<Recording> openMessageLogs(const std::vector<std::string>& paths, const RecordingOptions& options);

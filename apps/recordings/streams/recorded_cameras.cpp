@@ -5,6 +5,7 @@
 #include "recordings/streams/time_matching.h"
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <map>
 #include <mutex>
@@ -23,6 +24,7 @@ class RecordedRig : public Recording {
         recorded_(std::move(cameras)),
         files_(std::move(files)),
         read_color_(options.read_color),
+        time_offsets_(options.time_offsets),
         loading_(options) {
     warnings_ = std::move(warnings);
     for (const RecordedCamera& recorded : recorded_) cameras_.push_back(recorded.camera);
@@ -124,11 +126,17 @@ class RecordedRig : public Recording {
       if (!inserted) known->second = std::min(known->second, start);
     }
     std::vector<Nanoseconds> offsets(recorded_.size(), 0);
-    if (starts.size() < 2) return offsets;
+    for (std::size_t c = 0; c < recorded_.size() && !time_offsets_.empty(); ++c) {
+      const auto file = std::find(files_.begin(), files_.end(), recorded_[c].file);
+      const double seconds = time_offsets_.at(static_cast<std::size_t>(file - files_.begin()));
+      offsets[c] = static_cast<Nanoseconds>(std::llround(1e9 * seconds));
+      if (starts.size() > 1) offsets[c] -= starts.at(recorded_[c].clock);
+    }
+    if (starts.size() < 2 || !time_offsets_.empty()) return offsets;
     warnings_.push_back(
         "nothing says how the clocks of " + recorded_[0].file +
         " and the others relate; their first images are taken to be of the same moment, which only a cable or a shared "
-        "clock makes sure");
+        "clock makes sure; --time-offsets says by how many seconds each began later");
     for (std::size_t c = 0; c < recorded_.size(); ++c) offsets[c] = -starts.at(recorded_[c].clock);
     return offsets;
   }
@@ -171,6 +179,7 @@ class RecordedRig : public Recording {
   std::vector<RecordedCamera> recorded_;
   std::vector<std::string> files_;
   bool read_color_;
+  std::vector<double> time_offsets_;  ///< of each file, seconds; none: what the files say
   ViewLoading loading_;
   std::vector<Camera> cameras_;
   std::vector<FrameSet> sets_;

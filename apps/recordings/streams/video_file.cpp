@@ -3,6 +3,7 @@
 #include "recordings/streams/video_file.h"
 
 #include "recordings/files/file_io.h"
+#include "recordings/streams/libav.h"
 
 #include <fuse_flow/recordings/error.h>
 
@@ -10,8 +11,6 @@ extern "C" {
 #include <libavformat/avformat.h>
 #include <libavutil/dict.h>
 #include <libavutil/imgutils.h>
-#include <libavutil/log.h>
-#include <libswscale/swscale.h>
 }
 
 #include <algorithm>
@@ -20,24 +19,6 @@ extern "C" {
 
 namespace fuse_flow::io {
 namespace {
-
-/** \brief Keeps libav from printing while it lives: what matters is thrown. */
-class SilenceLibav {
- public:
-  SilenceLibav() : level_(av_log_get_level()) { av_log_set_level(AV_LOG_QUIET); }
-  ~SilenceLibav() { av_log_set_level(level_); }
-  SilenceLibav(const SilenceLibav&) = delete;
-  SilenceLibav& operator=(const SilenceLibav&) = delete;
-
- private:
-  int level_;
-};
-
-std::string reason(int error) {
-  char text[AV_ERROR_MAX_STRING_SIZE] = {};
-  av_strerror(error, text, sizeof text);
-  return text;
-}
 
 std::map<std::string, std::string> tagsOf(const AVDictionary* dictionary) {
   std::map<std::string, std::string> tags;
@@ -70,10 +51,6 @@ Nanoseconds stampOf(const AVPacket& packet, const AVStream& stream) {
   return std::clamp(av_rescale_q(time, stream.time_base, {1, 1'000'000'000}), -kLatestTime, kLatestTime);
 }
 
-struct FreeScaler {
-  void operator()(SwsContext* scaler) const { sws_freeContext(scaler); }
-};
-
 }  // namespace
 
 /** \brief The open file, and what has been read of it that nobody has asked for yet. */
@@ -102,7 +79,7 @@ VideoFile::VideoFile(const std::string& path, const std::vector<std::string>& ti
   if (readFileStart(path, 4) != "\x1a\x45\xdf\xa3") throw InputError(path + ": is not a Matroska file");
   const std::string url = "file:" + path;  // so that no name is taken for a protocol
   if (const int error = avformat_open_input(&demuxer_->context, url.c_str(), nullptr, nullptr); error < 0)
-    throw InputError(path + ": cannot be opened: " + reason(error) + "; must be a Matroska file of a recorder");
+    throw InputError(path + ": cannot be opened: " + libavReason(error) + "; must be a Matroska file of a recorder");
   const AVFormatContext& context = *demuxer_->context;
   tags_ = tagsOf(context.metadata);
   for (unsigned k = 0; k < context.nb_streams; ++k) {
@@ -144,7 +121,7 @@ VideoFile::VideoFile(const std::string& path, const std::vector<std::string>& ti
     av_packet_unref(packet);
   }
   if (error != AVERROR_EOF)
-    warnings_.push_back(path + ": is damaged or cut short (" + reason(error) + "); what is before that is used");
+    warnings_.push_back(path + ": is damaged or cut short (" + libavReason(error) + "); what is before that is used");
   for (std::size_t t = 0; t < tracks_.size(); ++t) {
     if (back[t] > 0)
       warnings_.push_back(path + ": " + std::to_string(back[t]) + " images of the track " + tracks_[t].title +
@@ -154,6 +131,23 @@ VideoFile::VideoFile(const std::string& path, const std::vector<std::string>& ti
 }
 
 VideoFile::~VideoFile() = default;
+
+bool isPlainVideo(const std::string& path) {
+  const SilenceLibav silence;
+  AVFormatContext* context = nullptr;
+  if (avformat_open_input(&context, ("file:" + path).c_str(), nullptr, nullptr) < 0) return false;
+  const auto tag = [](const AVStream& stream, const char* key) {
+    const AVDictionaryEntry* entry = av_dict_get(stream.metadata, key, nullptr, 0);
+    return std::string(entry ? entry->value : "");
+  };
+  bool plain = true;
+  for (unsigned k = 0; k < context->nb_streams; ++k) {
+    const AVStream& stream = *context->streams[k];
+    plain = plain && tag(stream, "filename") != "calibration.json" && tag(stream, "title") != "DEPTH";
+  }
+  avformat_close_input(&context);
+  return plain;
+}
 
 std::string VideoFile::attachment(const std::string& name) const {
   const AVFormatContext& context = *demuxer_->context;
@@ -196,14 +190,14 @@ const std::string& VideoFile::packet(const VideoTrack& track, std::size_t number
       const AVStream& stream = *demuxer.context->streams[demuxer.streams[t]];
       const std::int64_t time = av_rescale_q(track.stamps[number], {1, 1'000'000'000}, stream.time_base);
       if (const int error = av_seek_frame(demuxer.context, demuxer.streams[t], time, AVSEEK_FLAG_BACKWARD); error < 0)
-        throw InputError(what + " cannot be reached: " + reason(error));
+        throw InputError(what + " cannot be reached: " + libavReason(error));
       for (auto& packets : demuxer.waiting) packets.clear();
       jump = false;
       jumped = true;
     }
     AVPacket* packet = demuxer.packet.get();
     if (const int error = av_read_frame(demuxer.context, packet); error < 0) {
-      if (jumped) throw InputError(what + " cannot be read: " + reason(error));
+      if (jumped) throw InputError(what + " cannot be read: " + libavReason(error));
       jump = true;
       continue;
     }
@@ -237,8 +231,7 @@ void convertColor(const std::string& name, VideoCodec codec, int width, int heig
   if (size < 0 || static_cast<std::size_t>(size) != bytes.size())
     throw InputError(name + ": has " + std::to_string(bytes.size()) + " bytes, must have " + std::to_string(size));
   const std::unique_ptr<SwsContext, FreeScaler> scaler(
-      sws_getContext(width, height, format, width, height, AV_PIX_FMT_RGB24,
-                     SWS_BILINEAR | SWS_ACCURATE_RND | SWS_FULL_CHR_H_INT, nullptr, nullptr, nullptr));
+      sws_getContext(width, height, format, width, height, AV_PIX_FMT_RGB24, kExactColor, nullptr, nullptr, nullptr));
   if (!scaler) throw InputError(name + ": cannot be converted to RGB");
   image.resize(width, height);
   std::uint8_t* const to[4] = {reinterpret_cast<std::uint8_t*>(image.data.data())};

@@ -60,6 +60,9 @@ class VideoFile {
   std::unique_ptr<Demuxer> demuxer_;
 };
 
+/** \brief Whether a file can be opened, and has nothing of a recorder of depth cameras. */
+bool isPlainVideo(const std::string& path);
+
 /** \brief An uncompressed image of a camera as RGB: BT.601, as USB cameras have it. Throws InputError, beginning with name, unless bytes has the size of such an image.
  *  \param codec Nv12, Yuy2 or Bgra */
 void convertColor(const std::string& name, VideoCodec codec, int width, int height, const std::string& bytes,

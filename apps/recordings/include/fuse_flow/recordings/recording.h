@@ -63,7 +63,7 @@ class Recording {
  public:
   virtual ~Recording() = default;
 
-  /** \brief "rig", "seven_scenes", "tum", "redwood", "mvsnet", "colmap", "pcd", "mkv" or "bag". */
+  /** \brief "rig", "seven_scenes", "tum", "redwood", "mvsnet", "colmap", "pcd", "mkv", "bag" or "video". */
   virtual std::string kind() const = 0;
   /** \brief One more than the highest frame number. */
   virtual std::size_t frameCount() const = 0;
@@ -149,8 +149,11 @@ struct RecordingOptions {
   std::string intrinsics;
   /** \brief Convention of the recording's own poses. The poses in the file `poses` are always camera to world. */
   PoseConvention pose_convention{PoseConvention::CameraToWorld};
-  /** \brief A rig.json whose poses replace the recording's own poses; empty: none. */
+  /** \brief A rig.json whose poses replace the recording's own poses; empty: none. Of videos, which say neither, also the intrinsics. */
   std::string poses;
+  /** \brief Of .mkv files and videos: seconds that are added to the times of the images of each file, in their order. Empty: what the files say; where
+   *  nothing says how their clocks relate, their first images are of the same moment. */
+  std::vector<double> time_offsets;
   /** \brief True: several cameras of a recorder's files may stand nobody knows where, and begin at the world's origin, which is where their
    *  calibration begins; false: openRecording() throws. */
   bool without_poses{false};

@@ -1,0 +1,302 @@
+#ifdef FUSE_FLOW_WITH_LIBAV
+
+#include "recordings/streams/decoded_video.h"
+
+#include "recordings/streams/libav.h"
+
+#include <fuse_flow/recordings/error.h>
+
+extern "C" {
+#include <libavcodec/avcodec.h>
+#include <libavformat/avformat.h>
+#include <libavutil/display.h>
+#include <libavutil/imgutils.h>
+#include <libavutil/pixdesc.h>
+}
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <optional>
+
+namespace fuse_flow::io {
+namespace {
+
+constexpr int kThreads = 2;  // of a decoder, beside the cameras'
+
+/** \brief What a picture in memory begins with. */
+struct PictureHeader {
+  int format{AV_PIX_FMT_NONE}, width{0}, height{0}, matrix{0}, full_range{0}, damaged{0};
+};
+
+std::optional<Nanoseconds> nanoseconds(std::int64_t time, const AVStream& stream) {
+  if (time == AV_NOPTS_VALUE) return {};
+  const Nanoseconds stamp = av_rescale_q(time, stream.time_base, {1, 1'000'000'000});
+  return std::abs(stamp) <= kLatestTime / 2 ? std::optional(stamp) : std::nullopt;
+}
+
+/** \brief Formats whose name says "full range" are the others of that range. */
+AVPixelFormat plainFormat(int format) {
+  switch (format) {
+    case AV_PIX_FMT_YUVJ420P:
+      return AV_PIX_FMT_YUV420P;
+    case AV_PIX_FMT_YUVJ422P:
+      return AV_PIX_FMT_YUV422P;
+    case AV_PIX_FMT_YUVJ444P:
+      return AV_PIX_FMT_YUV444P;
+    case AV_PIX_FMT_YUVJ440P:
+      return AV_PIX_FMT_YUV440P;
+    default:
+      return static_cast<AVPixelFormat>(format);
+  }
+}
+
+bool isFullRange(const AVFrame& frame) {
+  return plainFormat(frame.format) != frame.format || frame.color_range == AVCOL_RANGE_JPEG;
+}
+
+int matrixOf(const AVFrame& frame) {
+  switch (frame.colorspace) {
+    case AVCOL_SPC_BT709:
+      return SWS_CS_ITU709;
+    case AVCOL_SPC_BT470BG:
+    case AVCOL_SPC_SMPTE170M:
+      return SWS_CS_ITU601;
+    case AVCOL_SPC_BT2020_NCL:
+    case AVCOL_SPC_BT2020_CL:
+      return SWS_CS_BT2020;
+    case AVCOL_SPC_SMPTE240M:
+      return SWS_CS_SMPTE240M;
+    case AVCOL_SPC_FCC:
+      return SWS_CS_FCC;
+    default:
+      return frame.height >= 720 ? SWS_CS_ITU709 : SWS_CS_ITU601;
+  }
+}
+
+}  // namespace
+
+struct DecodedVideo::Decoder {
+  struct FreePacket {
+    void operator()(AVPacket* packet) const { av_packet_free(&packet); }
+  };
+  struct FreeFrame {
+    void operator()(AVFrame* frame) const { av_frame_free(&frame); }
+  };
+  struct FreeCodec {
+    void operator()(AVCodecContext* codec) const { avcodec_free_context(&codec); }
+  };
+  struct CloseInput {
+    void operator()(AVFormatContext* context) const { avformat_close_input(&context); }
+  };
+
+  std::unique_ptr<AVFormatContext, CloseInput> context;
+  std::unique_ptr<AVCodecContext, FreeCodec> codec;
+  std::unique_ptr<AVPacket, FreePacket> packet{av_packet_alloc()};
+  std::unique_ptr<AVFrame, FreeFrame> frame{av_frame_alloc()};
+  AVStream* stream{nullptr};
+  bool drained{false};    ///< the file has ended, and the codec knows
+  std::size_t coming{0};  ///< the number of the picture that next() gives, as far as is known
+};
+
+DecodedVideo::DecodedVideo(const std::string& path) : path_(path), decoder_(std::make_unique<Decoder>()) {
+  const SilenceLibav silence;
+  AVFormatContext* context = nullptr;
+  const std::string url = "file:" + path;  // so that no name is taken for a protocol
+  // Nothing that names other files, as a list of them does.
+  AVDictionary* allowed = nullptr;
+  av_dict_set(&allowed, "protocol_whitelist", "file", 0);
+  av_dict_set(&allowed, "format_whitelist", "mov,mp4,matroska,webm,avi,mpegts,mpeg,ogg", 0);
+  const int error = avformat_open_input(&context, url.c_str(), nullptr, &allowed);
+  av_dict_free(&allowed);
+  if (error < 0) throw InputError(path + ": cannot be opened: " + libavReason(error) + "; must be a video");
+  decoder_->context.reset(context);
+  (void)avformat_find_stream_info(context, nullptr);  // what it does not find is seen below
+  const AVCodec* codec = nullptr;
+  const int track = av_find_best_stream(context, AVMEDIA_TYPE_VIDEO, -1, -1, &codec, 0);
+  if (track == AVERROR_DECODER_NOT_FOUND) throw InputError(path + ": its codec is not known here; must be another");
+  if (track < 0) throw InputError(path + ": has no video");
+  std::size_t videos = 0;
+  for (unsigned k = 0; k < context->nb_streams; ++k) {
+    const bool cover = (context->streams[k]->disposition & AV_DISPOSITION_ATTACHED_PIC) != 0;
+    videos += context->streams[k]->codecpar->codec_type == AVMEDIA_TYPE_VIDEO && !cover ? 1 : 0;
+    if (static_cast<int>(k) != track) context->streams[k]->discard = AVDISCARD_ALL;
+  }
+  if (videos > 1) warnings_.push_back(path + ": has " + std::to_string(videos) + " video tracks, of which one is used");
+  decoder_->stream = context->streams[track];
+  const AVCodecParameters& parameters = *decoder_->stream->codecpar;
+  constexpr int largest = 65536;  // pixels, of other images, too
+  if (parameters.width <= 0 || parameters.height <= 0 || parameters.width > largest || parameters.height > largest)
+    throw InputError(path + ": its pictures are " + std::to_string(parameters.width) + "x" +
+                     std::to_string(parameters.height) + " pixels, must be 1x1 to 65536x65536");
+  width_ = parameters.width;
+  height_ = parameters.height;
+  decoder_->codec.reset(avcodec_alloc_context3(codec));
+  AVCodecContext& decoding = *decoder_->codec;
+  avcodec_parameters_to_context(&decoding, &parameters);
+  decoding.thread_count = kThreads;
+  decoding.pkt_timebase = decoder_->stream->time_base;
+  decoding.apply_cropping = 1;
+  if (const int opened = avcodec_open2(&decoding, codec, nullptr); opened < 0)
+    throw InputError(path + ": cannot be decoded: " + libavReason(opened));
+  if (const std::uint8_t* matrix = av_stream_get_side_data(decoder_->stream, AV_PKT_DATA_DISPLAYMATRIX, nullptr)) {
+    const double degrees = av_display_rotation_get(reinterpret_cast<const std::int32_t*>(matrix));
+    if (std::isfinite(degrees) && std::lround(degrees) % 360 != 0)
+      warnings_.push_back(path + ": is to be shown turned by " + std::to_string(std::lround(-degrees)) +
+                          " degrees; its pictures are taken as they are stored, " + std::to_string(width_) + "x" +
+                          std::to_string(height_) + " pixels, to which the intrinsics must belong");
+  }
+  readThrough();
+  if (stamps_.empty()) throw InputError(path + ": has no picture with a time");
+}
+
+DecodedVideo::~DecodedVideo() = default;
+
+std::string DecodedVideo::nameOf(std::size_t number) const { return path_ + ": picture " + std::to_string(number); }
+
+void DecodedVideo::readThrough() {
+  AVPacket* packet = decoder_->packet.get();
+  std::size_t without_time = 0;
+  int error = 0;
+  while ((error = av_read_frame(decoder_->context.get(), packet)) >= 0) {
+    if (packet->stream_index == decoder_->stream->index && (packet->flags & AV_PKT_FLAG_DISCARD) == 0) {
+      const auto stamp = nanoseconds(packet->pts != AV_NOPTS_VALUE ? packet->pts : packet->dts, *decoder_->stream);
+      if (stamp)
+        stamps_.push_back(*stamp);
+      else
+        ++without_time;
+    }
+    av_packet_unref(packet);
+  }
+  if (error != AVERROR_EOF)
+    warnings_.push_back(path_ + ": is damaged or cut short (" + libavReason(error) + "); what is before that is used");
+  std::sort(stamps_.begin(), stamps_.end());  // they are stored in the order in which they are decoded
+  const std::size_t all = stamps_.size();
+  stamps_.erase(std::unique(stamps_.begin(), stamps_.end()), stamps_.end());
+  if (const std::size_t lost = without_time + all - stamps_.size(); lost > 0)
+    warnings_.push_back(path_ + ": " + std::to_string(lost) +
+                        " pictures have no time, or that of another, and are left out");
+  if (!stamps_.empty()) jumpBefore(0);
+}
+
+/** \brief To a key picture well before the one of that number: pictures are stored in another order than they are shown in. */
+void DecodedVideo::jumpBefore(std::size_t number) {
+  constexpr std::size_t reordered = 16;  // pictures, as many as H.264 and HEVC allow
+  const Nanoseconds time = stamps_.empty() || number < reordered ? 0 : stamps_[number - reordered];
+  AVFormatContext* context = decoder_->context.get();
+  const std::int64_t target = av_rescale_q(time, {1, 1'000'000'000}, decoder_->stream->time_base);
+  const bool to_begin = number < reordered;
+  int error = to_begin ? avformat_seek_file(context, decoder_->stream->index, INT64_MIN, INT64_MIN / 2, 0, 0)
+                       : av_seek_frame(context, decoder_->stream->index, target, AVSEEK_FLAG_BACKWARD);
+  if (error < 0) error = av_seek_frame(context, -1, 0, AVSEEK_FLAG_BYTE);
+  if (error < 0) throw InputError(nameOf(number) + " cannot be reached: " + libavReason(error));
+  avcodec_flush_buffers(decoder_->codec.get());
+  decoder_->drained = false;
+}
+
+/** \brief Decodes the next picture into frame; false: there is no more. */
+bool DecodedVideo::next() {
+  constexpr int most_errors = 1000;
+  Decoder& d = *decoder_;
+  for (int errors = 0;;) {
+    const int got = avcodec_receive_frame(d.codec.get(), d.frame.get());
+    if (got >= 0) return true;
+    if (got == AVERROR_EOF) return false;
+    if (got != AVERROR(EAGAIN)) {  // a picture that cannot be decoded; those behind it may be
+      if (++errors > most_errors) return false;
+      continue;
+    }
+    if (d.drained) return false;
+    const int read = av_read_frame(d.context.get(), d.packet.get());
+    if (read < 0) {
+      d.drained = true;
+      avcodec_send_packet(d.codec.get(), nullptr);
+      continue;
+    }
+    if (d.packet->stream_index == d.stream->index) avcodec_send_packet(d.codec.get(), d.packet.get());
+    av_packet_unref(d.packet.get());
+  }
+}
+
+void DecodedVideo::decode(std::size_t number, std::string& bytes) {
+  const SilenceLibav silence;
+  constexpr std::size_t most_passed = 8;
+  constexpr std::size_t most_ahead = 32;  // pictures; decoding these is mostly faster than to begin at a key picture
+  Decoder& d = *decoder_;
+  enum class Jumped { No, Before, ToBegin } jumped = Jumped::No;
+  bool came_before = false;  // a picture that is not later than the one that is asked for
+  const auto jump = [&] {
+    if (jumped == Jumped::ToBegin || (jumped == Jumped::Before && came_before))
+      throw InputError(nameOf(number) + " cannot be decoded; the file may be damaged");
+    jumped = jumped == Jumped::No ? Jumped::Before : Jumped::ToBegin;
+    came_before = false;
+    jumpBefore(jumped == Jumped::Before ? number : 0);
+  };
+  if (const auto found = passed_.find(number); found != passed_.end()) {
+    bytes = std::move(found->second);
+    passed_.erase(found);
+    return;
+  }
+  if (number < d.coming || number > d.coming + most_ahead) jump();
+  for (;;) {
+    if (!next()) {
+      jump();
+      continue;
+    }
+    const auto stamp = nanoseconds(d.frame->best_effort_timestamp, *d.stream);
+    if (!stamp) continue;
+    d.coming = static_cast<std::size_t>(std::upper_bound(stamps_.begin(), stamps_.end(), *stamp) - stamps_.begin());
+    if (*stamp == stamps_[number]) break;
+    came_before = came_before || *stamp < stamps_[number];
+    if (*stamp > stamps_[number]) {
+      jump();
+    } else if (d.coming > 0 && d.coming + most_passed > number && stamps_[d.coming - 1] == *stamp) {
+      copyPicture(d.coming - 1, passed_[d.coming - 1]);
+      if (passed_.size() > most_passed) passed_.erase(passed_.begin());
+    }
+  }
+  copyPicture(number, bytes);
+}
+
+void DecodedVideo::copyPicture(std::size_t number, std::string& bytes) const {
+  const AVFrame& frame = *decoder_->frame;
+  const bool damaged = frame.decode_error_flags != 0 || (frame.flags & AV_FRAME_FLAG_CORRUPT) != 0;
+  const AVPixelFormat format = plainFormat(frame.format);
+  const PictureHeader header{format,         frame.width, frame.height, matrixOf(frame), isFullRange(frame) ? 1 : 0,
+                             damaged ? 1 : 0};
+  const int size = av_image_get_buffer_size(format, frame.width, frame.height, 1);
+  if (size < 0) throw InputError(nameOf(number) + " cannot be decoded: " + libavReason(size));
+  bytes.resize(sizeof header + static_cast<std::size_t>(size));
+  std::memcpy(&bytes[0], &header, sizeof header);
+  av_image_copy_to_buffer(reinterpret_cast<std::uint8_t*>(&bytes[sizeof header]), size, frame.data, frame.linesize,
+                          format, frame.width, frame.height, 1);
+}
+
+void DecodedVideo::convert(std::size_t number, const std::string& bytes, ColorImage& image) const {
+  PictureHeader header;
+  std::memcpy(&header, bytes.data(), sizeof header);
+  if (header.damaged != 0) throw InputError(nameOf(number) + " is damaged");
+  if (header.width != width_ || header.height != height_)
+    throw InputError(nameOf(number) + ": is " + std::to_string(header.width) + "x" + std::to_string(header.height) +
+                     " pixels, the video is " + std::to_string(width_) + "x" + std::to_string(height_));
+  const auto format = static_cast<AVPixelFormat>(header.format);
+  std::uint8_t* planes[4] = {};
+  int strides[4] = {};
+  av_image_fill_arrays(planes, strides, reinterpret_cast<const std::uint8_t*>(bytes.data() + sizeof header), format,
+                       header.width, header.height, 1);
+  const std::unique_ptr<SwsContext, FreeScaler> scaler(sws_getContext(header.width, header.height, format, header.width,
+                                                                      header.height, AV_PIX_FMT_RGB24, kExactColor,
+                                                                      nullptr, nullptr, nullptr));
+  if (!scaler) throw InputError(nameOf(number) + ": cannot be converted to RGB");
+  const int* matrix = sws_getCoefficients(header.matrix);
+  constexpr int one = 1 << 16;
+  sws_setColorspaceDetails(scaler.get(), matrix, header.full_range, matrix, 1, 0, one, one);
+  image.resize(header.width, header.height);
+  std::uint8_t* const to[4] = {reinterpret_cast<std::uint8_t*>(image.data.data())};
+  const int to_strides[4] = {3 * header.width};
+  sws_scale(scaler.get(), planes, strides, 0, header.height, to, to_strides);
+}
+
+}  // namespace fuse_flow::io
+
+#endif  // FUSE_FLOW_WITH_LIBAV
