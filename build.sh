@@ -11,7 +11,7 @@ packages=(build-essential cmake ninja-build clang-format pkg-config
           curl ca-certificates)
 # For the GPU classes, for fuse_flow_calibrate --board, for streams, for what recorders write, and for depth in OpenEXR; installed where the distribution has them.
 optional=(libthrust-dev libapriltag-dev libopencv-calib3d-dev libopencv-objdetect-dev libopencv-contrib-dev
-          libssl-dev libavformat-dev libswscale-dev libbz2-dev libfastcdr-dev libsqlite3-dev liblz4-dev libzstd-dev libopenexr-dev)
+          libssl-dev libavformat-dev libswscale-dev libavdevice-dev libbz2-dev libfastcdr-dev libsqlite3-dev liblz4-dev libzstd-dev libopenexr-dev)
 # What writes files for the tests of readers.
 writers=(python3-rosbag python3-sensor-msgs python3-tf2-msgs ffmpeg python3-pil python3-tifffile)
 # What looks at the page of fuse_flow_serve. Debian's; Ubuntu has Chromium as a snap only, whose package of that name is no browser.
@@ -256,7 +256,8 @@ FUSE_FLOW_APRILTAG_LIBRARY fuse_flow_calibrate --board with AprilTags: no aprilt
 FUSE_FLOW_HAS_opencv fuse_flow_calibrate --board with chessboards, ArUco and ChArUco: no OpenCV, or no aruco of it
 Open3D_DIR Open3D among the tables' peers: no Open3D
 FUSE_FLOW_HAS_stream fuse_flow_serve and fuse_flow_receive: no Boost, OpenSSL or Zstandard
-FUSE_FLOW_HAS_libav .mkv of Azure Kinect and Femto: no libavformat or libswscale
+FUSE_FLOW_HAS_libav .mkv of Azure Kinect and Femto, videos, colour cameras as they run: no libavformat or libswscale
+FUSE_FLOW_HAS_libavdevice USB colour cameras as they run: no libavdevice
 FUSE_FLOW_HAS_bzip2 .bag compressed by bzip2: no libbz2
 FUSE_FLOW_HAS_fastcdr messages of ROS 2: no libfastcdr
 FUSE_FLOW_HAS_sqlite .db3 of ROS 2: no libsqlite3

@@ -176,6 +176,9 @@ std::unique_ptr<io::LiveRig> LiveArguments::rigOf(const std::string& tool, Sourc
   if (const std::vector<std::string> lost = rig->withoutPoses(); !lost.empty() && !without_poses)
     throw io::InputError("nobody knows where camera '" + lost[0] +
                          "' stands: --poses rig.json says it; fuse_flow_record and then fuse_flow_calibrate make one");
+  if (const std::vector<std::string> unknown = rig->withoutIntrinsics(); !unknown.empty())
+    throw io::InputError("camera '" + unknown[0] +
+                         "' does not know its intrinsics: --poses rig.json must say them, as they are of its images");
   printWarnings(tool, rig->warnings());
   return rig;
 }

@@ -47,6 +47,11 @@ class CameraSource {
     (void)camera;
     return true;
   }
+  /** \brief Whether cameras() has a camera's intrinsics; else only the size of its images is right. */
+  virtual bool hasIntrinsics(std::size_t camera) const {
+    (void)camera;
+    return true;
+  }
   /** \brief Whether a camera delivers colour. */
   virtual bool hasColor(std::size_t camera) const {
     (void)camera;

@@ -8,7 +8,9 @@ DeviceSource::DeviceSource(std::unique_ptr<Device> device, OpenAgain open_again,
       timing_(timing),
       name_(device_->name()),
       cameras_{device_->camera()},
-      has_color_(device_->hasColor()) {
+      has_color_(device_->hasColor()),
+      has_depth_(device_->hasDepth()),
+      has_intrinsics_(device_->hasIntrinsics()) {
   warnings_ = device_->warnings();
 }
 

@@ -35,6 +35,9 @@ class Device {
   /** \brief The same as long as it is open; known before start(). */
   virtual const Camera& camera() const = 0;
   virtual bool hasColor() const = 0;
+  virtual bool hasDepth() const { return true; }
+  /** \brief Whether it knows its lens; else camera() has only the size of its images. */
+  virtual bool hasIntrinsics() const { return true; }
   /** \brief What was assumed, one line each. */
   virtual std::vector<std::string> warnings() const { return {}; }
   /** \throws InputError if it cannot deliver */
@@ -74,6 +77,8 @@ class DeviceSource : public CameraSource {
   DeviceSource& operator=(const DeviceSource&) = delete;
 
   const std::vector<Camera>& cameras() const override { return cameras_; }
+  bool hasDepth(std::size_t /*camera*/) const override { return has_depth_; }
+  bool hasIntrinsics(std::size_t /*camera*/) const override { return has_intrinsics_; }
   bool hasColor(std::size_t /*camera*/) const override { return has_color_; }
   void start(const Receiver& receiver) override;
   void stop() override;
@@ -91,7 +96,7 @@ class DeviceSource : public CameraSource {
   DeviceTiming timing_;
   std::string name_;
   std::vector<Camera> cameras_;
-  bool has_color_;
+  bool has_color_, has_depth_, has_intrinsics_;
   Receiver receiver_;
   std::thread thread_;
   std::atomic<bool> running_{true};

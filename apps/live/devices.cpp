@@ -9,11 +9,12 @@
 namespace fuse_flow::io {
 namespace {
 
-std::array<DeviceKind, 3> deviceKinds() { return {openni2Kind(), realSenseKind(), k4aKind()}; }
+std::array<DeviceKind, 4> deviceKinds() { return {openni2Kind(), realSenseKind(), k4aKind(), videoKind()}; }
 
 constexpr const char* kDeviceForms =
-    "openni2:#1 or openni2:URI, realsense:SERIAL, k4a:0 or k4a:SERIAL; the first of a kind is openni2:, realsense: or "
-    "k4a:";
+    "openni2:#1 or openni2:URI, realsense:SERIAL, k4a:0 or k4a:SERIAL, or video:/dev/video0 or video:rtsp://… of "
+    "colour "
+    "cameras; the first of a kind is openni2:, realsense: or k4a:";
 
 /** \brief What people may try, and what to do with it. */
 struct OtherScheme {
@@ -28,6 +29,9 @@ constexpr OtherScheme kOtherSchemes[] = {
     {"freenect", "the Kinect of the Xbox 360 is openni2:"},
     {"freenect2", "the Kinect of the Xbox One is openni2: with the driver of libfreenect2"},
     {"openni", "OpenNI 2 is openni2:"},
+    {"v4l2", "USB cameras are video:/dev/video0 and so on"},
+    {"webcam", "USB cameras are video:/dev/video0 and so on"},
+    {"rtsp", "cameras with an address are video:rtsp://…"},
     {"rs", "RealSense cameras are realsense:"},
     {"zed", "record it with its own program, or with ROS 2"},
     {"oak", "record it with its own program, or with ROS 2"},

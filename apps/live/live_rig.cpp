@@ -29,6 +29,17 @@ std::function<std::chrono::microseconds()> timeOfDay() {
   };
 }
 
+/** \brief Of a colour camera, whose description may be that of a depth camera with colour. */
+void takeIntrinsics(const std::string& file, const Camera& calibrated, Camera& camera) {
+  const Intrinsics& K = calibrated.color ? calibrated.color->intrinsics : calibrated.intrinsics;
+  const auto sizeOf = [](const Intrinsics& of) { return std::to_string(of.width) + "x" + std::to_string(of.height); };
+  if (K.width != camera.intrinsics.width || K.height != camera.intrinsics.height)
+    throw InputError(file + ": has the intrinsics of " + sizeOf(K) + " pixels for camera '" + camera.name +
+                     "', which delivers " + sizeOf(camera.intrinsics) + "; must be of the same size");
+  camera.intrinsics = calibrated.intrinsics;
+  camera.color = calibrated.color;
+}
+
 /** \brief "left", or "left_2" if that is taken. */
 std::string unused(const std::string& name, const std::set<std::string>& taken) {
   if (taken.count(name) == 0) return name;
@@ -60,6 +71,7 @@ LiveRig::LiveRig(std::vector<std::unique_ptr<CameraSource>> sources, const Optio
       cameras_.push_back(std::move(camera));
       posed_.push_back(source->hasPoses());
       has_color_.push_back(source->hasColor(k));
+      has_intrinsics_.push_back(source->hasIntrinsics(k));
       lacks_depth_.push_back(!source->hasDepth(k));
       source_of_.push_back(source.get());
     }
@@ -102,7 +114,8 @@ void LiveRig::setPoses(const std::string& file, const std::vector<RigCamera>& ca
     camera.depth_correction = entry.camera.depth_correction;
     camera.multipath = entry.camera.multipath;
     if (entry.camera.noise) camera.noise = entry.camera.noise;
-    posed_[k] = true;
+    if (!has_intrinsics_[k]) takeIntrinsics(file, entry.camera, camera);
+    posed_[k] = has_intrinsics_[k] = true;
   }
 }
 
@@ -110,6 +123,13 @@ std::vector<std::string> LiveRig::withoutPoses() const {
   std::vector<std::string> names;
   for (std::size_t k = 0; k < cameras_.size(); ++k)
     if (!posed_[k] && cameras_.size() > 1) names.push_back(cameras_[k].name);
+  return names;
+}
+
+std::vector<std::string> LiveRig::withoutIntrinsics() const {
+  std::vector<std::string> names;
+  for (std::size_t k = 0; k < cameras_.size(); ++k)
+    if (!has_intrinsics_[k]) names.push_back(cameras_[k].name);
   return names;
 }
 

@@ -76,11 +76,14 @@ class LiveRig {
   const std::vector<bool>& colored() const { return has_color_; }
   /** \brief Of each camera, whether it measures no depth. */
   const std::vector<bool>& lacksDepth() const { return lacks_depth_; }
-  /** \brief Before start(): where the cameras stand, their depth and multipath corrections, and noise: of each, the entry of its name; where no
+  /** \brief Before start(): where the cameras stand, their depth and multipath corrections, and noise, and the intrinsics of those that do not know them:
+   *  of each, the entry of its name; where no
    *  name fits, that of its place, which is warned of. \param file its name, for messages \throws InputError if one has none */
   void setPoses(const std::string& file, const std::vector<RigCamera>& calibrated);
   /** \brief The cameras of which nobody has said where they stand, while another camera is there. */
   std::vector<std::string> withoutPoses() const;
+  /** \brief The cameras of which nobody has said what lens they have: their intrinsics are not to be used. */
+  std::vector<std::string> withoutIntrinsics() const;
   /** \brief See CameraSource::inputs(). */
   std::vector<std::string> inputs() const;
   /** \brief What was assumed at opening, one line each. */
@@ -134,7 +137,7 @@ class LiveRig {
   Options options_;
   std::vector<Camera> cameras_;
   std::vector<bool> posed_;
-  std::vector<bool> has_color_, lacks_depth_;
+  std::vector<bool> has_color_, lacks_depth_, has_intrinsics_;
   std::vector<const CameraSource*> source_of_;
   std::vector<std::string> warnings_;
   std::unique_ptr<ViewSynchronizer<Payload>> synchronizer_;

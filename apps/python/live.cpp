@@ -168,6 +168,8 @@ std::unique_ptr<RunningRig> run(const py::object& source, const std::string& pos
     }
     for (std::string& line : rig->warnings()) warnings.push_back(std::move(line));
   }
+  if (const std::vector<std::string> unknown = rig->withoutIntrinsics(); !unknown.empty())
+    throw io::InputError("camera '" + unknown[0] + "' does not know its intrinsics: poses='rig.json' must say them");
   for (const std::string& camera : rig->withoutPoses())
     warnings.push_back("nobody knows where camera '" + camera + "' stands: poses='rig.json' says it");
   for (const std::string& line : warnings) warn(line);

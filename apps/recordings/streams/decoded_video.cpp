@@ -3,6 +3,7 @@
 #include "recordings/streams/decoded_video.h"
 
 #include "recordings/streams/libav.h"
+#include "recordings/streams/video_picture.h"
 
 #include <fuse_flow/recordings/error.h>
 
@@ -11,7 +12,6 @@ extern "C" {
 #include <libavformat/avformat.h>
 #include <libavutil/display.h>
 #include <libavutil/imgutils.h>
-#include <libavutil/pixdesc.h>
 }
 
 #include <algorithm>
@@ -26,52 +26,14 @@ constexpr int kThreads = 2;  // of a decoder, beside the cameras'
 
 /** \brief What a picture in memory begins with. */
 struct PictureHeader {
-  int format{AV_PIX_FMT_NONE}, width{0}, height{0}, matrix{0}, full_range{0}, damaged{0};
+  PictureForm form;
+  bool damaged{false};
 };
 
 std::optional<Nanoseconds> nanoseconds(std::int64_t time, const AVStream& stream) {
   if (time == AV_NOPTS_VALUE) return {};
   const Nanoseconds stamp = av_rescale_q(time, stream.time_base, {1, 1'000'000'000});
   return std::abs(stamp) <= kLatestTime / 2 ? std::optional(stamp) : std::nullopt;
-}
-
-/** \brief Formats whose name says "full range" are the others of that range. */
-AVPixelFormat plainFormat(int format) {
-  switch (format) {
-    case AV_PIX_FMT_YUVJ420P:
-      return AV_PIX_FMT_YUV420P;
-    case AV_PIX_FMT_YUVJ422P:
-      return AV_PIX_FMT_YUV422P;
-    case AV_PIX_FMT_YUVJ444P:
-      return AV_PIX_FMT_YUV444P;
-    case AV_PIX_FMT_YUVJ440P:
-      return AV_PIX_FMT_YUV440P;
-    default:
-      return static_cast<AVPixelFormat>(format);
-  }
-}
-
-bool isFullRange(const AVFrame& frame) {
-  return plainFormat(frame.format) != frame.format || frame.color_range == AVCOL_RANGE_JPEG;
-}
-
-int matrixOf(const AVFrame& frame) {
-  switch (frame.colorspace) {
-    case AVCOL_SPC_BT709:
-      return SWS_CS_ITU709;
-    case AVCOL_SPC_BT470BG:
-    case AVCOL_SPC_SMPTE170M:
-      return SWS_CS_ITU601;
-    case AVCOL_SPC_BT2020_NCL:
-    case AVCOL_SPC_BT2020_CL:
-      return SWS_CS_BT2020;
-    case AVCOL_SPC_SMPTE240M:
-      return SWS_CS_SMPTE240M;
-    case AVCOL_SPC_FCC:
-      return SWS_CS_FCC;
-    default:
-      return frame.height >= 720 ? SWS_CS_ITU709 : SWS_CS_ITU601;
-  }
 }
 
 }  // namespace
@@ -260,41 +222,28 @@ void DecodedVideo::decode(std::size_t number, std::string& bytes) {
 
 void DecodedVideo::copyPicture(std::size_t number, std::string& bytes) const {
   const AVFrame& frame = *decoder_->frame;
-  const bool damaged = frame.decode_error_flags != 0 || (frame.flags & AV_FRAME_FLAG_CORRUPT) != 0;
-  const AVPixelFormat format = plainFormat(frame.format);
-  const PictureHeader header{format,         frame.width, frame.height, matrixOf(frame), isFullRange(frame) ? 1 : 0,
-                             damaged ? 1 : 0};
-  const int size = av_image_get_buffer_size(format, frame.width, frame.height, 1);
+  const PictureHeader header{formOf(frame), isDamaged(frame)};
+  const int size = av_image_get_buffer_size(header.form.format, frame.width, frame.height, 1);
   if (size < 0) throw InputError(nameOf(number) + " cannot be decoded: " + libavReason(size));
   bytes.resize(sizeof header + static_cast<std::size_t>(size));
   std::memcpy(&bytes[0], &header, sizeof header);
   av_image_copy_to_buffer(reinterpret_cast<std::uint8_t*>(&bytes[sizeof header]), size, frame.data, frame.linesize,
-                          format, frame.width, frame.height, 1);
+                          header.form.format, frame.width, frame.height, 1);
 }
 
 void DecodedVideo::convert(std::size_t number, const std::string& bytes, ColorImage& image) const {
   PictureHeader header;
   std::memcpy(&header, bytes.data(), sizeof header);
-  if (header.damaged != 0) throw InputError(nameOf(number) + " is damaged");
-  if (header.width != width_ || header.height != height_)
-    throw InputError(nameOf(number) + ": is " + std::to_string(header.width) + "x" + std::to_string(header.height) +
+  if (header.damaged) throw InputError(nameOf(number) + " is damaged");
+  const PictureForm& form = header.form;
+  if (form.width != width_ || form.height != height_)
+    throw InputError(nameOf(number) + ": is " + std::to_string(form.width) + "x" + std::to_string(form.height) +
                      " pixels, the video is " + std::to_string(width_) + "x" + std::to_string(height_));
-  const auto format = static_cast<AVPixelFormat>(header.format);
   std::uint8_t* planes[4] = {};
   int strides[4] = {};
-  av_image_fill_arrays(planes, strides, reinterpret_cast<const std::uint8_t*>(bytes.data() + sizeof header), format,
-                       header.width, header.height, 1);
-  const std::unique_ptr<SwsContext, FreeScaler> scaler(sws_getContext(header.width, header.height, format, header.width,
-                                                                      header.height, AV_PIX_FMT_RGB24, kExactColor,
-                                                                      nullptr, nullptr, nullptr));
-  if (!scaler) throw InputError(nameOf(number) + ": cannot be converted to RGB");
-  const int* matrix = sws_getCoefficients(header.matrix);
-  constexpr int one = 1 << 16;
-  sws_setColorspaceDetails(scaler.get(), matrix, header.full_range, matrix, 1, 0, one, one);
-  image.resize(header.width, header.height);
-  std::uint8_t* const to[4] = {reinterpret_cast<std::uint8_t*>(image.data.data())};
-  const int to_strides[4] = {3 * header.width};
-  sws_scale(scaler.get(), planes, strides, 0, header.height, to, to_strides);
+  av_image_fill_arrays(planes, strides, reinterpret_cast<const std::uint8_t*>(bytes.data() + sizeof header),
+                       form.format, form.width, form.height, 1);
+  convertPicture(nameOf(number), form, planes, strides, image);
 }
 
 }  // namespace fuse_flow::io

@@ -24,6 +24,8 @@ class HandFedCameras : public io::CameraSource {
   bool hasPoses() const override { return posed_; }
   /** \brief One that is called "rgb" has none. */
   bool hasDepth(std::size_t camera) const override { return cameras_[camera].name != "rgb"; }
+  /** \brief One that is called "webcam" does not know them. */
+  bool hasIntrinsics(std::size_t camera) const override { return cameras_[camera].name != "webcam"; }
   ClockModel clocks() const override { return clocks_; }
   void start(const Receiver& receiver) override { receiver_ = receiver; }
   void stop() override { receiver_ = {}; }

@@ -21,6 +21,7 @@ struct VideoOptions {
   int width{64}, height{48};
   int pictures{40};
   int per_second{25};
+  const char* container{nullptr};  ///< null: as the name says
   int key_every{12};
   int between{2};  ///< pictures that are stored behind those they lie before
   AVColorSpace matrix{AVCOL_SPC_UNSPECIFIED};
@@ -32,7 +33,7 @@ inline bool writeVideo(const std::string& path, const VideoOptions& options,
                        const std::function<void(int number, AVFrame& frame)>& paint) {
   AVFormatContext* context = nullptr;
   const AVCodec* codec = avcodec_find_encoder(options.codec);
-  if (!codec || avformat_alloc_output_context2(&context, nullptr, nullptr, path.c_str()) < 0) return false;
+  if (!codec || avformat_alloc_output_context2(&context, nullptr, options.container, path.c_str()) < 0) return false;
   AVCodecContext* encoder = avcodec_alloc_context3(codec);
   encoder->width = options.width;
   encoder->height = options.height;

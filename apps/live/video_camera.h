@@ -1,0 +1,15 @@
+#pragma once
+
+#include "live/device_source.h"
+
+#include <memory>
+#include <string>
+
+namespace fuse_flow::io {
+
+/** \brief A colour camera that libavformat opens: a USB camera of Video4Linux, "/dev/video0", with options behind a question mark
+ *  ("/dev/video0?video_size=1280x720&framerate=30&input_format=mjpeg"), or an address, "rtsp://…", "http://…", "tcp://…", "udp://…". Its intrinsics are not known.
+ *  Throws InputError. */
+std::unique_ptr<Device> openVideoCamera(const std::string& id);
+
+}  // namespace fuse_flow::io
