@@ -114,11 +114,15 @@ void measure(const Options& options, const std::string& size) {
   });
   StereoFrame downloaded;
   const double to_host = timeOf(options.runs, [&] { stereo.estimate(frame, downloaded); });
+  stereo.setNormals(false);
+  const double depth_alone = timeOf(options.runs, [&] { stereo.estimate(frame, downloaded); });
   std::size_t agreeing = 0;
   for (const StereoView& view : downloaded.views) agreeing += view.agreeing;
   std::printf(
-      "%s: stereo %.2f ms, with download %.2f ms, with fusion %.2f ms (%.1f frames/s, %zu points); %.1f %% agreed\n",
-      size.c_str(), alone, to_host, both, 1000 / both, points,
+      "%s: stereo %.2f ms, with download %.2f ms (%.2f without normals), with fusion %.2f ms (%.1f frames/s, %zu "
+      "points); "
+      "%.1f %% agreed\n",
+      size.c_str(), alone, to_host, depth_alone, both, 1000 / both, points,
       100.0 * static_cast<double>(agreeing) / static_cast<double>(room.pixels()));
   if (options.compare) compare(options.parameters, frame, downloaded);
 }

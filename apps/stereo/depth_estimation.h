@@ -8,7 +8,7 @@
 
 namespace fuse_flow::io {
 
-/** \brief Depth of the colour images of a frame, on the CPU or a GPU: the same bytes. */
+/** \brief Depth and confidence of the colour images of a frame, on the CPU or a GPU: the same bytes. */
 class DepthEstimation {
  public:
   virtual ~DepthEstimation() = default;
@@ -23,6 +23,7 @@ class DepthEstimationOn : public DepthEstimation {
   DepthEstimationOn(const StereoParameters& parameters, unsigned int threads) {
     stereo_.setParameters(parameters);
     stereo_.setNumberOfThreads(threads);
+    stereo_.setNormals(false);  // nobody asks for them
   }
   void estimate(const RigFrame& frame, StereoFrame& result) override { stereo_.estimate(frame, result); }
 

@@ -61,6 +61,21 @@ TEST(GpuStereo, LensesMayDistortAndViewsBeMissing) {
   expectSame(byHost(rig.frame), found);
 }
 
+TEST(GpuStereo, NormalsMayBeLeftOut) {
+  const textured::Rig rig = wallAndBall();
+  MultiViewStereo<device::Thrust> stereo;
+  MultiViewStereo<> host;
+  stereo.setNormals(false);
+  host.setNormals(false);
+  StereoFrame found, of_host, whole = byHost(rig.frame);
+  stereo.estimate(rig.frame, found);
+  host.estimate(rig.frame, of_host);
+  EXPECT_TRUE(found.views[0].normals.empty());
+  for (StereoView& view : whole.views) view.normals.clear();
+  expectSame(whole, found);
+  expectSame(whole, of_host);
+}
+
 TEST(GpuStereo, KeepsNothingFromAnotherFrame) {
   const textured::Rig rig = wallAndBall(), other = wallAndBall(4, 48);
   MultiViewStereo<device::Thrust> stereo;

@@ -88,8 +88,8 @@ struct Server::State {
     listener = std::make_unique<network::Listener>(listening(options), gate);
   }
   ~State() {
+    feed->stop();  // first: it may hold a connection, which must not outlive the listener's threads
     listener.reset();
-    feed->stop();
   }
 
   /** \brief In a step; encoders keep their memory. */
@@ -150,7 +150,6 @@ Server::~Server() {
   state_->hub->goAway();
   const Clock::time_point end = Clock::now() + kFarewell;
   while (state_->hub->members() > 0 && Clock::now() < end) std::this_thread::sleep_for(std::chrono::milliseconds(5));
-  state_->listener.reset();
 }
 
 std::uint16_t Server::port() const { return state_->listener->port(); }

@@ -59,6 +59,9 @@ class MultiViewStereo<device::Host> {
   /** \brief Threads to use; 0, the default, is one per core. */
   FUSE_FLOW_INLINE void setNumberOfThreads(unsigned int threads);
 
+  /** \brief Whether results have normals; default true. Without, StereoView::normals are empty, and a GPU has less to bring to the host. */
+  FUSE_FLOW_INLINE void setNormals(bool normals);
+
   /** \brief Finds the depth of each view that has a colour image. Views without one are missing from the result, and views that no other view
    *  overlaps have no depth; StereoView::geometry tells. Depth images of the frame are not looked at.
    *  \param frame colour images of the size of the colour camera; they must outlive the result, which points to them
@@ -70,6 +73,7 @@ class MultiViewStereo<device::Host> {
  private:
   detail::OneThread one_thread_;
   std::unique_ptr<detail::StereoPipeline<host::StereoBackend>> pipeline_;
+  bool normals_{true};
 };
 
 }  // namespace fuse_flow

@@ -642,6 +642,21 @@ TEST(Foxglove, AnotherImplementationReadsAll) {
   std::filesystem::remove_all(folder);
 }
 
+TEST(Foxglove, AServerMayEndWhileACloudIsMade) {
+  const auto frame = frameOf(60'000, 1);
+  for (int k = 0; k < 60; ++k) {
+    auto server = std::make_unique<Server>(anyPort());
+    auto client = std::make_unique<FoxgloveClient>(server->port());
+    client->channels();
+    client->subscribe(1, 1);
+    client->answerToUnknown();
+    server->publish(frame);
+    std::this_thread::sleep_for(std::chrono::microseconds(100 * k));
+    client.reset();
+    server.reset();
+  }
+}
+
 TEST(Foxglove, AServerThatEndsSaysSo) {
   auto server = std::make_unique<Server>(anyPort());
   FoxgloveClient client(server->port());

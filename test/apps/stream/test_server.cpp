@@ -103,7 +103,10 @@ TEST(StreamServer, CloudsAreEncodedForWhoeverIsThere) {
   EXPECT_GT(streamed.times.encoded, 1'000'000'000);
   EXPECT_TRUE(server.watched());
   server.publish(cloud, {9, 2, 3});
-  ASSERT_TRUE(client.pull(streamed, kLong));
+  // The first one may come again before: as the client's wishes want it, which were on their way.
+  do {
+    ASSERT_TRUE(client.pull(streamed, kLong));
+  } while (streamed.times.number == 1);
   EXPECT_EQ(streamed.times.number, 9u);
   EXPECT_EQ(streamed.times.encoded, 3);
 }

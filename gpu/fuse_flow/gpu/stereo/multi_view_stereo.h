@@ -120,6 +120,9 @@ class MultiViewStereo<device::Thrust> {
   /** \brief Host threads that copy pageable images; 0, the default: one per core, at most 16. */
   void setNumberOfThreads(unsigned int threads) { pipeline_->backend.threads = static_cast<int>(threads); }
 
+  /** \copydoc MultiViewStereo<device::Host>::setNormals */
+  void setNormals(bool normals) { normals_ = normals; }
+
   /** \brief The CUDA stream that it runs on; default the default stream. */
   void setStream(gpu::Stream stream) { pipeline_->backend.run.stream = stream; }
 
@@ -130,7 +133,7 @@ class MultiViewStereo<device::Thrust> {
     const gpu::OnError settle([this] { pipeline_->backend.settle(); });
     const std::chrono::steady_clock::time_point start = std::chrono::steady_clock::now();
     pipeline_->run(frame);
-    detail::writeStereoFrame(*pipeline_, frame, start, result);
+    detail::writeStereoFrame(*pipeline_, frame, normals_, start, result);
   }
 
   /** \brief The same, but depth, confidence and colour stay on the device, until the next call: for FuseFlow on the same stream. Returns
@@ -164,6 +167,7 @@ class MultiViewStereo<device::Thrust> {
   detail::OneThread one_thread_;
   gpu::HomeDevice home_;
   std::unique_ptr<detail::StereoPipeline<gpu::StereoBackend>> pipeline_;
+  bool normals_{true};
 };
 
 }  // namespace fuse_flow

@@ -25,12 +25,14 @@ FUSE_FLOW_INLINE void MultiViewStereo<device::Host>::setNumberOfThreads(unsigned
   pipeline_->backend.threads = static_cast<int>(threads);
 }
 
+FUSE_FLOW_INLINE void MultiViewStereo<device::Host>::setNormals(bool normals) { normals_ = normals; }
+
 FUSE_FLOW_INLINE void MultiViewStereo<device::Host>::estimate(const RigFrame& frame, StereoFrame& result) {
   const detail::OneThread::Inside inside(one_thread_, "fuse_flow::MultiViewStereo");
   const std::chrono::steady_clock::time_point start = std::chrono::steady_clock::now();
   try {
     pipeline_->run(frame);
-    detail::writeStereoFrame(*pipeline_, frame, start, result);
+    detail::writeStereoFrame(*pipeline_, frame, normals_, start, result);
   } catch (const std::bad_alloc&) {
     // A partly allocated buffer would look complete.
     detail::StereoPipeline<host::StereoBackend> fresh;

@@ -322,8 +322,8 @@ class StereoPipeline {
 
 /** \brief What a frame becomes, from what a pipeline has found. \param time since which */
 template <typename Pipeline>
-void writeStereoFrame(Pipeline& pipeline, const RigFrame& frame, std::chrono::steady_clock::time_point time,
-                      StereoFrame& result) {
+void writeStereoFrame(Pipeline& pipeline, const RigFrame& frame, bool normals,
+                      std::chrono::steady_clock::time_point time, StereoFrame& result) {
   const std::size_t n = frame.cameras.size();
   result.rig.cameras = pipeline.rig().resultCameras();
   result.rig.stamp = frame.stamp;
@@ -338,11 +338,11 @@ void writeStereoFrame(Pipeline& pipeline, const RigFrame& frame, std::chrono::st
     const std::size_t size = found ? pipeline.firstPixels()[k + 1] - first : 0;
     view.depth.resize(size);
     view.confidence.resize(size);
-    view.normals.resize(size);
+    view.normals.resize(normals ? size : 0);
     if (!found) continue;
     pipeline.backend.download(pipeline.depth() + first, size, view.depth.data());
     pipeline.backend.download(pipeline.confidence() + first, size, view.confidence.data());
-    pipeline.backend.download(pipeline.normals() + first, size, view.normals.data());
+    if (normals) pipeline.backend.download(pipeline.normals() + first, size, view.normals.data());
     const Intrinsics& K = result.rig.cameras[k].intrinsics;
     DepthView& images = result.rig.views[k];
     images.color = frame.views[k].color;
