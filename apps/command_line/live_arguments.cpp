@@ -154,6 +154,7 @@ LiveArguments::Sources LiveArguments::openSources(const std::string& tool, const
   for (const auto& [set, option] : {std::pair{!recording.views.empty(), "--views"},
                                     {recording.slide != 0, "--slide"},
                                     {recording.depth_scale.has_value(), "--depth-scale"},
+                                    {!recording.time_offsets.empty(), "--time-offsets"},
                                     {!recording.intrinsics.empty(), "--intrinsics"}})
     if (set) throw io::OptionError(std::string(option) + ": " + inputs[0] + " is a device, which says it itself");
   for (const std::string& input : inputs) sources.push_back(io::openDevice(input));

@@ -76,7 +76,7 @@ RecordingArguments::RecordingArguments(CLI::App& app) {
                  "of .mkv files and videos, in their order: by how many seconds each began later than the first moment "
                  "of all, as 0,0.4,1.2; default: what the files say, or all at the same moment")
       ->delimiter(',')
-      ->check(numberFromTo(-1e6, 1e6));
+      ->check(numberFromTo(0, 1e6));
   addCalibrationOptions(app, options_);
 }
 

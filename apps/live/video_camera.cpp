@@ -4,6 +4,7 @@
 
 #ifdef FUSE_FLOW_WITH_LIBAV
 
+#include "recordings/files/interrupt.h"
 #include "recordings/streams/libav.h"
 #include "recordings/streams/video_picture.h"
 
@@ -34,11 +35,19 @@ using Clock = std::chrono::steady_clock;
 constexpr std::chrono::seconds kPatience{10};  // until the first picture
 constexpr std::size_t kWaiting = 4;            // pictures; of more the oldest are given up
 
+/** \brief Names go into messages and recordings: "rtsp://user:secret@host" without what only the camera is to know. */
+std::string withoutPassword(const std::string& id) {
+  const std::size_t scheme = id.find("://");
+  if (scheme == std::string::npos) return id;
+  const std::size_t host = scheme + 3, path = id.find('/', host), at = id.rfind('@', path);
+  return at == std::string::npos || at < host ? id : id.substr(0, host) + id.substr(at + 1);
+}
+
 /** \brief An open input, and a thread that decodes what it delivers. */
 class VideoCamera : public Device {
  public:
-  explicit VideoCamera(const std::string& id) : Device("video:" + id), deadline_(Clock::now() + kPatience) {
-    const SilenceLibav silence;
+  VideoCamera(const std::string& id, std::shared_ptr<const std::atomic<bool>> cancelled)
+      : Device("video:" + withoutPassword(id)), cancelled_(std::move(cancelled)), deadline_(Clock::now() + kPatience) {
     open(id);
     if (!decodeNext()) fail("delivers no picture");
     camera_.name = cameraNameOf(name());
@@ -48,7 +57,10 @@ class VideoCamera : public Device {
     K.fx = K.fy = static_cast<float>(K.width);
     K.cx = 0.5f * static_cast<float>(K.width - 1);
     K.cy = 0.5f * static_cast<float>(K.height - 1);
-    first_time_ = frame_->best_effort_timestamp;
+    // Some formats have no times, and libav counts pictures instead, whatever their rate.
+    const bool counted = (context_->iformat->flags & AVFMT_NOTIMESTAMPS) != 0;
+    first_time_ = counted ? AV_NOPTS_VALUE : frame_->best_effort_timestamp;
+    opened_ = Clock::now();
   }
   ~VideoCamera() override {
     stop_ = true;
@@ -95,19 +107,20 @@ class VideoCamera : public Device {
 
   static int interrupted(void* camera) {
     const auto& self = *static_cast<VideoCamera*>(camera);
-    return self.stop_ || (self.deadline_ && Clock::now() > *self.deadline_) ? 1 : 0;
+    return self.stop_ || (self.cancelled_ && *self.cancelled_) || interrupt_requested ||
+                   (self.deadline_ && Clock::now() > *self.deadline_)
+               ? 1
+               : 0;
   }
 
   void open(const std::string& id) {
-    AVDictionary* options = nullptr;
     const AVInputFormat* format = nullptr;
-    std::string url = id;
+    std::string url = id, given;
     if (id.find("://") == std::string::npos) {
       format = localFormat();
       if (const std::size_t mark = id.find('?'); mark != std::string::npos) {
         url = id.substr(0, mark);
-        if (av_dict_parse_string(&options, id.c_str() + mark + 1, "=", "&", 0) < 0)
-          fail("what follows its question mark must be options, as video_size=1280x720&framerate=30");
+        given = id.substr(mark + 1);
       }
       std::error_code error;
       if (!fs::exists(url, error))
@@ -115,6 +128,11 @@ class VideoCamera : public Device {
       if (!fs::is_character_file(url, error)) fail("is a file, and no camera; without \"video:\" it is a recording");
     }
     if (id.rfind("file:", 0) == 0) fail("is a file, and no camera; without \"video:file://\" it is a recording");
+    AVDictionary* options = nullptr;
+    if (!given.empty() && av_dict_parse_string(&options, given.c_str(), "=", "&", 0) < 0) {
+      av_dict_free(&options);
+      fail("what follows its question mark must be options, as video_size=1280x720&framerate=30");
+    }
     if (id.rfind("rtsp://", 0) == 0) av_dict_set(&options, "rtsp_transport", "tcp", 0);
     avformat_network_init();
     AVFormatContext* context = avformat_alloc_context();
@@ -204,15 +222,15 @@ class VideoCamera : public Device {
     came_.notify_all();
   }
 
-  /** \brief Microseconds, by the camera's clock where it has one, from the time of day at which it was opened: so that they grow, too, when it
-   *  comes back. */
+  /** \brief Microseconds since the first picture, by the camera's clock where it has one. When it comes back they begin again, which the
+   *  synchroniser takes for what it is. */
   std::uint64_t stamp() const {
     const auto since = [](auto time) { return std::chrono::duration_cast<std::chrono::microseconds>(time).count(); };
     const std::int64_t time = frame_->best_effort_timestamp;
     const std::int64_t passed = time == AV_NOPTS_VALUE || first_time_ == AV_NOPTS_VALUE
                                     ? since(Clock::now() - opened_)
                                     : av_rescale_q(time - first_time_, stream_->time_base, {1, 1'000'000});
-    return static_cast<std::uint64_t>(std::max<std::int64_t>(0, since(begin_.time_since_epoch()) + passed));
+    return static_cast<std::uint64_t>(std::max<std::int64_t>(0, passed));
   }
 
   void sayOnce(const std::string& line) {
@@ -221,9 +239,10 @@ class VideoCamera : public Device {
     notice_ = name() + ": " + line;
   }
 
+  const SilenceLibav silence_;
   std::atomic<bool> stop_{false};
-  std::optional<Clock::time_point> deadline_;  ///< of opening it
-  std::chrono::system_clock::time_point begin_{std::chrono::system_clock::now()};
+  std::shared_ptr<const std::atomic<bool>> cancelled_;  ///< null: nobody cancels
+  std::optional<Clock::time_point> deadline_;           ///< of opening it
   Clock::time_point opened_{Clock::now()};
   Owned<AVFormatContext> context_;
   Owned<AVCodecContext> codec_;
@@ -241,9 +260,26 @@ class VideoCamera : public Device {
   std::string failure_, notice_;
 };
 
+/** \brief Gives up at once what it tries to open, when it is stopped. */
+class VideoSource : public DeviceSource {
+ public:
+  VideoSource(const std::string& id, std::shared_ptr<std::atomic<bool>> cancelled)
+      : DeviceSource(std::make_unique<VideoCamera>(id, cancelled),
+                     [id, cancelled] { return std::make_unique<VideoCamera>(id, cancelled); }),
+        cancelled_(std::move(cancelled)) {}
+  ~VideoSource() override { *cancelled_ = true; }
+  void stop() override {
+    *cancelled_ = true;
+    DeviceSource::stop();
+  }
+
+ private:
+  std::shared_ptr<std::atomic<bool>> cancelled_;
+};
+
 std::unique_ptr<CameraSource> openVideo(const std::string& id) {
   if (id.empty()) throw InputError("video: must be followed by /dev/video0, or by an address, as rtsp://…");
-  return std::make_unique<DeviceSource>(openVideoCamera(id), [id] { return openVideoCamera(id); });
+  return std::make_unique<VideoSource>(id, std::make_shared<std::atomic<bool>>(false));
 }
 
 /** \brief Those of Video4Linux. */
@@ -263,7 +299,7 @@ std::vector<ConnectedDevice> listVideo() {
 
 }  // namespace
 
-std::unique_ptr<Device> openVideoCamera(const std::string& id) { return std::make_unique<VideoCamera>(id); }
+std::unique_ptr<Device> openVideoCamera(const std::string& id) { return std::make_unique<VideoCamera>(id, nullptr); }
 
 DeviceKind videoKind() { return {"video", "camera of Video4Linux", "", openVideo, listVideo}; }
 

@@ -182,16 +182,17 @@ void bindRecordings(py::module_& module) {
   module.def(
       "open",
       [](const py::object& path, const std::string& views, int slide, const std::optional<float>& depth_scale,
-         const std::string& intrinsics, PoseConvention pose_convention, const std::string& poses, bool without_poses,
-         bool read_color, bool skip_damaged, int threads) {
-        return open(path, {views, slide, depth_scale, intrinsics, pose_convention, poses, without_poses, read_color,
-                           skip_damaged, threads});
+         const std::string& intrinsics, PoseConvention pose_convention, const std::string& poses,
+         const std::vector<double>& time_offsets, bool without_poses, bool read_color, bool skip_damaged, int threads) {
+        return open(path, {views, slide, depth_scale, intrinsics, pose_convention, poses, time_offsets, without_poses,
+                           read_color, skip_damaged, threads});
       },
       py::arg("path"), py::kw_only(), py::arg("views") = defaults.views, py::arg("slide") = defaults.slide,
       py::arg("depth_scale") = py::none(), py::arg("intrinsics") = defaults.intrinsics,
       py::arg("pose_convention") = defaults.pose_convention, py::arg("poses") = defaults.poses,
-      py::arg("without_poses") = defaults.without_poses, py::arg("read_color") = defaults.read_color,
-      py::arg("skip_damaged") = defaults.skip_damaged, py::arg("threads") = defaults.threads, optionDocs().c_str());
+      py::arg("time_offsets") = defaults.time_offsets, py::arg("without_poses") = defaults.without_poses,
+      py::arg("read_color") = defaults.read_color, py::arg("skip_damaged") = defaults.skip_damaged,
+      py::arg("threads") = defaults.threads, optionDocs().c_str());
 }
 
 }  // namespace fuse_flow::python

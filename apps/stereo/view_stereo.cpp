@@ -196,10 +196,12 @@ std::size_t ViewStereo::estimatedViews() const {
 
 std::string ViewStereo::summary() const {
   char text[128] = "";
+  const double seconds = frames_ > 0 ? all_seconds_ / static_cast<double>(frames_) : 0;
   if (frames_ > 0 && pixels_ > 0)
-    std::snprintf(text, sizeof text, ": %.2g s a frame; another view agrees on the depth of %.0f %% of the pixels",
-                  all_seconds_ / static_cast<double>(frames_),
-                  100 * static_cast<double>(agreeing_pixels_) / static_cast<double>(pixels_));
+    std::snprintf(text, sizeof text,
+                  seconds < 9.95 ? ": %.2g s a frame; another view agrees on the depth of %.0f %% of the pixels"
+                                 : ": %.0f s a frame; another view agrees on the depth of %.0f %% of the pixels",
+                  seconds, 100 * static_cast<double>(agreeing_pixels_) / static_cast<double>(pixels_));
   return "depth of " + counted(estimatedViews(), "view") + " was estimated" + text;
 }
 

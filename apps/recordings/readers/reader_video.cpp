@@ -10,6 +10,7 @@
 #include <array>
 #include <cctype>
 #include <filesystem>
+#include <map>
 
 namespace fs = std::filesystem;
 
@@ -83,11 +84,14 @@ std::unique_ptr<Recording> openVideos(const std::vector<std::string>& paths, con
   const RigDescription rig = readRigJson(options.poses);
   std::vector<RecordedCamera> cameras;
   std::vector<std::string> warnings;
+  std::map<std::string, int> known;  // as other cameras of one name are told apart
   for (const std::string& path : paths) {
+    std::string name = cameraName(path, paths);
+    if (const int before = known[name]++; before > 0) name += "_" + std::to_string(before + 1);
     auto video = std::make_unique<DecodedVideo>(path);
     warnings.insert(warnings.end(), video->warnings().begin(), video->warnings().end());
     RecordedCamera recorded;
-    recorded.camera = cameraOf(*video, cameraName(path, paths), options.poses, rig);
+    recorded.camera = cameraOf(*video, name, options.poses, rig);
     recorded.posed = true;
     recorded.file = recorded.clock = path;
     recorded.color = std::make_unique<VideoPictures>(std::move(video));

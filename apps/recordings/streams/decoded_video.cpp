@@ -24,15 +24,16 @@ namespace {
 
 constexpr int kThreads = 2;  // of a decoder, beside the cameras'
 
-/** \brief What a picture in memory begins with. */
-struct PictureHeader {
+/** \brief What a picture in memory begins with; the planes behind it are as aligned. */
+struct alignas(16) PictureHeader {
   PictureForm form;
   bool damaged{false};
 };
 
 std::optional<Nanoseconds> nanoseconds(std::int64_t time, const AVStream& stream) {
   if (time == AV_NOPTS_VALUE) return {};
-  const Nanoseconds stamp = av_rescale_q(time, stream.time_base, {1, 1'000'000'000});
+  const Nanoseconds stamp =
+      std::clamp(av_rescale_q(time, stream.time_base, {1, 1'000'000'000}), -kLatestTime, kLatestTime);
   return std::abs(stamp) <= kLatestTime / 2 ? std::optional(stamp) : std::nullopt;
 }
 
@@ -97,6 +98,9 @@ DecodedVideo::DecodedVideo(const std::string& path) : path_(path), decoder_(std:
   AVCodecContext& decoding = *decoder_->codec;
   avcodec_parameters_to_context(&decoding, &parameters);
   decoding.thread_count = kThreads;
+  // A damaged file may name any size in the middle. Codecs add margins.
+  constexpr std::int64_t margin = 256;
+  decoding.max_pixels = 2 * (width_ + margin) * (height_ + margin);
   decoding.pkt_timebase = decoder_->stream->time_base;
   decoding.apply_cropping = 1;
   if (const int opened = avcodec_open2(&decoding, codec, nullptr); opened < 0)
@@ -119,9 +123,11 @@ std::string DecodedVideo::nameOf(std::size_t number) const { return path_ + ": p
 void DecodedVideo::readThrough() {
   AVPacket* packet = decoder_->packet.get();
   std::size_t without_time = 0;
+  bool order_of_decoding = false;
   int error = 0;
   while ((error = av_read_frame(decoder_->context.get(), packet)) >= 0) {
     if (packet->stream_index == decoder_->stream->index && (packet->flags & AV_PKT_FLAG_DISCARD) == 0) {
+      order_of_decoding = order_of_decoding || packet->pts == AV_NOPTS_VALUE;
       const auto stamp = nanoseconds(packet->pts != AV_NOPTS_VALUE ? packet->pts : packet->dts, *decoder_->stream);
       if (stamp)
         stamps_.push_back(*stamp);
@@ -130,6 +136,10 @@ void DecodedVideo::readThrough() {
     }
     av_packet_unref(packet);
   }
+  if (order_of_decoding && decoder_->stream->codecpar->video_delay > 0)
+    throw InputError(path_ +
+                     ": its pictures are stored in another order than they are shown in, without times of their "
+                     "own, as AVI does; must be .mp4, .mov or .mkv");
   if (error != AVERROR_EOF)
     warnings_.push_back(path_ + ": is damaged or cut short (" + libavReason(error) + "); what is before that is used");
   std::sort(stamps_.begin(), stamps_.end());  // they are stored in the order in which they are decoded
@@ -192,6 +202,7 @@ void DecodedVideo::decode(std::size_t number, std::string& bytes) {
       throw InputError(nameOf(number) + " cannot be decoded; the file may be damaged");
     jumped = jumped == Jumped::No ? Jumped::Before : Jumped::ToBegin;
     came_before = false;
+    passed_.clear();
     jumpBefore(jumped == Jumped::Before ? number : 0);
   };
   if (const auto found = passed_.find(number); found != passed_.end()) {
@@ -205,7 +216,7 @@ void DecodedVideo::decode(std::size_t number, std::string& bytes) {
       jump();
       continue;
     }
-    const auto stamp = nanoseconds(d.frame->best_effort_timestamp, *d.stream);
+    const std::optional<Nanoseconds> stamp = stampOfFrame();
     if (!stamp) continue;
     d.coming = static_cast<std::size_t>(std::upper_bound(stamps_.begin(), stamps_.end(), *stamp) - stamps_.begin());
     if (*stamp == stamps_[number]) break;
@@ -213,26 +224,42 @@ void DecodedVideo::decode(std::size_t number, std::string& bytes) {
     if (*stamp > stamps_[number]) {
       jump();
     } else if (d.coming > 0 && d.coming + most_passed > number && stamps_[d.coming - 1] == *stamp) {
-      copyPicture(d.coming - 1, passed_[d.coming - 1]);
+      std::string picture;
+      copyPicture(d.coming - 1, picture);
+      passed_[d.coming - 1] = std::move(picture);
       if (passed_.size() > most_passed) passed_.erase(passed_.begin());
     }
   }
   copyPicture(number, bytes);
 }
 
+/** \brief That which the file has: libav's best guess, or what the codec says, which differ where times are repeated. */
+std::optional<Nanoseconds> DecodedVideo::stampOfFrame() const {
+  const AVFrame& frame = *decoder_->frame;
+  const auto guess = nanoseconds(frame.best_effort_timestamp, *decoder_->stream);
+  const auto said = nanoseconds(frame.pts, *decoder_->stream);
+  const auto isOfFile = [&](const std::optional<Nanoseconds>& stamp) {
+    return stamp && std::binary_search(stamps_.begin(), stamps_.end(), *stamp);
+  };
+  return isOfFile(guess) || !isOfFile(said) ? guess : said;
+}
+
 void DecodedVideo::copyPicture(std::size_t number, std::string& bytes) const {
   const AVFrame& frame = *decoder_->frame;
   const PictureHeader header{formOf(frame), isDamaged(frame)};
-  const int size = av_image_get_buffer_size(header.form.format, frame.width, frame.height, 1);
+  const bool fits = frame.width == width_ && frame.height == height_;  // else what it is will do to say so
+  const int size = !fits ? 0 : av_image_get_buffer_size(header.form.format, frame.width, frame.height, 1);
   if (size < 0) throw InputError(nameOf(number) + " cannot be decoded: " + libavReason(size));
   bytes.resize(sizeof header + static_cast<std::size_t>(size));
   std::memcpy(&bytes[0], &header, sizeof header);
-  av_image_copy_to_buffer(reinterpret_cast<std::uint8_t*>(&bytes[sizeof header]), size, frame.data, frame.linesize,
-                          header.form.format, frame.width, frame.height, 1);
+  if (fits)
+    av_image_copy_to_buffer(reinterpret_cast<std::uint8_t*>(&bytes[sizeof header]), size, frame.data, frame.linesize,
+                            header.form.format, frame.width, frame.height, 1);
 }
 
 void DecodedVideo::convert(std::size_t number, const std::string& bytes, ColorImage& image) const {
   PictureHeader header;
+  if (bytes.size() < sizeof header) throw InputError(nameOf(number) + " cannot be decoded");
   std::memcpy(&header, bytes.data(), sizeof header);
   if (header.damaged) throw InputError(nameOf(number) + " is damaged");
   const PictureForm& form = header.form;

@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -43,6 +44,7 @@ class DecodedVideo {
   void jumpBefore(std::size_t number);
   bool next();
   std::string nameOf(std::size_t number) const;
+  std::optional<Nanoseconds> stampOfFrame() const;
   void copyPicture(std::size_t number, std::string& bytes) const;
 
   std::string path_;

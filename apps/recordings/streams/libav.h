@@ -8,20 +8,36 @@ extern "C" {
 #include <libswscale/swscale.h>
 }
 
+#include <mutex>
 #include <string>
 
 namespace fuse_flow::io {
 
-/** \brief Keeps libav from printing while it lives: what matters is thrown. */
+/** \brief Keeps libav from printing while one of these lives, in whatever thread: what matters is thrown. */
 class SilenceLibav {
  public:
-  SilenceLibav() : level_(av_log_get_level()) { av_log_set_level(AV_LOG_QUIET); }
-  ~SilenceLibav() { av_log_set_level(level_); }
+  SilenceLibav() {
+    const std::lock_guard<std::mutex> lock(state().mutex);
+    if (state().living++ > 0) return;
+    state().level = av_log_get_level();
+    av_log_set_level(AV_LOG_QUIET);
+  }
+  ~SilenceLibav() {
+    const std::lock_guard<std::mutex> lock(state().mutex);
+    if (--state().living == 0) av_log_set_level(state().level);
+  }
   SilenceLibav(const SilenceLibav&) = delete;
   SilenceLibav& operator=(const SilenceLibav&) = delete;
 
  private:
-  int level_;
+  struct State {
+    std::mutex mutex;
+    int living{0}, level{0};
+  };
+  static State& state() {
+    static State state;
+    return state;
+  }
 };
 
 /** \brief What libav says of an error. */

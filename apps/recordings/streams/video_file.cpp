@@ -20,6 +20,8 @@ extern "C" {
 namespace fuse_flow::io {
 namespace {
 
+constexpr const char* kMatroska = "\x1a\x45\xdf\xa3";  // begins a file
+
 std::map<std::string, std::string> tagsOf(const AVDictionary* dictionary) {
   std::map<std::string, std::string> tags;
   const AVDictionaryEntry* entry = nullptr;
@@ -76,7 +78,7 @@ struct VideoFile::Demuxer {
 VideoFile::VideoFile(const std::string& path, const std::vector<std::string>& titles)
     : path_(path), demuxer_(std::make_unique<Demuxer>()) {
   const SilenceLibav silence;
-  if (readFileStart(path, 4) != "\x1a\x45\xdf\xa3") throw InputError(path + ": is not a Matroska file");
+  if (readFileStart(path, 4) != kMatroska) throw InputError(path + ": is not a Matroska file");
   const std::string url = "file:" + path;  // so that no name is taken for a protocol
   if (const int error = avformat_open_input(&demuxer_->context, url.c_str(), nullptr, nullptr); error < 0)
     throw InputError(path + ": cannot be opened: " + libavReason(error) + "; must be a Matroska file of a recorder");
@@ -135,6 +137,11 @@ VideoFile::~VideoFile() = default;
 bool isPlainVideo(const std::string& path) {
   const SilenceLibav silence;
   AVFormatContext* context = nullptr;
+  try {
+    if (readFileStart(path, 4) != kMatroska) return false;
+  } catch (const InputError&) {  // said where it is opened
+    return false;
+  }
   if (avformat_open_input(&context, ("file:" + path).c_str(), nullptr, nullptr) < 0) return false;
   const auto tag = [](const AVStream& stream, const char* key) {
     const AVDictionaryEntry* entry = av_dict_get(stream.metadata, key, nullptr, 0);

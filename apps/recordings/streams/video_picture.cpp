@@ -64,6 +64,7 @@ bool isDamaged(const AVFrame& frame) {
 
 void convertPicture(const std::string& name, const PictureForm& form, const std::uint8_t* const planes[4],
                     const int strides[4], ColorImage& image) {
+  const SilenceLibav silence;
   const std::unique_ptr<SwsContext, FreeScaler> scaler(sws_getContext(form.width, form.height, form.format, form.width,
                                                                       form.height, AV_PIX_FMT_RGB24, kExactColor,
                                                                       nullptr, nullptr, nullptr));

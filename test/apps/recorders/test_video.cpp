@@ -243,11 +243,30 @@ TEST_F(Video, WhatFfmpegEncodesIsRead) {
   }
 }
 
+TEST_F(Video, FilesOfOneNameAreToldApart) {
+  fs::create_directories(folder_ / "a" / "media");
+  fs::create_directories(folder_ / "b" / "media");
+  const std::vector<std::string> files{counting("a/media/film.mp4"), counting("b/media/film.mp4")};
+  Json rig = Json::parse(bytesOf(rigOf({"media", "media_2"})));
+  rig["cameras"][1]["fx"] = 77;
+  const auto recording = io::openRecording(files, posed(write("rig.json", rig.dump())));
+  EXPECT_EQ(recording->cameras()[0].intrinsics.fx, 50);
+  EXPECT_EQ(recording->cameras()[1].name, "media_2");
+  EXPECT_EQ(recording->cameras()[1].intrinsics.fx, 77);
+}
+
+TEST_F(Video, PicturesWhoseOrderNobodyKnowsAreRefused) {
+  const std::string file = counting("left.avi");  // B-pictures, for which AVI has no times
+  EXPECT_TRUE(refuses([&] { io::openRecording({file}, posed(rigOf({"left"}))); }, {file, "another order", ".mp4"}));
+}
+
 TEST_F(Video, NoOtherFileIsOpenedForOne) {
   const std::string other = counting("other.ts");
   const std::string list =
       write("list.mp4", "#EXTM3U\n#EXT-X-TARGETDURATION:2\n#EXTINF:2,\n" + other + "\n#EXT-X-ENDLIST\n");
   const std::string parts = write("parts.mp4", "ffconcat version 1.0\nfile '" + other + "'\n");
+  const std::string matroska = write("parts.mkv", "ffconcat version 1.0\nfile '" + other + "'\n");
+  EXPECT_TRUE(refuses([&] { io::openRecording({matroska}, posed(rigOf({"parts"}))); }, {matroska, "Matroska"}));
   for (const std::string& file : {list, parts})
     EXPECT_TRUE(refuses(
         [&] {
