@@ -41,16 +41,16 @@ std::optional<Nanoseconds> nanoseconds(std::int64_t time, const AVStream& stream
 
 struct DecodedVideo::Decoder {
   struct FreePacket {
-    void operator()(AVPacket* packet) const { av_packet_free(&packet); }
+    void operator()(AVPacket* held) const { av_packet_free(&held); }
   };
   struct FreeFrame {
-    void operator()(AVFrame* frame) const { av_frame_free(&frame); }
+    void operator()(AVFrame* held) const { av_frame_free(&held); }
   };
   struct FreeCodec {
-    void operator()(AVCodecContext* codec) const { avcodec_free_context(&codec); }
+    void operator()(AVCodecContext* held) const { avcodec_free_context(&held); }
   };
   struct CloseInput {
-    void operator()(AVFormatContext* context) const { avformat_close_input(&context); }
+    void operator()(AVFormatContext* held) const { avformat_close_input(&held); }
   };
 
   std::unique_ptr<AVFormatContext, CloseInput> context;
