@@ -32,8 +32,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr std::chrono::seconds kPatience{10};  // until the first picture
-constexpr std::size_t kWaiting = 4;            // pictures; of more the oldest are given up
+constexpr std::size_t kWaiting = 4;  // pictures; of more the oldest are given up
 
 /** \brief Names go into messages and recordings: "rtsp://user:secret@host" without what only the camera is to know. */
 std::string withoutPassword(const std::string& id) {
@@ -46,8 +45,8 @@ std::string withoutPassword(const std::string& id) {
 /** \brief An open input, and a thread that decodes what it delivers. */
 class VideoCamera : public Device {
  public:
-  VideoCamera(const std::string& id, std::shared_ptr<const std::atomic<bool>> cancelled)
-      : Device("video:" + withoutPassword(id)), cancelled_(std::move(cancelled)), deadline_(Clock::now() + kPatience) {
+  VideoCamera(const std::string& id, std::chrono::seconds patience, std::shared_ptr<const std::atomic<bool>> cancelled)
+      : Device("video:" + withoutPassword(id)), cancelled_(std::move(cancelled)), deadline_(Clock::now() + patience) {
     open(id);
     if (!decodeNext()) fail("delivers no picture");
     camera_.name = cameraNameOf(name());
@@ -61,6 +60,8 @@ class VideoCamera : public Device {
     const bool counted = (context_->iformat->flags & AVFMT_NOTIMESTAMPS) != 0;
     first_time_ = counted ? AV_NOPTS_VALUE : frame_->best_effort_timestamp;
     opened_ = Clock::now();
+    deadline_.reset();
+    thread_ = std::thread([this] { run(); });  // from now on: what nobody takes must not wait in the network
   }
   ~VideoCamera() override {
     stop_ = true;
@@ -73,8 +74,8 @@ class VideoCamera : public Device {
   bool hasIntrinsics() const override { return false; }
 
   void start() override {
-    deadline_.reset();
-    thread_ = std::thread([this] { run(); });
+    const std::lock_guard<std::mutex> lock(mutex_);
+    pictures_.clear();  // of before
   }
   std::optional<DeviceImages> wait(std::chrono::milliseconds longest) override {
     std::unique_lock<std::mutex> lock(mutex_);
@@ -137,8 +138,10 @@ class VideoCamera : public Device {
     avformat_network_init();
     AVFormatContext* context = avformat_alloc_context();
     context->interrupt_callback = {&VideoCamera::interrupted, this};
-    context->flags |= AVFMT_FLAG_NOBUFFER | (format ? AVFMT_FLAG_NONBLOCK : 0);
+    if (format) context->flags |= AVFMT_FLAG_NONBLOCK;
+    // Only the size must be found out. What is read for that is kept: a next key picture may be many seconds away.
     context->max_analyze_duration = AV_TIME_BASE;
+    context->fps_probe_size = 0;
     const int error = avformat_open_input(&context, url.c_str(), const_cast<AVInputFormat*>(format), &options);
     const AVDictionaryEntry* left = av_dict_get(options, "", nullptr, AV_DICT_IGNORE_SUFFIX);
     const std::string unknown = left ? left->key : "";
@@ -263,9 +266,9 @@ class VideoCamera : public Device {
 /** \brief Gives up at once what it tries to open, when it is stopped. */
 class VideoSource : public DeviceSource {
  public:
-  VideoSource(const std::string& id, std::shared_ptr<std::atomic<bool>> cancelled)
-      : DeviceSource(std::make_unique<VideoCamera>(id, cancelled),
-                     [id, cancelled] { return std::make_unique<VideoCamera>(id, cancelled); }),
+  VideoSource(const std::string& id, std::chrono::seconds patience, std::shared_ptr<std::atomic<bool>> cancelled)
+      : DeviceSource(std::make_unique<VideoCamera>(id, patience, cancelled),
+                     [=] { return std::make_unique<VideoCamera>(id, patience, cancelled); }),
         cancelled_(std::move(cancelled)) {}
   ~VideoSource() override { *cancelled_ = true; }
   void stop() override {
@@ -279,7 +282,7 @@ class VideoSource : public DeviceSource {
 
 std::unique_ptr<CameraSource> openVideo(const std::string& id) {
   if (id.empty()) throw InputError("video: must be followed by /dev/video0, or by an address, as rtsp://…");
-  return std::make_unique<VideoSource>(id, std::make_shared<std::atomic<bool>>(false));
+  return openVideoSource(id, kVideoPatience);
 }
 
 /** \brief Those of Video4Linux. */
@@ -299,7 +302,13 @@ std::vector<ConnectedDevice> listVideo() {
 
 }  // namespace
 
-std::unique_ptr<Device> openVideoCamera(const std::string& id) { return std::make_unique<VideoCamera>(id, nullptr); }
+std::unique_ptr<Device> openVideoCamera(const std::string& id) {
+  return std::make_unique<VideoCamera>(id, kVideoPatience, nullptr);
+}
+
+std::unique_ptr<CameraSource> openVideoSource(const std::string& id, std::chrono::seconds patience) {
+  return std::make_unique<VideoSource>(id, patience, std::make_shared<std::atomic<bool>>(false));
+}
 
 DeviceKind videoKind() { return {"video", "camera of Video4Linux", "", openVideo, listVideo}; }
 
@@ -313,6 +322,10 @@ namespace fuse_flow::io {
 
 std::unique_ptr<Device> openVideoCamera(const std::string& id) {
   throw InputError("video:" + id + ": cannot be opened, since FUSE-Flow was built without libavformat");
+}
+
+std::unique_ptr<CameraSource> openVideoSource(const std::string& id, std::chrono::seconds) {
+  return std::make_unique<DeviceSource>(openVideoCamera(id), DeviceSource::OpenAgain());
 }
 
 DeviceKind videoKind() {

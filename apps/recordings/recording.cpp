@@ -44,6 +44,11 @@ std::unique_ptr<Recording> openUnposed(const std::vector<std::string>& inputs, c
   if (!options.time_offsets.empty() && options.time_offsets.size() != inputs.size())
     throw OptionError("--time-offsets: has " + std::to_string(options.time_offsets.size()) + " numbers, must be " +
                       std::to_string(inputs.size()) + ", one for each input");
+  for (const double seconds : options.time_offsets)
+    if (!(seconds >= 0 && seconds <= 1e6))
+      throw OptionError(
+          "--time-offsets: has " + std::to_string(seconds) +
+          ", must be seconds from 0 to 1000000: by how much later each began than the first moment of all");
   std::error_code error;
   for (const std::string& input : inputs)
     if (!fs::exists(input, error)) throw InputError(input + ": not found; " + recognised);

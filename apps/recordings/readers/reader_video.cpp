@@ -30,10 +30,8 @@ bool isVideoFile(const std::string& path) {
 
 #ifndef FUSE_FLOW_WITH_LIBAV
 
-std::unique_ptr<Recording> openVideos(const std::vector<std::string>& paths, const RecordingOptions&) {
-  throw InputError(paths[0] +
-                   ": cannot be read, since FUSE-Flow was built without libavformat; install libavformat-dev, "
-                   "libavcodec-dev and libswscale-dev, and build it again");
+std::unique_ptr<Recording> openVideos(const std::vector<std::string>& paths, const RecordingOptions& options) {
+  return openMkv(paths, options);  // which says what this build lacks
 }
 
 #else

@@ -112,6 +112,12 @@ DecodedVideo::DecodedVideo(const std::string& path) : path_(path), decoder_(std:
                           " degrees; its pictures are taken as they are stored, " + std::to_string(width_) + "x" +
                           std::to_string(height_) + " pixels, to which the intrinsics must belong");
   }
+  if (parameters.field_order != AV_FIELD_UNKNOWN && parameters.field_order != AV_FIELD_PROGRESSIVE)
+    warnings_.push_back(path +
+                        ": is interlaced: the two halves of a picture are of different moments, so that what moves is "
+                        "wrong; must be progressive");
+  if (parameters.color_trc == AVCOL_TRC_SMPTE2084 || parameters.color_trc == AVCOL_TRC_ARIB_STD_B67)
+    warnings_.push_back(path + ": is of high dynamic range; its colours are taken as they are coded, and look pale");
   readThrough();
   if (stamps_.empty()) throw InputError(path + ": has no picture with a time");
 }

@@ -5,7 +5,6 @@
 extern "C" {
 #include <libavutil/error.h>
 #include <libavutil/log.h>
-#include <libswscale/swscale.h>
 }
 
 #include <mutex>
@@ -46,12 +45,5 @@ inline std::string libavReason(int error) {
   av_strerror(error, text, sizeof text);
   return text;
 }
-
-struct FreeScaler {
-  void operator()(SwsContext* scaler) const { sws_freeContext(scaler); }
-};
-
-/** \brief How colours become RGB: chroma in between is interpolated, sums are rounded, and each pixel has a chroma of its own. */
-constexpr int kExactColor = SWS_BILINEAR | SWS_ACCURATE_RND | SWS_FULL_CHR_H_INT;
 
 }  // namespace fuse_flow::io

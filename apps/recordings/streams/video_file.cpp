@@ -4,6 +4,7 @@
 
 #include "recordings/files/file_io.h"
 #include "recordings/streams/libav.h"
+#include "recordings/streams/video_picture.h"
 
 #include <fuse_flow/recordings/error.h>
 
@@ -11,6 +12,7 @@ extern "C" {
 #include <libavformat/avformat.h>
 #include <libavutil/dict.h>
 #include <libavutil/imgutils.h>
+#include <libswscale/swscale.h>
 }
 
 #include <algorithm>
@@ -237,13 +239,7 @@ void convertColor(const std::string& name, VideoCodec codec, int width, int heig
   const int size = av_image_fill_arrays(planes, strides, data, format, width, height, 1);
   if (size < 0 || static_cast<std::size_t>(size) != bytes.size())
     throw InputError(name + ": has " + std::to_string(bytes.size()) + " bytes, must have " + std::to_string(size));
-  const std::unique_ptr<SwsContext, FreeScaler> scaler(
-      sws_getContext(width, height, format, width, height, AV_PIX_FMT_RGB24, kExactColor, nullptr, nullptr, nullptr));
-  if (!scaler) throw InputError(name + ": cannot be converted to RGB");
-  image.resize(width, height);
-  std::uint8_t* const to[4] = {reinterpret_cast<std::uint8_t*>(image.data.data())};
-  const int to_strides[4] = {3 * width};
-  sws_scale(scaler.get(), planes, strides, 0, height, to, to_strides);
+  convertPicture(name, {format, width, height, SWS_CS_ITU601, false}, planes, strides, image);
 }
 
 }  // namespace fuse_flow::io

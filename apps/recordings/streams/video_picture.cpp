@@ -7,13 +7,20 @@
 #include <fuse_flow/recordings/error.h>
 
 extern "C" {
-#include <libavutil/imgutils.h>
+#include <libswscale/swscale.h>
 }
 
 #include <memory>
 
 namespace fuse_flow::io {
 namespace {
+
+/** \brief How colours become RGB: chroma in between is interpolated, sums are rounded, and each pixel has a chroma of its own. */
+constexpr int kExactColor = SWS_BILINEAR | SWS_ACCURATE_RND | SWS_FULL_CHR_H_INT;
+
+struct FreeScaler {
+  void operator()(SwsContext* scaler) const { sws_freeContext(scaler); }
+};
 
 /** \brief Formats whose name says "full range" are the others of that range. */
 AVPixelFormat plainFormat(int format) {

@@ -78,12 +78,14 @@ int freePort() {
 /** \brief A camera with an address: sends pictures to whom connects first, and then ends. */
 class Sender {
  public:
-  Sender(int port, int pictures, std::chrono::milliseconds apart) {
+  Sender(int port, int pictures, std::chrono::milliseconds apart, bool one_key = false) {
     thread_ = std::thread([=] {
       VideoOptions options;
       options.container = "mpegts";
       options.between = 0;
       options.pictures = pictures;
+      if (one_key) options.codec = AV_CODEC_ID_H264;
+      if (one_key) options.key_every = 1000;
       writeVideo("tcp://127.0.0.1:" + std::to_string(port) + "?listen=1", options, [&](int k, AVFrame& frame) {
         paintPlain(frame, levelOf(k), 128, 128);
         std::this_thread::sleep_for(apart);
@@ -116,7 +118,7 @@ int shown(const io::LoadedView& images) {
 
 TEST(VideoCamera, DeliversPicturesInTheirOrderWithTheirTimes) {
   const int port = freePort();
-  const Sender sender(port, 40, 5ms);
+  const Sender sender(port, 40, 20ms);
   const std::unique_ptr<io::Device> camera = openSoon(idOf(port));
   ASSERT_NE(camera, nullptr);
   EXPECT_FALSE(camera->hasDepth());
@@ -146,6 +148,25 @@ TEST(VideoCamera, DeliversPicturesInTheirOrderWithTheirTimes) {
   EXPECT_EQ(end, "video:" + idOf(port) + ": has ended");
   EXPECT_GT(pictures, 10) << "of a slow reader the oldest are given up";
   EXPECT_EQ(before, 39);
+}
+
+TEST(VideoCamera, TheKeyPictureThatItBeginsWithIsNotLost) {
+  const int port = freePort();
+  if (avcodec_find_encoder(AV_CODEC_ID_H264) == nullptr) GTEST_SKIP() << "no encoder of H.264";
+  const Sender sender(port, 60, 20ms, true);  // there is no other
+  std::unique_ptr<io::Device> camera = openSoon(idOf(port));
+  ASSERT_NE(camera, nullptr);
+  camera->start();
+  int last = -1;
+  std::string end;
+  while (end.empty()) {
+    try {
+      if (const std::optional<io::DeviceImages> images = camera->wait(20ms)) last = shown(*images->images);
+    } catch (const io::InputError& error) {
+      end = error.what();
+    }
+  }
+  EXPECT_EQ(last, 59 % 44) << end;
 }
 
 TEST(VideoCamera, OneThatEndsIsLookedForAndComesBack) {
@@ -204,7 +225,7 @@ TEST(VideoCamera, StopDoesNotWaitForOneThatAcceptsAndIsSilent) {
     const Sender sender(port, 16, 5ms);
     for (int k = 0; k < 500 && !source; ++k) {
       try {
-        source = io::openDevice("video:" + idOf(port));
+        source = io::openVideoSource(idOf(port), 24h);
       } catch (const io::InputError&) {  // it does not listen yet
         std::this_thread::sleep_for(10ms);
       }
@@ -223,9 +244,7 @@ TEST(VideoCamera, StopDoesNotWaitForOneThatAcceptsAndIsSilent) {
   ASSERT_EQ(listen(listening, 4), 0);
   const int connected = accept(listening, nullptr, nullptr);  // it is looked for again
   ASSERT_GE(connected, 0);
-  const auto start = std::chrono::steady_clock::now();
-  source->stop();
-  EXPECT_LT(std::chrono::steady_clock::now() - start, 8s) << "it would try for ten";
+  source->stop();  // or this test takes a day
   close(connected);
   close(listening);
 }

@@ -197,6 +197,12 @@ TEST_F(Video, CamerasArePutTogetherByTheTimesTheyBeganAt) {
   EXPECT_EQ(shown(frame, 1), 7);
   EXPECT_TRUE(refuses<io::OptionError>([&] { io::openRecording(files, posed(rig, {1})); },
                                        {"--time-offsets", "has 1 numbers, must be 2"}));
+  for (const double wrong : {-0.1, 1e7, std::nan("")})
+    EXPECT_TRUE(refuses<io::OptionError>(
+        [&] {
+          io::openRecording(files, posed(rig, {0, wrong}));
+        },
+        {"--time-offsets", "must be seconds from 0"}));
   EXPECT_TRUE(refuses<io::OptionError>([&] { io::openRecording({folder_.string()}, posed(rig, {1})); },
                                        {"--time-offsets", "is for .mkv files and videos"}));
 }
@@ -241,6 +247,16 @@ TEST_F(Video, WhatFfmpegEncodesIsRead) {
         ADD_FAILURE() << error.what();
       }
   }
+}
+
+TEST_F(Video, WhatItsPicturesAreNotIsSaid) {
+  VideoOptions options;
+  options.field_order = AV_FIELD_TT;
+  options.transfer = AVCOL_TRC_ARIB_STD_B67;
+  const auto recording = io::openRecording({counting("left.mkv", options)}, posed(rigOf({"left"})));
+  EXPECT_TRUE(says(recording->warnings(), "is interlaced"));
+  EXPECT_TRUE(says(recording->warnings(), "high dynamic range"));
+  EXPECT_TRUE(io::openRecording({counting("left.mkv")}, posed(rigOf({"left"})))->warnings().empty());
 }
 
 TEST_F(Video, FilesOfOneNameAreToldApart) {

@@ -26,6 +26,8 @@ struct VideoOptions {
   int between{2};  ///< pictures that are stored behind those they lie before
   AVColorSpace matrix{AVCOL_SPC_UNSPECIFIED};
   AVColorRange range{AVCOL_RANGE_UNSPECIFIED};
+  AVFieldOrder field_order{AV_FIELD_UNKNOWN};
+  AVColorTransferCharacteristic transfer{AVCOL_TRC_UNSPECIFIED};
 };
 
 /** \brief Writes a video. \param paint fills in a picture of that number \returns false: the encoder is not there, or fails */
@@ -46,11 +48,14 @@ inline bool writeVideo(const std::string& path, const VideoOptions& options,
   encoder->color_range = options.range;
   encoder->bit_rate = 4'000'000;
   encoder->thread_count = 1;
+  av_opt_set(encoder->priv_data, "tune", "zerolatency", 0);  // H.264's; others do not know it
   if ((context->oformat->flags & AVFMT_GLOBALHEADER) != 0) encoder->flags |= AV_CODEC_FLAG_GLOBAL_HEADER;
   bool good = avcodec_open2(encoder, codec, nullptr) >= 0;
   AVStream* track = avformat_new_stream(context, nullptr);
   track->time_base = encoder->time_base;
   avcodec_parameters_from_context(track->codecpar, encoder);
+  track->codecpar->field_order = options.field_order;
+  track->codecpar->color_trc = options.transfer;
   good = good && avio_open(&context->pb, path.c_str(), AVIO_FLAG_WRITE) >= 0 &&
          avformat_write_header(context, nullptr) >= 0;
   AVFrame* frame = av_frame_alloc();

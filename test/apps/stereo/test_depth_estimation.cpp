@@ -52,7 +52,7 @@ TEST(GpuThenCpu, OtherErrorsAreNotTheDevices) {
   EXPECT_TRUE(either.onGpu());
 }
 
-TEST(DepthEstimation, AViewThatContradictsItsCameraIsRefusedWhereverItRuns) {
+TEST(DepthEstimation, AFrameWithoutImagesIsRefusedWhereverItRuns) {
   for (const char* device : {"cpu", "auto"}) {
     const auto estimation = io::makeDepthEstimation(StereoParameters(), 1, device, {});
     StereoFrame result;

@@ -260,6 +260,30 @@ TEST_F(RgbCameras, ThatRunAreFusedAsTheirRecordingIs) {
   }
 }
 
+TEST_F(RgbCameras, TheirVideosAreFusedAsTheirImagesAre) {
+  simulate("arc-3", {"--frames", "2"});
+  std::vector<std::string> arguments;
+  for (const fs::path& camera : cameras()) {
+    const std::string video = out(camera.filename().string() + ".mkv");
+    const std::string command = "ffmpeg -nostdin -loglevel quiet -framerate 30 -i " + (camera / "color").string() +
+                                "/%06d.png -c:v ffv1 -pix_fmt bgr0 " + video;  // without loss
+    if (std::system(command.c_str()) != 0) GTEST_SKIP() << "no ffmpeg";
+    arguments.push_back(video);
+  }
+  ASSERT_TRUE(succeeded(fuseTo("direct/")));
+  for (const char* more : {"--poses", "", "-o", "", "--no-quality"}) arguments.emplace_back(more);
+  arguments[arguments.size() - 4] = (recording_ / "rig.json").string();
+  arguments[arguments.size() - 2] = out("videos/");
+  const ToolResult videos = fuse(arguments);
+  if (videos.err.find("was built without libavformat") != std::string::npos) GTEST_SKIP() << videos.err;
+  ASSERT_TRUE(succeeded(videos));
+  EXPECT_TRUE(says(videos.err, "--time-offsets says by how many seconds each began later"));
+  for (const char* frame : {"000000.ply", "000001.ply"}) {
+    EXPECT_GT(readCloudFile(folder_ / "videos" / frame).size(), 100u);
+    EXPECT_EQ(readText(folder_ / "videos" / frame), readText(folder_ / "direct" / frame)) << frame;
+  }
+}
+
 TEST_F(RgbCameras, ThatRunMayStayMissing) {
   simulate("arc-2");
   const ToolResult played =

@@ -151,7 +151,7 @@ struct RecordingOptions {
   PoseConvention pose_convention{PoseConvention::CameraToWorld};
   /** \brief A rig.json whose poses replace the recording's own poses; empty: none. Of videos, which say neither, also the intrinsics. */
   std::string poses;
-  /** \brief Of .mkv files and videos: seconds that are added to the times of the images of each file, in their order. Empty: what the files say; where
+  /** \brief Of .mkv files and videos: seconds, 0 … 10⁶, that are added to the times of the images of each file, in their order. Empty: what the files say; where
    *  nothing says how their clocks relate, their first images are of the same moment. */
   std::vector<double> time_offsets;
   /** \brief True: several cameras of a recorder's files may stand nobody knows where, and begin at the world's origin, which is where their
