@@ -70,8 +70,13 @@ LivePump::LivePump(Options options, io::LiveRig& rig, std::vector<std::shared_pt
 
 void LivePump::run(const std::atomic<bool>& stop) {
   const std::chrono::steady_clock::time_point start = std::chrono::steady_clock::now();
-  while (!stop && !io::interrupt_requested && rig_.running() && secondsSince(start) < options_.seconds.value_or(1e12))
-    step();
+  // Depth takes longest by far: the next frame's is estimated while this one is fused.
+  if (options_.stereo)
+    prepared_ =
+        std::make_unique<io::PreparedInstants>(rig_, [this](io::LiveInstant& instant) { estimateDepth(instant); });
+  const auto more = [&] { return rig_.running() || (prepared_ && prepared_->busy()); };
+  while (!stop && !io::interrupt_requested && more() && secondsSince(start) < options_.seconds.value_or(1e12)) step();
+  prepared_ = nullptr;
   seconds_ = secondsSince(start);
   if (!options_.leader) return;
   options_.leader->stop();
@@ -100,23 +105,23 @@ std::string LivePump::summary() const {
   return text + LiveLog::summary(rig_);
 }
 
-bool LivePump::next(io::LiveInstant& instant) {
+std::shared_ptr<io::LiveInstant> LivePump::next() {
   constexpr std::chrono::milliseconds most(100);
-  if (!options_.leader) return rig_.next(most, instant);
+  if (prepared_) return prepared_->next(most);
+  const auto instant = std::make_shared<io::LiveInstant>();
+  if (!options_.leader) return rig_.next(most, *instant) ? instant : nullptr;
   const std::chrono::steady_clock::time_point start = std::chrono::steady_clock::now();
   do {
     options_.leader->poll();
-    if (rig_.next(std::chrono::milliseconds(2), instant)) return true;
+    if (rig_.next(std::chrono::milliseconds(2), *instant)) return instant;
   } while (std::chrono::steady_clock::now() - start < most);
-  return false;
+  return nullptr;
 }
 
 void LivePump::step() {
-  const auto instant = std::make_shared<io::LiveInstant>();
-  const bool any = next(*instant);
+  const std::shared_ptr<io::LiveInstant> instant = next();
   if (options_.recorder) options_.recorder->check();
-  if (any) {
-    if (options_.stereo) estimateDepth(*instant);
+  if (instant) {
     if (options_.instant) options_.instant(instant);
     if (method_) fuse(*instant);
   }

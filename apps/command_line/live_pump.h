@@ -8,6 +8,7 @@
 #include "input_checks/input_checks.h"
 #include "live/live_ranks.h"
 #include "live/live_rig.h"
+#include "live/prepared_instants.h"
 #include "live/rig_recorder.h"
 #include "methods/distributed_fusion.h"
 #include "methods/method.h"
@@ -96,9 +97,9 @@ class LivePump {
 
  private:
   void step();
-  /** \brief The latest instant, of all ranks where there are several. */
-  bool next(io::LiveInstant& instant);
-  /** \brief Gives the views without depth theirs. */
+  /** \brief The latest instant, of all ranks where there are several, with depth of all views; null: none came in a while. */
+  std::shared_ptr<io::LiveInstant> next();
+  /** \brief Gives the views without depth theirs; on the thread of prepared_. */
   void estimateDepth(io::LiveInstant& instant);
   void fuse(const io::LiveInstant& instant);
 
@@ -116,7 +117,8 @@ class LivePump {
   Times fusing_, latency_;
   std::uint64_t instants_{0};
   double seconds_{0};
-  std::string shared_;  ///< what ranks did, where there are several
+  std::string shared_;                              ///< what ranks did, where there are several
+  std::unique_ptr<io::PreparedInstants> prepared_;  ///< while it runs, where depth is estimated
 };
 
 /** \brief What estimates the depth of the cameras of a rig that measure none, with lines on the standard error stream that say so; null where every
