@@ -151,7 +151,7 @@ class VideoCamera : public Device {
     if (!unknown.empty() && unknown != "rtsp_transport") fail("has no option " + unknown);
     (void)avformat_find_stream_info(context, nullptr);
     const AVCodec* codec = nullptr;
-    const int track = av_find_best_stream(context, AVMEDIA_TYPE_VIDEO, -1, -1, &codec, 0);
+    const int track = videoTrack(*context, codec);
     if (track == AVERROR_DECODER_NOT_FOUND) fail("its codec is not known here; must be another");
     if (track < 0) fail("delivers no video");
     stream_ = context->streams[track];

@@ -76,7 +76,7 @@ DecodedVideo::DecodedVideo(const std::string& path) : path_(path), decoder_(std:
   decoder_->context.reset(context);
   (void)avformat_find_stream_info(context, nullptr);  // what it does not find is seen below
   const AVCodec* codec = nullptr;
-  const int track = av_find_best_stream(context, AVMEDIA_TYPE_VIDEO, -1, -1, &codec, 0);
+  const int track = videoTrack(*context, codec);
   if (track == AVERROR_DECODER_NOT_FOUND) throw InputError(path + ": its codec is not known here; must be another");
   if (track < 0) throw InputError(path + ": has no video");
   std::size_t videos = 0;

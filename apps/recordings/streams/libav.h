@@ -3,6 +3,8 @@
 // What the files that use libav share. Included by those alone.
 
 extern "C" {
+#include <libavcodec/avcodec.h>
+#include <libavformat/avformat.h>
 #include <libavutil/error.h>
 #include <libavutil/log.h>
 }
@@ -44,6 +46,15 @@ inline std::string libavReason(int error) {
   char text[AV_ERROR_MAX_STRING_SIZE] = {};
   av_strerror(error, text, sizeof text);
   return text;
+}
+
+/** \brief The number of the video track to show, and its decoder; negative: an error of libav, AVERROR_DECODER_NOT_FOUND if nobody knows its codec.
+ *  av_find_best_stream() could say both, but takes another type before FFmpeg 5. */
+inline int videoTrack(AVFormatContext& context, const AVCodec*& decoder) {
+  const int track = av_find_best_stream(&context, AVMEDIA_TYPE_VIDEO, -1, -1, nullptr, 0);
+  if (track < 0) return track;
+  decoder = avcodec_find_decoder(context.streams[track]->codecpar->codec_id);
+  return decoder ? track : AVERROR_DECODER_NOT_FOUND;
 }
 
 }  // namespace fuse_flow::io
