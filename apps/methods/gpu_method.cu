@@ -7,6 +7,7 @@
 #include <fuse_flow/gpu/filters/depth_backprojection.h>
 #include <fuse_flow/gpu/filters/multi_view_consistency.h>
 #include <fuse_flow/gpu/fuse_flow.h>
+#include <fuse_flow/gpu/runtime/system.h>
 #include <fuse_flow/recordings/error.h>
 #ifdef FUSE_FLOW_WITH_STREAM
 #include "stream/gpu/gpu_frame_encoder.h"
@@ -31,27 +32,33 @@ bool runsOnGpu(const std::string& device) {
 
 namespace {
 
-/** \brief A method whose clouds can become bytes where they are. */
+/** \brief Comes before what runs on the stream, which it must outlive. */
+struct FusionStream {
+  gpu::OwnStream fusing{gpu::StreamPriority::First};
+};
+
+/** \brief A method on a stream of its own, before whatever else the device does: fusing is short, estimating the depth of the next frame is not. Its
+ *  clouds can become bytes where they are. */
 template <typename Fusion>
-class OnGpu : public Fusion {
-#ifdef FUSE_FLOW_WITH_STREAM
+class OnGpu : private FusionStream, public Fusion {
  public:
   explicit OnGpu(const MethodOptions& options) : Fusion(options) {
+    this->fusion_.setStream(fusing.get());
+#ifdef FUSE_FLOW_WITH_STREAM
     if (options.encoding) encoder_ = std::make_unique<stream::GpuFrameEncoder>(*options.encoding);
+#endif
   }
+#ifdef FUSE_FLOW_WITH_STREAM
   std::shared_ptr<const stream::EncodedFrame> fuseEncoded(const RigFrame& frame,
                                                           const stream::FrameTimes& times) override {
     if (!encoder_) return nullptr;
-    const auto points = this->fusion_.fuseOnDevice(frame);  // on the default stream, as the encoder
+    const auto points = this->fusion_.fuseOnDevice(frame);
     this->statistics_ = this->fusion_.getStatistics();
-    return encoder_->encode(stream::viewOf(points.points, points.size), times);
+    return encoder_->encode(stream::viewOf(points.points, points.size), times, fusing.get());
   }
 
  private:
   std::unique_ptr<stream::GpuFrameEncoder> encoder_;
-#else
- public:
-  using Fusion::Fusion;
 #endif
 };
 

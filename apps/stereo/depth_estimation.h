@@ -27,7 +27,7 @@ class DepthEstimationOn : public DepthEstimation {
   }
   void estimate(const RigFrame& frame, StereoFrame& result) override { stereo_.estimate(frame, result); }
 
- private:
+ protected:
   MultiViewStereo<Device> stereo_;
 };
 

@@ -2,6 +2,7 @@
 
 #include <fuse_flow/calibration/extrinsic_tracking.h>
 #include <fuse_flow/device_error.h>
+#include <fuse_flow/recordings/error.h>
 
 #include <gtest/gtest.h>
 
