@@ -1,7 +1,7 @@
 # fuse_flow.pc, for who builds without CMake: the headers' folder, relative to where the file lies, so that an install can be moved,
-# with the target's options and PCL's modules.
+# with the target's options, Eigen, which PCL 1.12's own files leave out, and PCL's modules.
 find_package(PkgConfig QUIET)
-set(fuse_flow_pc_requires "")
+set(fuse_flow_pc_requires "eigen3 ")
 foreach(module common filters kdtree search)
   set(name pcl_${module})
   if(PkgConfig_FOUND)  # PCL's own builds, and older packages, have the version in the name

@@ -81,14 +81,15 @@ class PlyColor {
     static const std::map<std::string, int> steps{{"red", 0},           {"diffuse_red", 0}, {"green", 1},
                                                   {"diffuse_green", 1}, {"blue", 2},        {"diffuse_blue", 2}};
     const bool is_byte = type == "uchar" || type == "uint8";
-    const auto step = is_byte ? steps.find(name) : steps.end();
+    const auto found = steps.find(name);
+    const int step = is_byte && found != steps.end() ? found->second : -1;
     if (is_byte && name == "alpha") {
       if (!takes_alpha_) throw InputError(path + ": has alpha without red, green and blue before it");
       takes_alpha_ = false;
-    } else if (step != steps.end() ? step->second != next_ : next_ != 0) {
+    } else if (step >= 0 ? step != next_ : next_ != 0) {
       throw InputError(path + ": has " + cutShort(name) + (next_ == 0 ? " without red" : " without all of a colour") +
                        " before it, must be red, green, blue");
-    } else if (step != steps.end()) {
+    } else if (step >= 0) {
       next_ = (next_ + 1) % 3;
       takes_alpha_ = next_ == 0;
     }

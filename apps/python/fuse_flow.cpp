@@ -51,9 +51,8 @@ class FrameFusion {
       : parameters_(parameters ? std::move(parameters) : std::make_shared<FuseFlowParameters>()), threads_(threads) {
     checkParameters(*parameters_);
     if (device == "gpu") {
-      std::unique_ptr<GpuFusion> on_gpu = makeGpuFusion(extras);
-      gpu_ = on_gpu.get();
-      fusion_ = std::move(on_gpu);
+      fusion_ = makeGpuFusion(extras);
+      gpu_ = static_cast<GpuFusion*>(fusion_.get());
     } else if (device == "cpu") {
       fusion_ = makeHostFusion(extras);
     } else {

@@ -119,7 +119,7 @@ void appendRvl(const DepthImage& image, std::string& to) {
     writer.put(static_cast<std::uint32_t>(at - from));
     for (std::size_t k = from; k < at; ++k) {
       const std::int32_t delta = depth[k] - last;
-      writer.put(static_cast<std::uint32_t>(delta * 2) ^ static_cast<std::uint32_t>(delta >> 31));
+      writer.put(static_cast<std::uint32_t>(delta * 2) ^ (delta < 0 ? ~std::uint32_t(0) : 0));
       last = depth[k];
     }
   }

@@ -80,8 +80,8 @@ double handDistance(const Vector3d& p) {
 
 }  // namespace
 
-PersonHand::PersonHand() {
-  rest_ = polygonise(handDistance, {Vector3d(-0.125, -0.05, -0.06), Vector3d(0.075, 0.05, 0.205)}, 0.003);
+PersonHand::PersonHand()
+    : rest_(polygonise(handDistance, {Vector3d(-0.125, -0.05, -0.06), Vector3d(0.075, 0.05, 0.205)}, 0.003)) {
   constexpr double passage = 0.004;  // metres over which a bone's weight passes to the next
   for (const Vector3f& v : rest_.vertices) {
     std::array<double, kBones> distances;

@@ -53,7 +53,7 @@ Link parseLink(const std::string& text) {
     fail("is no link to a stream, " + must);
   link.port = link.tls ? "443" : "80";
   std::string rest = text.substr(scheme_end + 3);
-  rest = rest.substr(0, rest.find('#'));
+  rest.resize(std::min(rest.find('#'), rest.size()));
   const std::size_t query = std::min(rest.find('?'), rest.size());
   const std::size_t path = std::min(rest.find('/'), query);
   if (!split(rest.substr(0, path), link)) fail("has no host, or a wrong port, " + must);

@@ -55,8 +55,10 @@ std::string broken(const std::string& text, std::size_t columns) {
 
 }  // namespace
 
-Overlay::Overlay(Window& window) : window_(window), legend_(vtkSmartPointer<vtkScalarBarActor>::New()) {
-  image_mapper_ = vtkSmartPointer<vtkImageMapper>::New();
+Overlay::Overlay(Window& window)
+    : window_(window),
+      legend_(vtkSmartPointer<vtkScalarBarActor>::New()),
+      image_mapper_(vtkSmartPointer<vtkImageMapper>::New()) {
   image_mapper_->SetColorWindow(255);
   image_mapper_->SetColorLevel(127.5);
   images_ = vtkSmartPointer<vtkActor2D>::New();
