@@ -63,6 +63,11 @@ run_with_window() {
     sleep 0.2
   done
   wait $pid || status=$?
+  # VTK 9.1 of Ubuntu 22.04 crashes when a window of PCL 1.12 is closed (PCL's issue 6290).
+  if [ $status -eq 139 ] && [ -n "$seen" ] && [[ $1 == *sample_visualize* ]] && ls /usr/lib/*/libpcl_visualization.so.1.12 > /dev/null 2>&1; then
+    echo "crashed when its window was closed, as PCL 1.12 does with VTK 9.1: $1"
+    return 0
+  fi
   [ $status -eq 0 ] || return $status
   [ -n "$seen" ] || fail "opens no window: $1"
 }

@@ -175,7 +175,8 @@ void LivePump::fuse(const io::LiveInstant& instant) {
   fusing_.add(1e3 * secondsSince(start));
   latency_.add(1e-3 * static_cast<double>((rig_.now() - instant.arrived).count()));
   frame->has_normals = options_.method_options.normals;
-  if (frame->has_normals && !frame->encoded) frame->with_normals = method_->withNormals();
+  frame->has_camera_mask = options_.method_options.camera_mask;
+  if (options_.method_options.morePerPoint() && !frame->encoded) frame->with_normals = method_->withNormals();
   frame->statistics = method_->statistics();
   if (look) checks_.lookAt(frame->input.rig, frame->statistics);
   std::size_t points = frame->cloud.size();

@@ -14,6 +14,18 @@ void addDeviceOption(CLI::App& app, std::string& device, const std::string& what
       ->capture_default_str();
 }
 
+void addCameraMaskOption(CLI::App& app, bool& camera_mask) {
+  app.add_flag("--camera-mask", camera_mask,
+               "write which cameras each point is from: camera_mask, a bit for each in two numbers of 32");
+}
+
+std::string cameraMaskAdvice(bool camera_mask, std::size_t cameras) {
+  constexpr std::size_t bits = 64;
+  if (!camera_mask || cameras <= bits) return "";
+  return "--camera-mask: has bits for " + std::to_string(bits) + " cameras, and there are " + std::to_string(cameras) +
+         ": of those from the 65th on nothing is written; --views chooses others";
+}
+
 MethodArguments::MethodArguments(CLI::App& app) {
   app.add_option("--method", method_, "what makes the cloud")
       ->check(CLI::IsMember({"fuse_flow", "concatenate", "voxel_grid", "approximate_voxel_grid", "outlier_removal"}))

@@ -5,6 +5,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include <cstddef>
 #include <optional>
 #include <string>
 #include <vector>
@@ -13,6 +14,11 @@ namespace fuse_flow::command_line {
 
 /** \brief --device. \param what runs there, for the help  \param until what auto means besides, behind "on a GPU if there is one" */
 void addDeviceOption(CLI::App& app, std::string& device, const std::string& what, const std::string& until = "");
+
+/** \brief --camera-mask, of tools that write clouds. */
+void addCameraMaskOption(CLI::App& app, bool& camera_mask);
+/** \brief What is to be said of it, a line; empty: nothing. */
+std::string cameraMaskAdvice(bool camera_mask, std::size_t cameras);
 
 /** \brief What makes the cloud of a frame, on the command line, with every parameter of the library. */
 class MethodArguments {

@@ -90,7 +90,8 @@ class DistributedFusion : public DistributedMethod {
 
 std::unique_ptr<DistributedMethod> makeDistributedFusion(distributed::Communicator& communicator,
                                                          const MethodOptions& options, bool fusing) {
-  if (options.normals) return std::make_unique<DistributedFusion<PointFusedNormal>>(communicator, options, fusing);
+  if (options.morePerPoint())
+    return std::make_unique<DistributedFusion<PointFusedNormal>>(communicator, options, fusing);
   return std::make_unique<DistributedFusion<PointFused>>(communicator, options, fusing);
 }
 

@@ -4,14 +4,14 @@
 
 namespace fuse_flow::io {
 
-/** \brief Ours, on the CPU or a GPU, with normals: most users want none, and they take time. */
+/** \brief Ours, on the CPU or a GPU, with normals or the cameras of each point: most users want neither, and they take time. */
 template <typename FuseFlowT>
 class FusionWithNormals : public Method {
  public:
   explicit FusionWithNormals(const MethodOptions& options) {
     fusion_.setParameters(options.parameters);
     fusion_.setNumberOfThreads(options.threads);
-    fusion_.setComputeNormals(true);
+    fusion_.setComputeNormals(options.normals);
   }
   void fuse(const RigFrame& frame, Cloud& output) override {
     fusion_.fuse(frame, with_normals_);

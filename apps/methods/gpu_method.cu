@@ -65,7 +65,7 @@ class OnGpu : private FusionStream, public Fusion {
 }  // namespace
 
 std::unique_ptr<Method> makeGpuFusion(const MethodOptions& options) {
-  if (options.normals)
+  if (options.morePerPoint())
     return std::make_unique<OnGpu<FusionWithNormals<FuseFlow<PointFusedNormal, device::Thrust>>>>(options);
   return std::make_unique<OnGpu<FusionMethod<FuseFlow<PointFused, device::Thrust>>>>(options);
 }

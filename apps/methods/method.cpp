@@ -195,6 +195,8 @@ std::unique_ptr<Method> makeMethod(const std::string& name, const MethodOptions&
   if (name != "fuse_flow" && options.device == "gpu")
     throw OptionError("--device gpu: --method " + name + " runs on the CPU only");
   if (name != "fuse_flow" && options.normals) throw OptionError("--normals: --method " + name + " has none");
+  if (name != "fuse_flow" && options.camera_mask)
+    throw OptionError("--camera-mask: --method " + name + " does not know which cameras a point is from");
   if (name == "fuse_flow") {
     if (runsOnGpu(options.device)) {
       if (options.device == "gpu" || !options.warn) return makeGpuFusion(options);  // nobody would know
@@ -203,7 +205,7 @@ std::unique_ptr<Method> makeMethod(const std::string& name, const MethodOptions&
       return std::make_unique<CpuFallback>([&] { return makeGpuFusion(options); },
                                            [on_cpu] { return makeMethod("fuse_flow", on_cpu); }, options.warn);
     }
-    if (options.normals) return std::make_unique<FusionWithNormals<FuseFlow<PointFusedNormal>>>(options);
+    if (options.morePerPoint()) return std::make_unique<FusionWithNormals<FuseFlow<PointFusedNormal>>>(options);
     return std::make_unique<FusionMethod<FuseFlow<PointFused>>>(options);
   }
   if (name == "concatenate") return std::make_unique<Concatenation>(options);

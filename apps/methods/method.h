@@ -34,7 +34,7 @@ class Method {
   }
   /** \brief Of the last frame; the peers back-project (generate), thin (fuse) and write the cloud (output). */
   virtual const FrameStatistics& statistics() const { return statistics_; }
-  /** \brief The last frame's cloud with normals; empty unless MethodOptions::normals. */
+  /** \brief The last frame's cloud with normals (NaN unless MethodOptions::normals) and cameras; empty unless MethodOptions::morePerPoint(). */
   virtual const pcl::PointCloud<PointFusedNormal>& withNormals() const { return with_normals_; }
 
  protected:
@@ -50,8 +50,11 @@ struct MethodOptions {
    *  then on. The peers run on the CPU. */
   std::string device{"auto"};
   bool normals{false};                                      ///< ours only
+  bool camera_mask{false};                                  ///< of each point, ours only
   std::shared_ptr<const stream::EncodingOptions> encoding;  ///< for Method::fuseEncoded()
   std::function<void(const std::string&)> warn;  ///< gets what is to be said while frames are fused, a line at a time
+
+  bool morePerPoint() const { return normals || camera_mask; }
 };
 
 /** \brief Whether a method's clouds have a confidence: the peers' points have the field, and 0 in it. */

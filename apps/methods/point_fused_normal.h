@@ -8,13 +8,19 @@
 
 namespace fuse_flow::io {
 
-/** \brief PointFused with the normal of the surface. */
+/** \brief PointFused with the normal of the surface, and the cameras that it is from. */
 struct EIGEN_ALIGN16 PointFusedNormal {
   PCL_ADD_POINT4D
   PCL_ADD_NORMAL4D
   PCL_ADD_RGB
   float confidence{0};
   std::uint32_t view_count{0};
+  /** \brief No field. */
+  std::uint32_t unused{0};
+  /** \brief As PointFusedCameras::camera_mask. */
+  std::uint32_t camera_mask[2]{0, 0};
+  /** \brief No field. */
+  std::uint32_t unused_too[2]{0, 0};
 
   PointFusedNormal() {
     x = y = z = normal_x = normal_y = normal_z = data_n[3] = 0.0f;
@@ -29,4 +35,6 @@ struct EIGEN_ALIGN16 PointFusedNormal {
 POINT_CLOUD_REGISTER_POINT_STRUCT(fuse_flow::io::PointFusedNormal,
                                   (float, x, x)(float, y, y)(float, z, z)(float, normal_x, normal_x)(
                                       float, normal_y, normal_y)(float, normal_z, normal_z)(std::uint32_t, rgba, rgba)(
-                                      float, confidence, confidence)(std::uint32_t, view_count, view_count))
+                                      float, confidence, confidence)(std::uint32_t, view_count,
+                                                                     view_count)(std::uint32_t[2], camera_mask,
+                                                                                 camera_mask))

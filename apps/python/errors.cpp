@@ -40,6 +40,7 @@ std::string optionMessageOf(const std::exception& error) {
 
 void set(PyObject* type, const std::string& message) { PyErr_SetString(type, message.c_str()); }
 
+// NOLINTNEXTLINE(performance-unnecessary-value-param): the type that pybind11 takes
 void translate(std::exception_ptr thrown) {
   try {
     if (thrown) std::rethrow_exception(thrown);

@@ -4,6 +4,8 @@
 #include "clouds/other_clouds.h"
 #include "recordings/files/file_io.h"
 
+#include <pcl/conversions.h>
+
 #include <algorithm>
 #include <cctype>
 #include <cerrno>
@@ -22,6 +24,18 @@ std::string lowerExtension(const std::string& path) {
   std::transform(extension.begin(), extension.end(), extension.begin(),
                  [](unsigned char c) { return std::tolower(c); });
   return extension;
+}
+
+/** \brief The cloud with those fields beyond PointFused that were asked for. */
+pcl::PCLPointCloud2 withAskedFields(const FusedFrame& frame) {
+  pcl::PCLPointCloud2 cloud;
+  pcl::toPCLPointCloud2(frame.with_normals, cloud);
+  const auto unasked = [&](const pcl::PCLPointField& field) {
+    return (!frame.has_normals && field.name.rfind("normal_", 0) == 0) ||
+           (!frame.has_camera_mask && field.name == "camera_mask");
+  };
+  cloud.fields.erase(std::remove_if(cloud.fields.begin(), cloud.fields.end(), unasked), cloud.fields.end());
+  return cloud;
 }
 
 }  // namespace
@@ -47,8 +61,8 @@ std::string CloudFiles::pathOf(std::size_t frame) const {
 void CloudFiles::take(const std::shared_ptr<const FusedFrame>& frame) {
   const std::string path = pathOf(frame->number);
   makeFolderOf(path);
-  if (frame->has_normals) {
-    writeCloud(path, frame->with_normals);
+  if (frame->has_normals || frame->has_camera_mask) {
+    writeCloud(path, withAskedFields(*frame));
   } else {
     writeCloud(path, frame->cloud);
   }

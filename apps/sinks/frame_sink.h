@@ -22,8 +22,10 @@ struct FusedFrame {
   std::vector<std::shared_ptr<const LoadedView>>
       live;  ///< what the views of input.rig point into, where that is not input.images
   Method::Cloud cloud;
-  bool has_normals{false};                         ///< see MethodOptions::normals
-  pcl::PointCloud<PointFusedNormal> with_normals;  ///< then the same points with them
+  bool has_normals{false};      ///< see MethodOptions::normals
+  bool has_camera_mask{false};  ///< see MethodOptions::camera_mask
+  pcl::PointCloud<PointFusedNormal>
+      with_normals;  ///< if it has one of them: the same points, see Method::withNormals()
   /** \brief If there are any, the points are in these bytes only: see Method::fuseEncoded(). */
   std::shared_ptr<const stream::EncodedFrame> encoded;
   FrameStatistics statistics;

@@ -54,6 +54,7 @@ struct Options {
   ReprojectionQualityParameters quality;
   bool refine_extrinsics{false};
   bool normals{false};
+  bool camera_mask{false};
   bool overlap{true};
   std::string config;
   io::RecordingOptions recording;
@@ -203,6 +204,10 @@ nlohmann::json imagesWithoutPartner(const io::Recording& recording) {
   return counts;
 }
 
+void warnOf(const std::string& line) {
+  if (!line.empty()) command_line::printWarnings("fuse_flow_fuse", {line});
+}
+
 io::QualityReport::Options reportOptions(const Options& options) {
   io::QualityReport::Options result;
   result.measure = options.evaluate;
@@ -219,15 +224,17 @@ io::QualityReport::Options reportOptions(const Options& options) {
 io::MethodOptions methodOptions(const Options& options, const command_line::MethodArguments& arguments) {
   io::MethodOptions result = arguments.options();
   result.normals = options.normals;
+  result.camera_mask = options.camera_mask;
   return result;
 }
 
 /** \brief Options that were given, and that the spatial hash alone does not ask for. */
 std::vector<std::string> withoutEffectOnClouds(const CLI::App& app) {
   static const std::set<std::string> with_effect{
-      "input",        "--output",    "--report",        "--frames",          "--format",     "--normals",
-      "--poses",      "--config",    "--method",        "--threads",         "--device",     "--no-quality",
-      "--no-overlap", "--cell-size", "--min-cell-size", "--points-per-cell", "--min-weight", "--weak-weight"};
+      "input",           "--output",          "--report",     "--frames",     "--format",
+      "--normals",       "--camera-mask",     "--poses",      "--config",     "--method",
+      "--threads",       "--device",          "--no-quality", "--no-overlap", "--cell-size",
+      "--min-cell-size", "--points-per-cell", "--min-weight", "--weak-weight"};
   std::vector<std::string> names;
   for (const CLI::Option* option : app.get_options())
     if (option->count() > 0 && with_effect.count(option->get_name()) == 0) names.push_back(option->get_name());
@@ -255,6 +262,7 @@ int runPlain(const Options& options, const CLI::App& app) {
     if (given) throw io::OptionError(std::string(option) + ": " + options.inputs[0] + " is a cloud, must not be given");
   io::PlainClouds clouds(options.inputs, options.recording.poses);
   command_line::printWarnings("fuse_flow_fuse", clouds.warnings());
+  warnOf(command_line::cameraMaskAdvice(options.camera_mask, clouds.scanners().size()));
   const std::vector<std::size_t> all = clouds.frames();
   const std::vector<std::size_t> frames =
       options.frames.empty() ? all : io::parseRangeOf(options.frames, all, "--frames");
@@ -294,6 +302,7 @@ int runPlain(const Options& options, const CLI::App& app) {
     frame->statistics.measured_points = points.size();
     frame->statistics.fused_points = frame->with_normals.size();
     frame->has_normals = options.normals;
+    frame->has_camera_mask = options.camera_mask;
     io::withoutNormals(frame->with_normals, frame->cloud);
     points_in += points.size();
     points_out += frame->with_normals.size();
@@ -372,6 +381,7 @@ int run(Options& options, const command_line::MethodArguments& arguments) {
   command_line::printWarnings("fuse_flow_fuse",
                               io::estimatedDepthAdvice(stereo ? "stereo" : recording->kind(), options.method,
                                                        options.method_options.parameters));
+  warnOf(command_line::cameraMaskAdvice(options.camera_mask, recording->cameras().size()));
   const std::vector<std::size_t> all_frames = io::chooseFrames(*recording, options.frames);
   const std::vector<std::size_t> frames = ownFrames(options, all_frames);
 
@@ -437,7 +447,8 @@ int run(Options& options, const command_line::MethodArguments& arguments) {
                            std::to_string(recording->cameras().size()) + " cameras; --views leaves some out");
     }
     frame->has_normals = options.normals;
-    if (options.normals) frame->with_normals = method->withNormals();
+    frame->has_camera_mask = options.camera_mask;
+    if (options.method_options.morePerPoint()) frame->with_normals = method->withNormals();
     frame->statistics = method->statistics();
     checks.lookAt(frame->input.rig, frame->statistics);
     if (options.writes()) empty.look(number, frame->input.rig, frame->cloud.size(), !options.sharesCameras());
@@ -497,6 +508,7 @@ int main(int argc, char** argv) {
       "!--no-overlap", options.overlap,
       "read, fuse, write and measure one after the other, and not side by side: for measuring how long each takes");
   app.add_flag("--normals", options.normals, "write the surface's normal with each point, facing its cameras");
+  command_line::addCameraMaskOption(app, options.camera_mask);
   app.add_flag("!--no-quality", options.evaluate,
                "do not measure noise, double surfaces, violations, coverage, flicker and E_MC");
   command_line::addQualityOptions(app, options.quality);

@@ -51,6 +51,7 @@ struct Options {
   bool window{true};
   bool refine_extrinsics{false};
   bool normals{false};
+  bool camera_mask{false};
   bool serve{false};
   command_line::Ranks* ranks{nullptr};  ///< null: this process alone
   bool fusing{true};                    ///< this rank
@@ -197,6 +198,10 @@ int run(const Options& options, const command_line::LiveArguments& live, const S
   }
 #endif
   if (!options.window && sinks.empty()) warn({"the clouds go nowhere, and only take time: -o writes them"});
+  if (const std::string line = command_line::cameraMaskAdvice(options.camera_mask, rig->cameras().size());
+      !line.empty())
+    warn({line});
+  if (options.camera_mask && options.output.empty()) warn({"--camera-mask has no effect without -o"});
   const auto inlet = options.window ? std::make_shared<viewing::LiveFrames::Inlet>() : nullptr;
   command_line::LivePump::Options pump_options;
   pump_options.stereo = stereo.get();
@@ -281,6 +286,7 @@ int main(int argc, char** argv) {
       ->check(CLI::IsMember({"ply", "pcd"}))
       ->capture_default_str();
   app.add_flag("--normals", options.normals, "write the surface's normal with each point, facing its cameras");
+  command_line::addCameraMaskOption(app, options.camera_mask);
   app.add_option("--report", options.report,
                  "write times and counts of each frame, and of the cameras, to this JSON file")
       ->check(command_line::path());
@@ -329,6 +335,7 @@ int main(int argc, char** argv) {
       if (!ranks || ranks->isFirst()) warn(method.advice());
       if (!ranks) warn(fuse_at.advice(false));
       options.method_options.normals = options.normals;
+      options.method_options.camera_mask = options.camera_mask;
       options.config = command_line::configFileOf(app);
       command_line::requireThreads(options.method_options.threads);
       options.stereo =

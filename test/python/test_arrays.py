@@ -214,6 +214,7 @@ class ByDlpack:
         return self.array.__dlpack__()
 
 
+@pytest.mark.skipif(not hasattr(numpy.ndarray, "__dlpack__"), reason="needs numpy 1.22")
 def test_a_tensor_by_dlpack_is_looked_at_without_waiting_and_let_go():
     depth = wall().astype(numpy.float32)
     count = sys.getrefcount(depth)

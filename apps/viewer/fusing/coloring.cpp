@@ -86,7 +86,6 @@ Legend legendOf(ColorBy what, const std::vector<std::string>& camera_names) {
   };
   switch (what) {
     case ColorBy::Rgb:
-      break;
     case ColorBy::Normal:
       break;
     case ColorBy::Confidence:

@@ -168,6 +168,8 @@ TEST_F(ExrImages, WhatIsNoDepthIsRefused) {
 }
 
 TEST_F(ExrImages, FilesOfFfmpegAreRead) {
+  if (std::system("ffmpeg -v quiet -h encoder=exr 2> /dev/null | grep -q grayf32") != 0)
+    GTEST_SKIP() << "needs ffmpeg 5, which writes images of one channel";
   const std::string raw = write("raw", floats(7, 5, exrValue));
   for (const char* options : {"-compression none", "-compression rle", "-compression zip1", "-compression zip16",
                               "-compression zip16 -format half"}) {

@@ -39,7 +39,7 @@ std::size_t plySize(const std::string& type) {
 
 Layout parseHeader(const std::string& path, const std::string& bytes) {
   Layout layout;
-  std::vector<std::string> fields, sizes;
+  std::vector<std::string> fields, sizes, counts;
   std::size_t at = 0;
   for (std::size_t end; (end = bytes.find('\n', at)) != std::string::npos;) {
     const std::vector<std::string> line = words(bytes.substr(at, end - at));
@@ -49,9 +49,11 @@ Layout parseHeader(const std::string& path, const std::string& bytes) {
     if (line[0] == "property") layout.add(line.at(2), plySize(line.at(1)));
     if (line[0] == "FIELDS") fields = line;
     if (line[0] == "SIZE") sizes = line;
+    if (line[0] == "COUNT") counts = line;
     if (line[0] == "POINTS") layout.points = std::stoul(line.at(1));
     if (line[0] == "end_header" || line[0] == "DATA") {
-      for (std::size_t i = 1; i < fields.size(); ++i) layout.add(fields[i], std::stoul(sizes.at(i)));
+      for (std::size_t i = 1; i < fields.size(); ++i)
+        layout.add(fields[i], std::stoul(sizes.at(i)) * std::stoul(counts.at(i)));
       layout.data_begin = at;
       return layout;
     }
@@ -98,6 +100,9 @@ std::vector<FilePoint> readCloudFile(const std::filesystem::path& path) {
     }
     copy(layout, record, "confidence", p.confidence);
     copy(layout, record, "view_count", p.view_count);
+    copy(layout, record, "camera_mask_0", p.camera_mask[0]);
+    copy(layout, record, "camera_mask_1", p.camera_mask[1]);
+    copy(layout, record, "camera_mask", p.camera_mask);
   }
   return points;
 }

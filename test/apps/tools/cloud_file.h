@@ -13,7 +13,9 @@ struct FilePoint {
   std::uint8_t r{0}, g{0}, b{0};
   float confidence{0};
   std::uint32_t view_count{0};
+  std::uint32_t camera_mask[2]{0, 0};
 
+  /** \brief Of what is always written. */
   bool operator==(const FilePoint& o) const {
     return x == o.x && y == o.y && z == o.z && r == o.r && g == o.g && b == o.b && confidence == o.confidence &&
            view_count == o.view_count;

@@ -1,6 +1,8 @@
 #include "cloud_file.h"
 #include "tool_fixture.h"
 
+#include <algorithm>
+#include <bitset>
 #include <cmath>
 
 namespace tool_test {
@@ -168,6 +170,44 @@ TEST_F(Results, NormalsAreWrittenWhereTheyAreAskedFor) {
   }
   EXPECT_TRUE(isOneLineError(fuse({recording(), "-o", out("peer.ply"), "--normals", "--method", "voxel_grid"}), 2,
                              {"--normals", "voxel_grid"}));
+}
+
+/** \brief Camera 0 is the leftmost of three, camera 2 the rightmost. */
+TEST_F(Results, CamerasOfAPointAreWrittenWhereTheyAreAskedFor) {
+  ASSERT_TRUE(succeeded(fuse({recording(), "-o", out("plain.ply"), "--frames", "0"})));
+  const std::vector<FilePoint> plain = readCloudFile(out("plain.ply"));
+  const auto further_right = [](const FilePoint& a, const FilePoint& b) { return a.x < b.x; };
+  for (const char* name : {"mask.ply", "mask.pcd"}) {
+    ASSERT_TRUE(succeeded(fuse({recording(), "-o", out(name), "--frames", "0", "--camera-mask"}))) << name;
+    const std::vector<FilePoint> points = readCloudFile(out(name));
+    ASSERT_EQ(points.size(), plain.size()) << name;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      ASSERT_TRUE(points[i] == plain[i]) << name;
+      ASSERT_EQ(std::bitset<32>(points[i].camera_mask[0]).count(), points[i].view_count) << name;
+      ASSERT_EQ(points[i].camera_mask[1], 0u) << name;
+    }
+    EXPECT_EQ(std::min_element(points.begin(), points.end(), further_right)->camera_mask[0], 1u) << name;
+    EXPECT_EQ(std::max_element(points.begin(), points.end(), further_right)->camera_mask[0], 4u) << name;
+  }
+  EXPECT_NE(readText(out("mask.pcd")).find("view_count camera_mask\n"), std::string::npos);
+  const std::string ply = readText(out("mask.ply"));
+  EXPECT_NE(ply.find("view_count\nproperty uint camera_mask_0\nproperty uint camera_mask_1\nend_header\n"),
+            std::string::npos);
+  EXPECT_EQ(ply.find("property float nx"), std::string::npos);
+  ASSERT_TRUE(succeeded(fuse({recording(), "-o", out("normals.ply"), "--frames", "0", "--normals"})));
+  EXPECT_EQ(readText(out("normals.ply")).find("camera_mask"), std::string::npos);
+  ASSERT_TRUE(succeeded(fuse({recording(), "-o", out("both.ply"), "--frames", "0", "--normals", "--camera-mask"})));
+  EXPECT_NE(readText(out("both.ply")).find("property float nx"), std::string::npos);
+  EXPECT_TRUE(isOneLineError(fuse({recording(), "-o", out("peer.ply"), "--camera-mask", "--method", "voxel_grid"}), 2,
+                             {"--camera-mask", "voxel_grid"}));
+  // The files of one scanner each, fused as clouds.
+  for (const char* camera : {"0", "1"})
+    ASSERT_TRUE(succeeded(
+        fuse({recording(), "-o", out(std::string("scanner_") + camera + ".ply"), "--frames", "0", "--views", camera})));
+  ASSERT_TRUE(succeeded(fuse({out("scanner_0.ply"), out("scanner_1.ply"), "-o", out("again.pcd"), "--camera-mask"})));
+  const std::vector<FilePoint> again = readCloudFile(out("again.pcd"));
+  EXPECT_EQ(std::min_element(again.begin(), again.end(), further_right)->camera_mask[0], 1u);
+  EXPECT_EQ(std::max_element(again.begin(), again.end(), further_right)->camera_mask[0], 2u);
 }
 
 TEST_F(Results, TheCropBoxBoundsTheCloud) {

@@ -31,7 +31,10 @@ constexpr float kWindowRows[kWindowSamples] = {-2, -2, -2, -2, -2, -1, -1, -1, -
 FUSE_FLOW_HD float windowColumn(int k) { return static_cast<float>((k + (k >= 12 ? 1 : 0)) % 5 - 2); }
 
 /** \brief Row of sample k of the window, −2 … 2. */
-FUSE_FLOW_HD float windowRow(int k) { return static_cast<float>((k + (k >= 12 ? 1 : 0)) / 5 - 2); }
+FUSE_FLOW_HD float windowRow(int k) {
+  const int row = (k + (k >= 12 ? 1 : 0)) / 5;
+  return static_cast<float>(row - 2);
+}
 
 /** \brief An image of grey levels. */
 struct GreyImage {
