@@ -58,6 +58,7 @@ py::array byInterface(const py::object& tensor, DeviceReader& reader) {
   if (reader.stream != 0 && interface.contains("stream") && !interface["stream"].is_none())
     reader.waiting.push_back(interface["stream"].cast<std::uintptr_t>());
   const auto address = interface["data"].cast<py::tuple>()[0].cast<std::uintptr_t>();
+  // NOLINTNEXTLINE(performance-no-int-to-ptr): as the protocol gives it
   return py::array(type, shape, strides, reinterpret_cast<const void*>(address), tensor);
 }
 

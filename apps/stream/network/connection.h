@@ -14,7 +14,7 @@ namespace fuse_flow::stream::network {
  *  when it ends */
 void beginConnection(boost::asio::ip::tcp::socket socket, std::shared_ptr<Gate> gate, Gate::Place place);
 /** \brief Likewise, by TLS. */
-void beginConnection(boost::asio::ip::tcp::socket socket, std::shared_ptr<boost::asio::ssl::context> tls,
-                     std::shared_ptr<Gate> gate, Gate::Place place);
+void beginConnection(boost::asio::ip::tcp::socket socket, boost::asio::ssl::context& tls, std::shared_ptr<Gate> gate,
+                     Gate::Place place);
 
 }  // namespace fuse_flow::stream::network

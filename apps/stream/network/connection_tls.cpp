@@ -10,13 +10,13 @@ ClientTls overTls(net::ip::tcp::socket socket, net::ssl::context& tls) { return 
 
 }  // namespace
 
-void beginConnection(net::ip::tcp::socket socket, std::shared_ptr<net::ssl::context> tls, std::shared_ptr<Gate> gate,
+void beginConnection(net::ip::tcp::socket socket, net::ssl::context& tls, std::shared_ptr<Gate> gate,
                      Gate::Place place) {
   beast::error_code error;
   const net::ip::tcp::endpoint peer = socket.remote_endpoint(error);
   if (error) return;  // gone already
   tune(socket);
-  const auto connection = std::make_shared<HttpConnection<ClientTls>>(overTls(std::move(socket), *tls), textOf(peer),
+  const auto connection = std::make_shared<HttpConnection<ClientTls>>(overTls(std::move(socket), tls), textOf(peer),
                                                                       std::move(gate), std::move(place));
   net::post(connection->executor(), [connection] { connection->run(); });
 }

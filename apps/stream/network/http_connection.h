@@ -183,7 +183,8 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection<Stream
     response.keep_alive(!last_);
     response.prepare_payload();
     beast::get_lowest_layer(stream_).expires_after(std::chrono::seconds(30));
-    const auto written = [self = this->shared_from_this(), held](beast::error_code error, std::size_t) {
+    const auto written = [self = this->shared_from_this(), held = std::move(held)](beast::error_code error,
+                                                                                   std::size_t) {
       if (error) return;
       if (self->last_) return self->hangUp();
       self->readRequest();

@@ -136,7 +136,7 @@ struct Listener::State {
                             ++in_this_second;
                             if (std::optional<Gate::Place> place = gate->admitConnection()) {
                               if (tls)
-                                beginConnection(std::move(socket), tls, gate, std::move(*place));
+                                beginConnection(std::move(socket), *tls, gate, std::move(*place));
                               else
                                 beginConnection(std::move(socket), gate, std::move(*place));
                             } else {
