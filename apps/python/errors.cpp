@@ -1,4 +1,5 @@
 #include "bindings.h"
+#include "in_flight.h"
 
 #include <fuse_flow/recordings/error.h>
 
@@ -44,6 +45,8 @@ void set(PyObject* type, const std::string& message) { PyErr_SetString(type, mes
 void translate(std::exception_ptr thrown) {
   try {
     if (thrown) std::rethrow_exception(thrown);
+  } catch (const InterpreterEnds&) {
+    stayHere();
   } catch (const io::OptionError& error) {
     set(PyExc_ValueError, optionMessageOf(error));
   } catch (const io::OutputError& error) {

@@ -2,10 +2,10 @@
 
 #include <pcl/exceptions.h>
 
+#include <chrono>
 #include <condition_variable>
 #include <cstddef>
 #include <mutex>
-#include <stdexcept>
 #include <string>
 #include <thread>
 #include <vector>
@@ -39,10 +39,14 @@ void waitForAll() {
 
 }  // namespace
 
+void stayHere() {
+  const pybind11::gil_scoped_release release;
+  for (;;) std::this_thread::sleep_for(std::chrono::hours(1));
+}
+
 NotAtTheEnd::NotAtTheEnd() {
   const std::lock_guard<std::mutex> lock(state().mutex);
-  if (state().ending && *state().ending != std::this_thread::get_id())
-    throw std::runtime_error("fuse_flow: the interpreter is ending");
+  if (state().ending && *state().ending != std::this_thread::get_id()) throw InterpreterEnds();
   ++state().count;
 }
 

@@ -3,14 +3,25 @@
 #include <pybind11/pybind11.h>
 
 #include <optional>
+#include <stdexcept>
 
 namespace fuse_flow::python {
+
+/** \brief Thrown in a thread that begins something while the interpreter ends: translated, it goes no further, see stayHere(). */
+class InterpreterEnds : public std::runtime_error {
+ public:
+  InterpreterEnds() : std::runtime_error("fuse_flow: the interpreter is ending") {}
+};
+
+/** \brief Gives the lock away and never comes back, as a thread does that waits for the lock from Python 3.14 on. An exception would be printed,
+ *  and older ones abort where a thread prints while they end. */
+[[noreturn]] void stayHere();
 
 /** \brief The interpreter does not end before all of these are gone: a thread that waits for its lock then is torn down, in the middle of
  *  C++ if it is there. To be made and destroyed with the lock, which may be given away in between. */
 class NotAtTheEnd {
  public:
-  /** \throws std::runtime_error in a thread that begins while the interpreter ends */
+  /** \throws InterpreterEnds */
   NotAtTheEnd();
   ~NotAtTheEnd();
   NotAtTheEnd(const NotAtTheEnd&) = delete;
@@ -21,7 +32,7 @@ class NotAtTheEnd {
  *  such work is done. */
 class InFlight {
  public:
-  /** \brief Needs the lock, and gives it away. \throws std::runtime_error in a thread that begins while the interpreter ends */
+  /** \brief Needs the lock, and gives it away. \throws InterpreterEnds */
   InFlight() { release_.emplace(); }
   InFlight(const InFlight&) = delete;
   InFlight& operator=(const InFlight&) = delete;

@@ -55,7 +55,10 @@ class OpenUntilClosed : public OpenEnd {
     closed.reset();
   }
   T& get() const {
-    if (!end_) throw std::runtime_error(std::string(name_) + " is closed");
+    if (!end_) {
+      const NotAtTheEnd before_it_is_thrown;
+      throw std::runtime_error(std::string(name_) + " is closed");
+    }
     return *end_;
   }
 

@@ -132,11 +132,8 @@ def test_the_interpreter_ends_cleanly_with_frames_in_flight(end):
             fusion = fuse_flow.FuseFlow(threads=1)
             fusion.fuse(frame)
             started.wait()
-            try:
-                while True:
-                    fusion.fuse(frame)
-            except RuntimeError as error:  # printed, it could meet the end of Python 3.10, which does not bear that
-                assert "the interpreter is ending" in str(error)
+            while True:
+                fusion.fuse(frame)
         for _ in range(3):
             threading.Thread(target=work, daemon=True).start()
         started.wait()
