@@ -31,8 +31,8 @@ class GridDetector : public BoardDetector {
     for (const DetectedMarker& marker : markers_.detectWithEdges(GreyImage(image).view)) {
       if (marker.id >= board_.columns * board_.rows) continue;  // not of this board
       const double pitch = board_.side + board_.gap;
-      const Eigen::Vector2d at(pitch * (marker.id % board_.columns - 0.5 * (board_.columns - 1)),
-                               pitch * (marker.id / board_.columns - 0.5 * (board_.rows - 1)));
+      const int column = marker.id % board_.columns, row = marker.id / board_.columns;
+      const Eigen::Vector2d at(pitch * (column - 0.5 * (board_.columns - 1)), pitch * (row - 0.5 * (board_.rows - 1)));
       if (found.points.empty()) found.middle = {at, crossingOfDiagonals(marker.corners)};
       for (MarkerPoint point : squarePoints(board_.side, marker.corners)) {
         point.place += at;
