@@ -74,8 +74,9 @@ void LivePump::run(const std::atomic<bool>& stop) {
   if (options_.stereo)
     prepared_ =
         std::make_unique<io::PreparedInstants>(rig_, [this](io::LiveInstant& instant) { estimateDepth(instant); });
-  const auto more = [&] { return rig_.running() || (prepared_ && prepared_->busy()); };
-  while (!stop && !io::interrupt_requested && more() && secondsSince(start) < options_.seconds.value_or(1e12)) step();
+  const auto running = [&] { return prepared_ ? prepared_->running() : rig_.running(); };
+  while (!stop && !io::interrupt_requested && running() && secondsSince(start) < options_.seconds.value_or(1e12))
+    step();
   prepared_ = nullptr;
   seconds_ = secondsSince(start);
   if (!options_.leader) return;

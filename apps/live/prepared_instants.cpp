@@ -22,16 +22,17 @@ PreparedInstants::~PreparedInstants() {
 }
 
 void PreparedInstants::run() {
+  std::exception_ptr error;
   try {
     while (prepareNext()) {
     }
   } catch (...) {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    error_ = std::current_exception();
+    error = std::current_exception();
   }
   {
     const std::lock_guard<std::mutex> lock(mutex_);
-    working_ = false;
+    error_ = error;
+    ended_ = true;
   }
   changed_.notify_all();
 }
@@ -43,9 +44,12 @@ bool PreparedInstants::prepareNext() {
     changed_.wait(lock, [this] { return ending_ || !ready_; });
   }
   const auto instant = std::make_shared<LiveInstant>();
-  while (!rig_.next(kLook, *instant))
-    if (!setWorking(false)) return false;
-  if (!setWorking(true)) return false;
+  for (;;) {
+    const bool more = rig_.running();  // before the look, or what came in between would be lost
+    if (ending()) return false;
+    if (rig_.next(kLook, *instant)) break;
+    if (!more) return false;
+  }
   prepare_(*instant);
   {
     const std::lock_guard<std::mutex> lock(mutex_);
@@ -55,16 +59,14 @@ bool PreparedInstants::prepareNext() {
   return true;
 }
 
-/** \brief False: the thread is to end. */
-bool PreparedInstants::setWorking(bool working) {
+bool PreparedInstants::ending() const {
   const std::lock_guard<std::mutex> lock(mutex_);
-  working_ = working;
-  return !ending_;
+  return ending_;
 }
 
 std::shared_ptr<LiveInstant> PreparedInstants::next(std::chrono::milliseconds timeout) {
   std::unique_lock<std::mutex> lock(mutex_);
-  changed_.wait_for(lock, timeout, [this] { return ready_ || error_; });
+  changed_.wait_for(lock, timeout, [this] { return ready_ || ended_; });
   std::shared_ptr<LiveInstant> instant = std::move(ready_);
   ready_ = nullptr;
   if (!instant && error_) std::rethrow_exception(error_);
@@ -73,9 +75,9 @@ std::shared_ptr<LiveInstant> PreparedInstants::next(std::chrono::milliseconds ti
   return instant;
 }
 
-bool PreparedInstants::busy() const {
+bool PreparedInstants::running() const {
   const std::lock_guard<std::mutex> lock(mutex_);
-  return working_ || ready_;
+  return !ended_ || ready_ || error_;
 }
 
 }  // namespace fuse_flow::io

@@ -13,8 +13,8 @@
 namespace fuse_flow::io {
 
 /** \brief The instants of a rig, each prepared on a thread of its own while the one before it is fused: as many a second as the slower of the two
- *  allows. At most one instant is prepared, or being prepared, that nobody has taken; the one that it begins with is the latest. next() is for one
- *  thread. */
+ *  allows. At most one instant is prepared, or being prepared, that nobody has taken; the one that it begins with is the latest. All that came before
+ *  the rig ended are worth preparing. next() is for one thread. */
 class PreparedInstants {
  public:
   using Prepare = std::function<void(LiveInstant&)>;
@@ -27,15 +27,15 @@ class PreparedInstants {
   PreparedInstants& operator=(const PreparedInstants&) = delete;
 
   /** \brief The next instant; null: none was ready in that time. Must not be called again after it has thrown.
-   *  \throws what LiveRig::next() or preparing threw */
+   *  \throws what LiveRig::running(), LiveRig::next() or preparing threw */
   std::shared_ptr<LiveInstant> next(std::chrono::milliseconds timeout);
-  /** \brief Whether an instant may still come though the rig delivers nothing any more. */
-  bool busy() const;
+  /** \brief False: no instant will come any more, as with LiveRig::running(). */
+  bool running() const;
 
  private:
   void run();
   bool prepareNext();
-  bool setWorking(bool working);
+  bool ending() const;
 
   LiveRig& rig_;
   const Prepare prepare_;
@@ -44,7 +44,7 @@ class PreparedInstants {
   // The mutex guards the following members.
   std::shared_ptr<LiveInstant> ready_;
   std::exception_ptr error_;
-  bool working_{true};  ///< on an instant, or looking for one
+  bool ended_{false};  ///< the thread
   bool ending_{false};
   std::thread thread_;  ///< the last, as it uses the others
 };

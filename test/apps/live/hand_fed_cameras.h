@@ -3,6 +3,7 @@
 #include "live/camera_source.h"
 #include "numbered_rig.h"
 
+#include <atomic>
 #include <chrono>
 #include <memory>
 #include <string>
@@ -37,7 +38,7 @@ class HandFedCameras : public io::CameraSource {
   }
   void notice(const std::string& line) { receiver_.notice(line); }
 
-  bool runs{true};
+  std::atomic<bool> runs{true};
   std::string why;
 
  private:

@@ -2,6 +2,8 @@
 
 #include "hand_fed_cameras.h"
 
+#include <fuse_flow/recordings/error.h>
+
 #include <gtest/gtest.h>
 
 #include <atomic>
@@ -83,27 +85,43 @@ TEST_F(PreparedInstants, AnErrorComesOutAfterWhatWasPreparedBefore) {
   source_->deliver(0, 1000000);
   ASSERT_TRUE(prepared.next(kLong));
   source_->deliver(0, 2000000);
+  while (begun < 2) std::this_thread::yield();
+  EXPECT_TRUE(prepared.running()) << "or nobody would hear of it";
   EXPECT_THROW(prepared.next(kLong), std::runtime_error);
-  EXPECT_FALSE(prepared.busy());
 }
 
-TEST_F(PreparedInstants, AreBusyWhileOneMayStillCome) {
-  std::promise<void> go;
+TEST_F(PreparedInstants, ACameraThatFailsEndsThem) {
+  source_->why = "the cable is out";
+  source_->runs = false;
+  io::PreparedInstants prepared(*rig_, [](io::LiveInstant&) {});
+  EXPECT_THROW(prepared.next(kLong), io::InputError);
+}
+
+/** \brief What was at hand when the cameras ended, and what came since it was begun, come before the end. */
+TEST_F(PreparedInstants, TheLastIsPreparedWhenTheCamerasHaveEnded) {
+  std::promise<void> go, begun;
   std::shared_future<void> gone = go.get_future().share();
-  std::promise<void> begun;
+  std::atomic<int> count{0};
   io::PreparedInstants prepared(*rig_, [&](io::LiveInstant&) {
+    if (++count > 1) return;
     begun.set_value();
     gone.wait();
   });
   source_->deliver(0, 1000000);
   begun.get_future().wait();
+  source_->deliver(0, 2000000);
   source_->runs = false;
-  EXPECT_TRUE(prepared.busy());
+  EXPECT_TRUE(prepared.running());
   EXPECT_EQ(prepared.next(0ms), nullptr);
   go.set_value();
-  EXPECT_TRUE(prepared.next(kLong));
-  while (prepared.busy()) std::this_thread::yield();
-  EXPECT_EQ(prepared.next(0ms), nullptr);
+  for (const std::uint64_t stamp : {1000000u, 2000000u}) {
+    EXPECT_TRUE(prepared.running());
+    const std::shared_ptr<io::LiveInstant> instant = prepared.next(kLong);
+    ASSERT_TRUE(instant);
+    EXPECT_EQ(instant->rig.stamp, stamp);
+  }
+  EXPECT_EQ(prepared.next(kLong), nullptr);
+  EXPECT_FALSE(prepared.running());
 }
 
 TEST_F(PreparedInstants, EndWithOneThatNobodyTakes) {
