@@ -364,8 +364,8 @@ lint() {
   shellcheck build.sh .ci/run test/*.sh test/fuzz/*.sh test/gpu/*.sh test/python/gpu/*.sh bench/*.sh
   mkdir -p build/cppcheck
   cppcheck -j 2 --quiet --error-exitcode=1 --std=c++17 --language=c++ --enable=warning,performance,portability \
-    '-DPOINT_CLOUD_REGISTER_POINT_STRUCT(...)=' --suppressions-list=.cppcheck --cppcheck-build-dir=build/cppcheck -I include -I impl -I gpu -I apps \
-    -I apps/recordings/include apps src
+    '-DPOINT_CLOUD_REGISTER_POINT_STRUCT(...)=' --suppressions-list=.cppcheck --cppcheck-build-dir=build/cppcheck \
+    -I include -I impl -I gpu -I apps -I apps/recordings/include apps src
   cmake --preset release -B build/lint -DFUSE_FLOW_CUDA=OFF -DFUSE_FLOW_WARNINGS_AS_ERRORS=OFF \
     -DCMAKE_DISABLE_PRECOMPILE_HEADERS=ON > /dev/null
   # The library's headers and what the tools are made of.

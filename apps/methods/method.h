@@ -34,7 +34,7 @@ class Method {
   }
   /** \brief Of the last frame; the peers back-project (generate), thin (fuse) and write the cloud (output). */
   virtual const FrameStatistics& statistics() const { return statistics_; }
-  /** \brief The last frame's cloud with normals (NaN unless MethodOptions::normals) and cameras; empty unless MethodOptions::morePerPoint(). */
+  /** \brief The last frame's cloud with normals, which mean nothing unless MethodOptions::normals, and cameras; empty unless MethodOptions::morePerPoint(). */
   virtual const pcl::PointCloud<PointFusedNormal>& withNormals() const { return with_normals_; }
 
  protected:

@@ -1,10 +1,11 @@
 #pragma once
 
 #include "fusion.h"
-#include "point_types.h"
+#include "methods/point_fused_normal.h"
 #include "pool.h"
 
 #include <fuse_flow/fuse_flow.h>
+#include <fuse_flow/point_types.h>
 
 #include <pcl/point_cloud.h>
 #include <pcl/type_traits.h>
@@ -60,7 +61,7 @@ class FusionOf : public Fusion {
 /** \brief With points that have at least what is asked for: two kinds, as each takes long to compile for a GPU. */
 template <typename Device>
 std::unique_ptr<Fusion> makeFusion(const PointExtras& extras) {
-  if (extras.normals || extras.camera_mask) return std::make_unique<FusionOf<PointFusedNormalCameras, Device>>(extras);
+  if (extras.normals || extras.camera_mask) return std::make_unique<FusionOf<io::PointFusedNormal, Device>>(extras);
   return std::make_unique<FusionOf<PointFused, Device>>(extras);
 }
 

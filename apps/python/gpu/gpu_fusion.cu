@@ -63,7 +63,7 @@ class GpuFusionOf : public GpuFusion {
 std::unique_ptr<GpuFusion> makeGpuFusion(const PointExtras& extras) {
   const std::string missing = gpu::missingDevice();
   if (!missing.empty()) throw pcl::PCLException("fuse_flow::FuseFlow: device='gpu': " + missing);
-  if (extras.normals || extras.camera_mask) return std::make_unique<GpuFusionOf<PointFusedNormalCameras>>(extras);
+  if (extras.normals || extras.camera_mask) return std::make_unique<GpuFusionOf<io::PointFusedNormal>>(extras);
   return std::make_unique<GpuFusionOf<PointFused>>(extras);
 }
 

@@ -3,6 +3,9 @@
 #include "tool_fixture.h"
 
 #include <nlohmann/json.hpp>
+#ifdef FUSE_FLOW_WITH_OPENCV
+#include <opencv2/core/version.hpp>
+#endif
 
 #include <array>
 #include <cmath>
@@ -173,8 +176,9 @@ TEST_F(CalibrateByPrint, ACharucoBoardPlacesDepthCamerasAndColourCameras) {
   const ToolResult result = calibrate(kCharuco);
   ASSERT_TRUE(succeeded(result));
   expectPoses(0.002, 0.003);
-  const bool three = result.out.find("3 places of the board") != std::string::npos;  // OpenCV 4.5 misses one
-  EXPECT_TRUE(three || result.out.find("4 places of the board") != std::string::npos) << result.out;
+  const char* const places = CV_VERSION_MAJOR == 4 && CV_VERSION_MINOR < 6 ? "3 places of the board"  // misses one
+                                                                           : "4 places of the board";
+  EXPECT_NE(result.out.find(places), std::string::npos) << result.out;
   EXPECT_NE(result.out.find("left where --board placed it"), std::string::npos) << "the camera without depth";
 }
 

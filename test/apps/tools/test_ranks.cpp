@@ -53,6 +53,10 @@ TEST_F(FuseUnderMpirun, RanksThatShareCamerasWriteTheCloudsOfOneProcess) {
     EXPECT_NE(result.err.find("nothing is measured"), std::string::npos) << result.err;
     expectSameClouds(folder);
   }
+  fs::remove_all(out_);
+  ASSERT_TRUE(succeeded(fuse({recording(), "-o", out(), "--camera-mask"})));
+  ASSERT_EQ(fuseWith(3, {recording(), "-o", out("masks"), "--camera-mask"}).exit_code, 0);
+  expectSameClouds(out("masks"));
 }
 
 TEST_F(FuseUnderMpirun, RanksThatShareFramesWriteTheCloudsOfOneProcess) {
