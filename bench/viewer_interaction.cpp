@@ -1,7 +1,7 @@
 // How long a picture of a turning view takes while fusion runs beside it, how long one of all points, and how soon a drag that
 // begins while that one is drawn is seen.
 
-#include "command_line/option_checks.h"
+#include "command_line/arguments/option_checks.h"
 #include "command_line/tool.h"
 #include "drawing/display.h"
 #include "viewer/viewer.h"

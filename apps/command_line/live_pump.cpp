@@ -1,7 +1,7 @@
 #include "command_line/live_pump.h"
 
+#include "command_line/arguments/recording_arguments.h"
 #include "command_line/message_of.h"
-#include "command_line/recording_arguments.h"
 #include "recordings/files/file_io.h"
 #include "recordings/files/interrupt.h"
 #ifdef FUSE_FLOW_WITH_STREAM

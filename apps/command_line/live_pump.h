@@ -1,9 +1,9 @@
 #pragma once
 
 #include "calibration/live_extrinsics.h"
-#include "command_line/live_arguments.h"
-#include "command_line/method_arguments.h"
-#include "command_line/stereo_arguments.h"
+#include "command_line/arguments/live_arguments.h"
+#include "command_line/arguments/method_arguments.h"
+#include "command_line/arguments/stereo_arguments.h"
 #include "input_checks/empty_clouds.h"
 #include "input_checks/input_checks.h"
 #include "live/live_ranks.h"

@@ -4,7 +4,7 @@
 
 #include "live/device_conversions.h"
 #include "live/device_source.h"
-#include "recordings/files/jpeg_decode.h"
+#include "recordings/images/jpeg_decode.h"
 #include "recordings/streams/azure_kinect.h"
 
 #include <k4a/k4a.h>

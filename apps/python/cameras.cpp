@@ -1,6 +1,6 @@
 #include "bindings.h"
+#include "calibration/poses.h"
 #include "plain.h"
-#include "poses.h"
 
 #include <fuse_flow/camera.h>
 

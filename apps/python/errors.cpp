@@ -1,5 +1,5 @@
 #include "bindings.h"
-#include "in_flight.h"
+#include "fusion/in_flight.h"
 
 #include <fuse_flow/recordings/error.h>
 

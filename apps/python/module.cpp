@@ -1,6 +1,6 @@
 #include "bindings.h"
-#include "in_flight.h"
-#include "open_ends.h"
+#include "fusion/in_flight.h"
+#include "recordings/open_ends.h"
 
 PYBIND11_MODULE(_fuse_flow, module) {
   using namespace fuse_flow::python;

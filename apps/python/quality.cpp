@@ -1,6 +1,6 @@
 #include "bindings.h"
 #include "frames.h"
-#include "in_flight.h"
+#include "fusion/in_flight.h"
 #include "plain.h"
 #include "point_arrays.h"
 

@@ -1,8 +1,8 @@
 #include <fuse_flow/recordings/rig_writer.h>
 
 #include "recordings/files/file_io.h"
-#include "recordings/files/float_image.h"
-#include "recordings/files/image_io.h"
+#include "recordings/images/float_image.h"
+#include "recordings/images/image_io.h"
 #include "recordings/readers/view_files.h"
 
 #include <utility>

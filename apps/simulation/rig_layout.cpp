@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <optional>
 #include <regex>
 
@@ -17,9 +18,10 @@ namespace {
 using Eigen::AlignedBox3d;
 using Eigen::Vector3d;
 
-constexpr double kFromWall = 0.15;  // a camera's own depth, metres
+constexpr double kFromWall = 0.15;        // a camera's own depth, metres
+constexpr double kSurroundRadius = 0.15;  // of cameras that look outward, metres
 
-enum class Shape { Ring, Walls, Arc };
+enum class Shape { Ring, Walls, Arc, Surround };
 
 struct Layout {
   Shape shape;
@@ -30,13 +32,16 @@ struct Layout {
 
 std::optional<Layout> parse(const std::string& rig) {
   std::smatch match;
-  if (!std::regex_match(rig, match, std::regex("(?:(ring|walls)-([0-9]{1,2})(-narrow)?|arc-([0-9]{1,2})(-level)?)")))
+  if (!std::regex_match(rig, match, std::regex("(ring|walls|arc|surround)-([0-9]{1,2})(-narrow)?(-level)?")))
     return std::nullopt;
-  const bool arc = match[4].matched;
-  const int cameras = std::stoi(match[arc ? 4 : 2]);
-  if (cameras < (arc ? 2 : 1) || cameras > 64) return std::nullopt;
-  const Shape shape = arc ? Shape::Arc : match[1] == "walls" ? Shape::Walls : Shape::Ring;
-  return Layout{shape, cameras, match[3].matched, match[5].matched};
+  const std::map<std::string, Shape> shapes = {
+      {"ring", Shape::Ring}, {"walls", Shape::Walls}, {"arc", Shape::Arc}, {"surround", Shape::Surround}};
+  const Shape shape = shapes.at(match[1]);
+  const bool around_subject = shape == Shape::Ring || shape == Shape::Walls;
+  const int cameras = std::stoi(match[2]);
+  if (cameras < (around_subject ? 1 : 2) || cameras > 64) return std::nullopt;
+  if ((match[3].matched && !around_subject) || (match[4].matched && shape != Shape::Arc)) return std::nullopt;
+  return Layout{shape, cameras, match[3].matched, match[4].matched};
 }
 
 Layout layoutOf(const std::string& rig) {
@@ -132,11 +137,34 @@ Eigen::Isometry3d lookAt(const Vector3d& from, const Vector3d& at) {
 bool isRigName(const std::string& rig) { return parse(rig).has_value(); }
 
 std::string rigNames() {
-  return "ring-N or walls-N, N from 1 to 64, or with -narrow behind it; or arc-N, N from 2 to 64, or with -level";
+  return "ring-N or walls-N, N from 1 to 64, or with -narrow behind it; or arc-N, N from 2 to 64, or with -level; or "
+         "surround-N, N from 2 to 64";
 }
+
+namespace {
+
+std::vector<Eigen::Isometry3d> lookingOutward(int cameras, const Vector3d& middle) {
+  std::vector<Eigen::Isometry3d> poses;
+  for (int k = 0; k < cameras; ++k) {
+    const double angle = 0.3 + k * 2 * kPi / cameras;  // not along the walls
+    const Vector3d outward(portable::cos(angle), portable::sin(angle), 0);
+    const Vector3d place = middle + kSurroundRadius * outward;
+    poses.push_back(lookAt(place, place + outward));
+  }
+  return poses;
+}
+
+}  // namespace
 
 std::vector<Eigen::Isometry3d> placeCameras(const std::string& rig, const Scene& scene) {
   const Layout layout = layoutOf(rig);
+  if (layout.shape == Shape::Surround) {
+    const std::optional<Eigen::Vector3f> middle = scene.lookout();
+    if (!middle)
+      throw io::InputError("rig '" + rig +
+                           "' needs a scene that leaves a place free for cameras that look outward: passerby");
+    return lookingOutward(layout.cameras, middle->cast<double>());
+  }
   const AlignedBox3d subject = scene.subject().cast<double>();
   const AlignedBox3d room = scene.room().cast<double>();
   const Vector3d low = room.min().array() + kFromWall, high = room.max().array() - kFromWall;

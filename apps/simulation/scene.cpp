@@ -15,10 +15,11 @@ struct Named {
   std::unique_ptr<Scene> (*make)(std::uint32_t seed);
 };
 
-constexpr Named kScenes[] = {{"room", makeRoomScene},   {"person", makePersonScene},       {"thin", makeThinScene},
-                             {"table", makeTableScene}, {"punch", makePunchScene},         {"hop", makeHopScene},
-                             {"sit", makeSitScene},     {"hand", makeHandScene},           {"ball", makeBallScene},
-                             {"skirt", makeSkirtScene}, {"handshake", makeHandshakeScene}, {"pass", makePassScene}};
+constexpr Named kScenes[] = {{"room", makeRoomScene},        {"person", makePersonScene},       {"thin", makeThinScene},
+                             {"table", makeTableScene},      {"punch", makePunchScene},         {"hop", makeHopScene},
+                             {"sit", makeSitScene},          {"hand", makeHandScene},           {"ball", makeBallScene},
+                             {"skirt", makeSkirtScene},      {"handshake", makeHandshakeScene}, {"pass", makePassScene},
+                             {"passerby", makePasserbyScene}};
 
 }  // namespace
 

@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -26,13 +27,15 @@ class Scene {
   virtual Eigen::AlignedBox3f subject() const = 0;
   /** \brief Inside of the walls: cameras stand within. */
   virtual Eigen::AlignedBox3f room() const = 0;
+  /** \brief The middle of cameras that look outward, where the scene leaves a place free for them. */
+  virtual std::optional<Eigen::Vector3f> lookout() const { return std::nullopt; }
 };
 
 /** \brief By a name of sceneNames(); the seed places the small things. Throws io::InputError on another name. */
 std::unique_ptr<Scene> makeScene(const std::string& name, std::uint32_t seed);
 
 /** \brief "room", "person", "thin", "table"; people who do something: "punch", "hop", "sit", "hand", "ball", "skirt",
- *  "handshake", "pass". */
+ *  "handshake", "pass", "passerby". */
 std::vector<std::string> sceneNames();
 
 }  // namespace fuse_flow::simulation

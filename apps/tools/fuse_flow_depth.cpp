@@ -1,13 +1,13 @@
 // Writes a recording of colour cameras again, with the depth that is estimated from their images.
 
-#include "command_line/method_arguments.h"
-#include "command_line/option_checks.h"
-#include "command_line/recording_arguments.h"
-#include "command_line/stereo_arguments.h"
+#include "command_line/arguments/method_arguments.h"
+#include "command_line/arguments/option_checks.h"
+#include "command_line/arguments/recording_arguments.h"
+#include "command_line/arguments/stereo_arguments.h"
 #include "command_line/threads.h"
 #include "command_line/tool.h"
 #include "recordings/files/file_io.h"
-#include "recordings/files/image_io.h"
+#include "recordings/images/image_io.h"
 #include "recordings/readers/view_files.h"
 #include "recordings/still_there.h"
 #include "stereo/depth_pictures.h"

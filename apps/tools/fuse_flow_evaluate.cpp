@@ -2,10 +2,10 @@
 // them without it: by themselves, and against the views they came from.
 
 #include "clouds/cloud_io.h"
-#include "command_line/option_checks.h"
-#include "command_line/quality_options.h"
-#include "command_line/recording_arguments.h"
-#include "command_line/stereo_arguments.h"
+#include "command_line/arguments/option_checks.h"
+#include "command_line/arguments/quality_options.h"
+#include "command_line/arguments/recording_arguments.h"
+#include "command_line/arguments/stereo_arguments.h"
 #include "command_line/threads.h"
 #include "command_line/tool.h"
 #include "drawing/clouds.h"
@@ -15,7 +15,7 @@
 #include "evaluation/truth_report.h"
 #include "input_checks/input_checks.h"
 #include "recordings/files/file_io.h"
-#include "recordings/files/image_io.h"
+#include "recordings/images/image_io.h"
 #include "recordings/readers/readers.h"
 #include "recordings/still_there.h"
 

@@ -2,9 +2,9 @@
 
 #include "clouds/cloud_io.h"
 #include "clouds/other_clouds.h"
-#include "command_line/option_checks.h"
-#include "command_line/recording_arguments.h"
-#include "command_line/stereo_arguments.h"
+#include "command_line/arguments/option_checks.h"
+#include "command_line/arguments/recording_arguments.h"
+#include "command_line/arguments/stereo_arguments.h"
 #include "command_line/tool.h"
 #include "input_checks/input_checks.h"
 #include "recordings/files/file_io.h"

@@ -1,15 +1,15 @@
 // Fuses cameras as they run: into a window, into files, and beside that records them.
 
+#include "command_line/arguments/live_arguments.h"
+#include "command_line/arguments/method_arguments.h"
+#include "command_line/arguments/option_checks.h"
+#include "command_line/arguments/recording_arguments.h"
+#include "command_line/arguments/stereo_arguments.h"
 #include "command_line/config_file.h"
-#include "command_line/live_arguments.h"
 #include "command_line/live_pump.h"
-#include "command_line/method_arguments.h"
-#include "command_line/option_checks.h"
 #include "command_line/ranks.h"
-#include "command_line/recording_arguments.h"
-#include "command_line/stereo_arguments.h"
 #ifdef FUSE_FLOW_WITH_STREAM
-#include "command_line/stream_arguments.h"
+#include "command_line/arguments/stream_arguments.h"
 #include "sinks/stream_sink.h"
 #endif
 #include "command_line/threads.h"

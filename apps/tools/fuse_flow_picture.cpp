@@ -1,12 +1,12 @@
 // Draws clouds side by side, from the same viewpoint, into a PNG.
 
 #include "clouds/cloud_io.h"
-#include "command_line/option_checks.h"
+#include "command_line/arguments/option_checks.h"
 #include "command_line/tool.h"
 #include "drawing/clouds.h"
 #include "drawing/display.h"
 #include "recordings/files/file_io.h"
-#include "recordings/files/image_io.h"
+#include "recordings/images/image_io.h"
 
 #include <fuse_flow/recordings/input_files.h>
 

@@ -1,8 +1,8 @@
 // Receives the clouds that a server streams: as a file, as clouds in a folder, or to see how many come, and how late.
 
-#include "command_line/option_checks.h"
-#include "command_line/recording_arguments.h"
-#include "command_line/stream_arguments.h"
+#include "command_line/arguments/option_checks.h"
+#include "command_line/arguments/recording_arguments.h"
+#include "command_line/arguments/stream_arguments.h"
 #include "command_line/tool.h"
 #include "recordings/files/file_io.h"
 #include "recordings/files/interrupt.h"

@@ -1,8 +1,8 @@
 // Writes cameras as they run, or a recording, as one MCAP file, which ROS 2 and Foxglove read.
 
-#include "command_line/live_arguments.h"
-#include "command_line/option_checks.h"
-#include "command_line/recording_arguments.h"
+#include "command_line/arguments/live_arguments.h"
+#include "command_line/arguments/option_checks.h"
+#include "command_line/arguments/recording_arguments.h"
 #include "command_line/tool.h"
 #include "live/rig_recorder.h"
 #include "recordings/absent_images.h"

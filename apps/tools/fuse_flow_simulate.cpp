@@ -1,7 +1,7 @@
 // Writes a recording of simulated depth cameras, with the exact surfaces behind it.
 
-#include "command_line/option_checks.h"
-#include "command_line/simulation_arguments.h"
+#include "command_line/arguments/option_checks.h"
+#include "command_line/arguments/simulation_arguments.h"
 #include "command_line/tool.h"
 #include "evaluation/truth.h"
 

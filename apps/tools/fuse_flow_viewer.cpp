@@ -1,11 +1,11 @@
 // Plays a recording, or simulated cameras, as fused clouds in a window.
 
+#include "command_line/arguments/method_arguments.h"
+#include "command_line/arguments/option_checks.h"
+#include "command_line/arguments/recording_arguments.h"
+#include "command_line/arguments/simulation_arguments.h"
+#include "command_line/arguments/stereo_arguments.h"
 #include "command_line/config_file.h"
-#include "command_line/method_arguments.h"
-#include "command_line/option_checks.h"
-#include "command_line/recording_arguments.h"
-#include "command_line/simulation_arguments.h"
-#include "command_line/stereo_arguments.h"
 #include "command_line/tool.h"
 #include "drawing/display.h"
 #include "input_checks/estimated_depth.h"

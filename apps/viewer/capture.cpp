@@ -3,7 +3,7 @@
 #include "clouds/cloud_io.h"
 #include "drawing/image_of.h"
 #include "recordings/files/file_io.h"
-#include "recordings/files/image_io.h"
+#include "recordings/images/image_io.h"
 
 #include <fuse_flow/recordings/error.h>
 

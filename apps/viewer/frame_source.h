@@ -35,7 +35,7 @@ class FrameSource {
   virtual std::vector<std::string> inputs() const { return {}; }
   /** \brief Of cameras that run: how each of them does, a line each. */
   virtual std::vector<std::string> status() const { return {}; }
-  /** \brief Throws io::InputError if the frame cannot be read. */
+  /** \brief Throws io::InputError if the frame cannot be read. What was read last, into another object, stays valid until the next call. */
   virtual void read(std::size_t frame, io::LoadedFrame& out) = 0;
   /** \brief The cloud of the frame that was read last, of a source whose frames come fused. */
   virtual FinishedCloud finished() const { return {}; }

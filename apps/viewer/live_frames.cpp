@@ -14,7 +14,10 @@ std::vector<std::string> LiveFrames::status() const {
 }
 
 void LiveFrames::read(std::size_t, io::LoadedFrame& out) {
-  if (auto newer = inlet_->slot_.waitAndTake(std::chrono::seconds(1))) shown_ = std::move(*newer);
+  if (auto newer = inlet_->slot_.waitAndTake(std::chrono::seconds(1))) {
+    before_ = std::move(shown_);
+    shown_ = std::move(*newer);
+  }
   if (!shown_) throw io::InputError("the cameras have not delivered anything yet");
   out.rig = shown_->rig;
   out.images.assign(shown_->held.size(), {});

@@ -47,7 +47,8 @@ class LiveFrames : public FrameSource {
   const io::LiveRig& rig_;
   std::string name_;
   std::shared_ptr<Inlet> inlet_;
-  Instant shown_;  ///< owns what the frame that was read points into
+  Instant shown_;   ///< owns what the frame that was read points into
+  Instant before_;  ///< owns what the frame before points into
 };
 
 }  // namespace fuse_flow::viewing

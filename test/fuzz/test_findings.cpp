@@ -1,10 +1,10 @@
 #include "fuzz_target.h"
 #include "scratch.h"
 
-#include "recordings/files/jpeg_encode.h"
+#include "recordings/images/jpeg_encode.h"
 #include "recordings/streams/frame_sets.h"
 
-#include "../apps/recordings/float_files.h"
+#include "../apps/recordings/images/float_files.h"
 
 #include <fuse_flow/recordings/image.h>
 

@@ -1,6 +1,7 @@
 """Which arrays fit, that none is copied, and what is said of those that do not."""
 
 import array
+import ctypes
 import gc
 import sys
 import weakref
@@ -229,3 +230,80 @@ def test_a_tensor_by_dlpack_is_looked_at_without_waiting_and_let_go():
     del view, tensor
     gc.collect()
     assert sys.getrefcount(depth) == count
+
+
+class _Tensor(ctypes.Structure):
+    """DLPack's DLTensor."""
+
+    _fields_ = [("data", ctypes.c_void_p), ("device", ctypes.c_int32 * 2), ("ndim", ctypes.c_int32), ("code", ctypes.c_uint8), ("bits", ctypes.c_uint8),
+                ("lanes", ctypes.c_uint16), ("shape", ctypes.c_void_p), ("strides", ctypes.c_void_p), ("byte_offset", ctypes.c_uint64)]  # fmt: skip
+
+
+_Describe = ctypes.PYFUNCTYPE(ctypes.c_int, ctypes.py_object, ctypes.POINTER(_Tensor))
+_CurrentStream = ctypes.PYFUNCTYPE(ctypes.c_int, ctypes.c_int, ctypes.c_int32, ctypes.POINTER(ctypes.c_void_p))
+
+
+class _Exchange(ctypes.Structure):
+    """DLPack's DLPackExchangeAPI, version 1.3."""
+
+    _fields_ = [("major", ctypes.c_uint32), ("minor", ctypes.c_uint32), ("older", ctypes.c_void_p), ("allocate", ctypes.c_void_p),
+                ("managed_of", ctypes.c_void_p), ("object_of", ctypes.c_void_p), ("describe", _Describe), ("current_stream", _CurrentStream)]  # fmt: skip
+
+
+def exchanging(shape, strides=None, code=2, bits=32, major=1, older=None):
+    """A tensor on a GPU whose class has the functions of DLPack 1.3; how often it was described is counted."""
+
+    class Tensor:
+        described = 0
+        shape_and_strides = (ctypes.c_int64 * 6)(*shape, *[0] * (3 - len(shape)), *(strides or [0] * len(shape)))
+
+        def __dlpack_device__(self):
+            raise AssertionError("asked by Python")
+
+        def __dlpack__(self, stream=None):
+            raise AssertionError("asked by Python")
+
+    @_Describe
+    def describe(tensor, out):
+        Tensor.described += 1
+        places = ctypes.addressof(Tensor.shape_and_strides)
+        out[0] = _Tensor(4096, (2, 0), len(shape), code, bits, 1, places, places + 24 if strides else None, 0)
+        return 0
+
+    @_CurrentStream
+    def current_stream(kind, device, out):
+        out[0] = None
+        return 0
+
+    Tensor.table = _Exchange(major, 3, older, None, None, None, describe, current_stream)
+    new = ctypes.pythonapi.PyCapsule_New
+    new.restype, new.argtypes = ctypes.py_object, [ctypes.c_void_p, ctypes.c_char_p, ctypes.c_void_p]
+    Tensor.__dlpack_c_exchange_api__ = new(ctypes.addressof(Tensor.table), b"dlpack_exchange_api", None)
+    return Tensor()
+
+
+def test_a_library_with_functions_for_c_is_not_asked_by_python():
+    depth, color = exchanging((HEIGHT, WIDTH)), exchanging((HEIGHT, WIDTH, 3), code=1, bits=8)
+    view = fuse_flow.DepthView(depth, color)
+    assert view.depth is depth and not view.missing
+    assert depth.described > 0 and color.described > 0
+    with pytest.raises(ValueError, match="GPU"):
+        fused(view)
+
+
+def test_what_does_not_fit_is_said_of_tensors_that_functions_for_c_describe():
+    with pytest.raises(ValueError, match="depth is float64 of shape"):
+        fuse_flow.DepthView(exchanging((HEIGHT, WIDTH), bits=64))
+    with pytest.raises(ValueError, match="follow each other"):
+        fuse_flow.DepthView(exchanging((HEIGHT, WIDTH), strides=(2 * WIDTH, 2, 0)))
+    fuse_flow.DepthView(exchanging((HEIGHT, WIDTH), strides=(2 * WIDTH, 1, 0)))
+
+
+def test_functions_of_another_version_are_not_called():
+    older = exchanging((HEIGHT, WIDTH))
+    newer = exchanging((HEIGHT, WIDTH), major=2, older=ctypes.addressof(older.table))
+    fuse_flow.DepthView(newer)
+    assert older.described > 0 and newer.described == 0
+    alone = exchanging((HEIGHT, WIDTH), major=2)
+    with pytest.raises(AssertionError, match="asked by Python"):
+        fuse_flow.DepthView(alone)

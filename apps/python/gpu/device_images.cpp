@@ -22,6 +22,10 @@ void checkDevice(int device, const char* what, const DeviceReader& reader) {
 }
 
 py::dtype typeOf(const dlpack::DataType& type, const char* what) {
+  // What images are made of, without reading a name.
+  if (type.lanes == 1 && type.code == dlpack::kUInt && type.bits == 8) return py::dtype::of<std::uint8_t>();
+  if (type.lanes == 1 && type.code == dlpack::kUInt && type.bits == 16) return py::dtype::of<std::uint16_t>();
+  if (type.lanes == 1 && type.code == dlpack::kFloat && type.bits == 32) return py::dtype::of<float>();
   const char* kind = type.code == dlpack::kFloat  ? "f"
                      : type.code == dlpack::kUInt ? "u"
                      : type.code == dlpack::kInt  ? "i"
@@ -32,20 +36,59 @@ py::dtype typeOf(const dlpack::DataType& type, const char* what) {
   return py::dtype(kind + std::to_string(type.bits / 8));
 }
 
-py::array byDlpack(const py::object& tensor, const char* what, DeviceReader& reader) {
-  // −1: nobody waits for anybody. numpy's object keeps the tensor's memory for as long as the array lives.
-  const py::object stream = reader.stream == 0 ? py::int_(-1) : py::int_(reader.stream);
-  const py::capsule capsule = tensor.attr("__dlpack__")(py::arg("stream") = stream);
-  auto* managed = static_cast<dlpack::ManagedTensor*>(PyCapsule_GetPointer(capsule.ptr(), "dltensor"));
-  if (managed == nullptr) throw py::error_already_set();
-  const dlpack::Tensor& t = managed->tensor;
+/** \param owner keeps the tensor's memory for as long as the array lives */
+py::array arrayOver(const dlpack::Tensor& t, const char* what, const DeviceReader& reader, const py::object& owner) {
   const py::dtype type = typeOf(t.dtype, what);
   checkDevice(t.device.id, what, reader);
   std::vector<py::ssize_t> shape(t.shape, t.shape + t.ndim), strides;
   if (t.strides != nullptr)
     for (int i = 0; i < t.ndim; ++i) strides.push_back(t.strides[i] * type.itemsize());
+  return py::array(type, shape, strides, static_cast<const std::byte*>(t.data) + t.byte_offset, owner);
+}
+
+/** \brief The functions of a tensor's library; null if it has none, and its methods must be called: they take twenty times as long. */
+const dlpack::ExchangeApi* exchangeOf(const py::object& tensor) {
+  static PyObject* const name = PyUnicode_InternFromString("__dlpack_c_exchange_api__");
+  const auto capsule =
+      py::reinterpret_steal<py::object>(PyObject_GetAttr(reinterpret_cast<PyObject*>(Py_TYPE(tensor.ptr())), name));
+  if (!capsule) {
+    PyErr_Clear();
+    return nullptr;
+  }
+  if (PyCapsule_IsValid(capsule.ptr(), dlpack::kExchangeName) == 0) return nullptr;
+  // The table stays for as long as the process runs.
+  auto* api = static_cast<const dlpack::ExchangeApi*>(PyCapsule_GetPointer(capsule.ptr(), dlpack::kExchangeName));
+  while (api != nullptr && api->version.major != dlpack::kExchangeMajor) api = api->older;
+  return api != nullptr && api->describe != nullptr && api->current_stream != nullptr ? api : nullptr;
+}
+
+dlpack::Tensor described(const dlpack::ExchangeApi& api, const py::object& tensor) {
+  dlpack::Tensor t{};
+  if (api.describe(tensor.ptr(), &t) != 0) throw py::error_already_set();
+  return t;
+}
+
+py::array byExchange(const dlpack::ExchangeApi& api, const py::object& tensor, const char* what, DeviceReader& reader) {
+  const dlpack::Tensor t = described(api, tensor);
+  const py::array array = arrayOver(t, what, reader, tensor);
+  if (reader.stream == 0) return array;
+  void* current = nullptr;
+  if (api.current_stream(dlpack::kCuda, t.device.id, &current) != 0) throw py::error_already_set();
+  constexpr std::uintptr_t legacy_default = 1;  // cudaStreamLegacy
+  const auto stream = current == nullptr ? legacy_default : reinterpret_cast<std::uintptr_t>(current);
+  if (stream != reader.stream && (reader.waiting.empty() || reader.waiting.back() != stream))
+    reader.waiting.push_back(stream);
+  return array;
+}
+
+py::array byDlpack(const py::object& tensor, const char* what, DeviceReader& reader) {
+  // −1: nobody waits for anybody.
+  const py::object stream = reader.stream == 0 ? py::int_(-1) : py::int_(reader.stream);
+  const py::capsule capsule = tensor.attr("__dlpack__")(py::arg("stream") = stream);
+  auto* managed = static_cast<dlpack::ManagedTensor*>(PyCapsule_GetPointer(capsule.ptr(), "dltensor"));
+  if (managed == nullptr) throw py::error_already_set();
   // The capsule, which nobody takes over, calls the deleter as it goes.
-  return py::array(type, shape, strides, static_cast<const std::byte*>(t.data) + t.byte_offset, capsule);
+  return arrayOver(managed->tensor, what, reader, capsule);
 }
 
 py::array byInterface(const py::object& tensor, DeviceReader& reader) {
@@ -65,6 +108,10 @@ py::array byInterface(const py::object& tensor, DeviceReader& reader) {
 }  // namespace
 
 bool onDevice(const py::object& object) {
+  if (const dlpack::ExchangeApi* api = exchangeOf(object)) {
+    const std::int32_t type = described(*api, object).device.type;
+    return type == dlpack::kCuda || type == dlpack::kCudaManaged;
+  }
   if (py::hasattr(object, "__dlpack_device__")) {
     const int type = object.attr("__dlpack_device__")().cast<py::tuple>()[0].cast<int>();
     return type == dlpack::kCuda || type == dlpack::kCudaManaged;
@@ -73,6 +120,7 @@ bool onDevice(const py::object& object) {
 }
 
 py::array addressesOf(const py::object& tensor, const char* what, DeviceReader& reader) {
+  if (const dlpack::ExchangeApi* api = exchangeOf(tensor)) return byExchange(*api, tensor, what, reader);
   if (py::hasattr(tensor, "__dlpack__")) return byDlpack(tensor, what, reader);
   return byInterface(tensor, reader);
 }

@@ -17,8 +17,8 @@ struct DeviceReader {
 /** \brief Whether an object is in the memory of a GPU, by DLPack or by __cuda_array_interface__. */
 bool onDevice(const pybind11::object& object);
 
-/** \brief Its shape, strides, type and address, as an array that nobody may read on the CPU. By DLPack the tensor's library has its work on
- *  the tensor done before what follows on the reader's stream.
+/** \brief Its shape, strides, type and address, as an array that nobody may read on the CPU. The library's work on
+ *  the tensor is done before what follows on the reader's stream once the reader has waited for reader.waiting.
  *  \throws pybind11::value_error for a tensor of another GPU, or of a type that numpy does not know */
 pybind11::array addressesOf(const pybind11::object& tensor, const char* what, DeviceReader& reader);
 

@@ -3,7 +3,8 @@
 #include <cstdint>
 
 /** \file
- *  \brief DLPack's structures, as its specification (version 0.8) lays them out in memory: what tensors are handed over as. */
+ *  \brief DLPack's structures, as its specification lays them out in memory: what tensors are handed over as (version 0.8), and the functions
+ *  by which C and C++ look at them (1.3). */
 
 namespace fuse_flow::python::dlpack {
 
@@ -36,5 +37,23 @@ struct ManagedTensor {
   void* context;
   void (*deleter)(ManagedTensor*);
 };
+
+/** \brief Functions of a library of tensors: the capsule __dlpack_c_exchange_api__ of their class, named kExchangeName. All return 0, or −1 with
+ *  an exception of Python's set; they are called with the interpreter's lock. */
+struct ExchangeApi {
+  struct {
+    std::uint32_t major, minor;
+  } version;
+  ExchangeApi* older;  ///< the table of an older major version, or null
+  void* allocate;      ///< not used here
+  void* managed_of;    ///< not used here
+  void* object_of;     ///< not used here
+  /** \brief Describes a tensor, which stays its owner's; nobody waits for anybody. Null: the library does not know it. */
+  int (*describe)(void* object, Tensor* out);
+  /** \brief The stream that the library's work is on now: a cudaStream_t, null: CUDA's legacy default stream. */
+  int (*current_stream)(DeviceType type, std::int32_t device, void** out);
+};
+constexpr std::uint32_t kExchangeMajor = 1;
+constexpr const char* kExchangeName = "dlpack_exchange_api";
 
 }  // namespace fuse_flow::python::dlpack

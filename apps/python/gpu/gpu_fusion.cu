@@ -1,4 +1,4 @@
-#include "../fusion_of.h"
+#include "../fusion/fusion_of.h"
 #include "gpu_fusion.h"
 
 #include <fuse_flow/gpu/fuse_flow.h>

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "../fusion.h"
+#include "../fusion/fusion.h"
 
 #include <cstddef>
 #include <cstdint>

@@ -1,5 +1,5 @@
-#include "../open_ends.h"
 #include "../plain.h"
+#include "../recordings/open_ends.h"
 #include "streams.h"
 
 #include <fuse_flow/stream/client.h>

@@ -1,6 +1,6 @@
-#include "../open_ends.h"
-#include "../paths.h"
 #include "../plain.h"
+#include "../recordings/open_ends.h"
+#include "../recordings/paths.h"
 #include "published.h"
 #include "streams.h"
 

@@ -1,5 +1,5 @@
-#include "../open_ends.h"
 #include "../plain.h"
+#include "../recordings/open_ends.h"
 #include "published.h"
 #include "stream/page/serve_page.h"
 #include "streams.h"

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "recordings/messages/message_log.h"
+#include "recordings/logs/message_log.h"
 #include "recordings/streams/recorded_camera.h"
 
 #include <memory>

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "recordings/messages/mcap_writer.h"
+#include "recordings/logs/mcap_writer.h"
 
 #include <fuse_flow/camera.h>
 

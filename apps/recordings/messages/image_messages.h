@@ -1,6 +1,6 @@
 #pragma once
 
-#include "recordings/files/image_io.h"
+#include "recordings/images/image_io.h"
 #include "recordings/messages/ros_messages.h"
 
 #include <fuse_flow/recordings/recording.h>

@@ -1,6 +1,6 @@
 #include "recordings/messages/rig_messages.h"
 
-#include "recordings/files/jpeg_encode.h"
+#include "recordings/images/jpeg_encode.h"
 #include "recordings/messages/ros_writing.h"
 
 #include <fuse_flow/recordings/error.h>

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "recordings/messages/message_log.h"
+#include "recordings/logs/message_log.h"
 
 #include <cstdint>
 #include <memory>

@@ -1,7 +1,7 @@
 #include "recordings/readers/photo_recording.h"
 
 #include "recordings/calibrations/calibration.h"
-#include "recordings/files/float_image.h"
+#include "recordings/images/float_image.h"
 #include "recordings/range.h"
 
 #include <algorithm>

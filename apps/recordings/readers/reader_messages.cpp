@@ -1,6 +1,6 @@
 #include "recordings/files/file_io.h"
+#include "recordings/logs/message_log.h"
 #include "recordings/messages/camera_topics.h"
-#include "recordings/messages/message_log.h"
 #include "recordings/readers/readers.h"
 
 #include <yaml-cpp/yaml.h>

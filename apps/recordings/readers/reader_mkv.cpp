@@ -1,5 +1,5 @@
 #include "recordings/files/file_io.h"
-#include "recordings/files/image_io.h"
+#include "recordings/images/image_io.h"
 #include "recordings/readers/readers.h"
 #include "recordings/streams/azure_kinect.h"
 #include "recordings/streams/recorded_camera.h"

@@ -1,6 +1,6 @@
 #include "recordings/calibrations/calibration.h"
 #include "recordings/files/file_io.h"
-#include "recordings/files/float_image.h"
+#include "recordings/images/float_image.h"
 #include "recordings/readers/photo_recording.h"
 #include "recordings/readers/readers.h"
 

@@ -2,8 +2,8 @@
 
 #include "recordings/calibrations/calibration.h"
 #include "recordings/calibrations/intrinsics_file.h"
-#include "recordings/files/image_io.h"
 #include "recordings/image_folders/unused_images.h"
+#include "recordings/images/image_io.h"
 #include "recordings/range.h"
 
 #include <algorithm>

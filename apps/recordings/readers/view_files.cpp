@@ -1,9 +1,9 @@
 #include "recordings/readers/view_files.h"
 
 #include "recordings/files/file_io.h"
-#include "recordings/files/float_image.h"
-#include "recordings/files/image_io.h"
-#include "recordings/files/tiff_image.h"
+#include "recordings/images/float_image.h"
+#include "recordings/images/image_io.h"
+#include "recordings/images/tiff_image.h"
 
 #include <fuse_flow/impl/host/parallel.hpp>
 

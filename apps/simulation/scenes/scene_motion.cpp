@@ -1,10 +1,10 @@
+#include "simulation/people/person_motions.h"
+#include "simulation/people/person_walk.h"
+#include "simulation/people/skirt.h"
 #include "simulation/pi.h"
 #include "simulation/portable_math.h"
 #include "simulation/random.h"
-#include "simulation/scenes/person_motions.h"
-#include "simulation/scenes/person_walk.h"
 #include "simulation/scenes/scenes.h"
-#include "simulation/scenes/skirt.h"
 #include "simulation/surfaces/shapes.h"
 
 #include <functional>

@@ -1,5 +1,5 @@
+#include "simulation/people/person_walk.h"
 #include "simulation/random.h"
-#include "simulation/scenes/person_walk.h"
 #include "simulation/scenes/scenes.h"
 
 namespace fuse_flow::simulation {

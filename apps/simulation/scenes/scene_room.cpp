@@ -30,6 +30,10 @@ void addSmallThings(Objects& objects, const Place& table, Random& random) {
                      {Material::Checker, {220, 96, 40}, {240, 236, 224}, 0.07f, 0.7f}});
 }
 
+}  // namespace
+
+Eigen::AlignedBox3f livingRoom() { return {Vector3f(-2.5f, -2.0f, 0.0f), Vector3f(2.5f, 2.0f, 2.6f)}; }
+
 void addPictures(Objects& objects, const Eigen::AlignedBox3f& room) {
   const auto hang = [&](const Vector3f& at, const Vector3f& size, const Material& material) {
     objects.push_back({"picture", moved(box(size), at), material});
@@ -43,9 +47,10 @@ void addPictures(Objects& objects, const Eigen::AlignedBox3f& room) {
        {Material::Stripes, {52, 120, 96}, {232, 222, 196}, 0.09f, 0.6f});
 }
 
-}  // namespace
-
-Eigen::AlignedBox3f livingRoom() { return {Vector3f(-2.5f, -2.0f, 0.0f), Vector3f(2.5f, 2.0f, 2.6f)}; }
+void nameFurniture(Objects& objects) {
+  for (Object& object : objects)
+    if (object.name != "floor" && object.name != "ceiling" && object.name != "wall") object.part = "furniture";
+}
 
 Objects furnishedRoom(const Place& table, std::uint32_t seed) {
   Objects objects;
@@ -62,8 +67,7 @@ Objects furnishedRoom(const Place& table, std::uint32_t seed) {
   addPictures(objects, livingRoom());
   Random random(seed, 0, 0, 21);
   addSmallThings(objects, table, random);
-  for (Object& object : objects)
-    if (object.name != "floor" && object.name != "ceiling" && object.name != "wall") object.part = "furniture";
+  nameFurniture(objects);
   return objects;
 }
 

@@ -29,6 +29,12 @@ Eigen::AlignedBox3f livingRoom();
 /** \brief Walls and furniture of the living room; the table with its chairs stands where it is said. */
 Objects furnishedRoom(const Place& table, std::uint32_t seed);
 
+/** \brief On three walls of a room. */
+void addPictures(Objects& objects, const Eigen::AlignedBox3f& room);
+
+/** \brief Names as furniture what is neither floor, ceiling nor wall. */
+void nameFurniture(Objects& objects);
+
 std::unique_ptr<Scene> makeRoomScene(std::uint32_t seed);
 std::unique_ptr<Scene> makePersonScene(std::uint32_t seed);
 std::unique_ptr<Scene> makePunchScene(std::uint32_t seed);
@@ -39,6 +45,7 @@ std::unique_ptr<Scene> makeBallScene(std::uint32_t seed);
 std::unique_ptr<Scene> makeSkirtScene(std::uint32_t seed);
 std::unique_ptr<Scene> makeHandshakeScene(std::uint32_t seed);
 std::unique_ptr<Scene> makePassScene(std::uint32_t seed);
+std::unique_ptr<Scene> makePasserbyScene(std::uint32_t seed);
 std::unique_ptr<Scene> makeThinScene(std::uint32_t seed);
 std::unique_ptr<Scene> makeTableScene(std::uint32_t seed);
 

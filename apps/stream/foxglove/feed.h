@@ -2,9 +2,9 @@
 
 #include "stream/foxglove/channels.h"
 #include "stream/foxglove/cloud_payload.h"
-#include "stream/network/frame_hub.h"
-#include "stream/network/session.h"
 #include "stream/network/text.h"
+#include "stream/server/frame_hub.h"
+#include "stream/server/session.h"
 
 #include <condition_variable>
 #include <cstdint>

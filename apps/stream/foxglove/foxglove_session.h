@@ -2,10 +2,10 @@
 
 #include "stream/foxglove/client_requests.h"
 #include "stream/foxglove/feed.h"
-#include "stream/network/frame_hub.h"
-#include "stream/network/gate.h"
-#include "stream/network/pace.h"
-#include "stream/network/session.h"
+#include "stream/server/frame_hub.h"
+#include "stream/server/gate.h"
+#include "stream/server/pace.h"
+#include "stream/server/session.h"
 
 #include <chrono>
 #include <deque>

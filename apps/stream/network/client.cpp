@@ -1,7 +1,7 @@
 #include "stream/network/client_connection.h"
-#include "stream/network/client_messages.h"
-#include "stream/network/frame_session.h"
 #include "stream/network/text.h"
+#include "stream/server/client_messages.h"
+#include "stream/server/frame_session.h"
 
 #include <fuse_flow/stream/client.h>
 

@@ -1,8 +1,8 @@
 #pragma once
 
-#include "stream/network/gate.h"
-#include "stream/network/session.h"
 #include "stream/network/streams.h"
+#include "stream/server/gate.h"
+#include "stream/server/session.h"
 
 #include <boost/asio/post.hpp>
 #include <boost/asio/steady_timer.hpp>

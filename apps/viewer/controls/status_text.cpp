@@ -63,10 +63,12 @@ std::string cloudText(const FusedCloud& cloud) {
   text << cloud.setting->title << ": " << cloud.cloud->size() << " points";
   if (!cloud.why_empty.empty()) text << ", " << cloud.why_empty;
   if (cloud.truth_distance && !cloud.cloud->empty()) text << ", " << millimetres(*cloud.truth_distance) << " off truth";
-  if (cloud.surface && !cloud.cloud->empty())
+  if (cloud.surface && !cloud.cloud->empty()) {
     text << ", violations off silhouettes " << percent(cloud.surface->violationShare()) << ",\n  double surfaces "
-         << percent(cloud.surface->doubleSurfaces()) << ", noise " << millimetres(cloud.surface->noise()) << ", covers "
-         << percent(cloud.surface->coverage()) << " within noise";
+         << percent(cloud.surface->doubleSurfaces()) << ", noise " << millimetres(cloud.surface->noise());
+    if (cloud.surface->flicker.points > 0) text << ", flicker " << millimetres(cloud.surface->flicker.mean());
+    text << ", covers " << percent(cloud.surface->coverage()) << " within noise";
+  }
   if (cloud.quality && !cloud.cloud->empty())
     text << "; off noisy depth: E_MC " << millimetres(cloud.quality->error) << " (2+ views "
          << millimetres(cloud.quality->multi_view_error) << ")";

@@ -58,6 +58,12 @@ std::string frameName(std::size_t frame, std::size_t frames) {
 
 void FrameFuser::readFrame(std::size_t frame) {
   if (loaded_frame_ == frame) return;
+  for (Pane& pane : panes_) {
+    pane.before.reset();
+    if (loaded_frame_ && pane.frame == loaded_frame_) pane.before.emplace(Earlier{pane.setting, pane.fused.cloud});
+  }
+  before_frame_ = loaded_frame_;
+  std::swap(loaded_, before_);
   loaded_frame_.reset();
   const auto start = std::chrono::steady_clock::now();
   source_->read(frame, loaded_);
@@ -87,6 +93,8 @@ void FrameFuser::placeCameras(const FusionRequest& request) {
   if (placed_ && refine == refined_.has_value()) return;
   std::vector<CameraMotion> moved;
   if (refined_) moved = std::move(refined_->moved);
+  if (refine != refined_.has_value())
+    for (Pane& pane : panes_) pane.before.reset();  // surfaces would jump with the poses
   refined_.reset();
   loaded_.rig.cameras = given_;
   for (Pane& pane : panes_) pane.frame.reset();  // its cloud was fused with other poses
@@ -140,6 +148,12 @@ void FrameFuser::fuseCloud(const FusionRequest& request, Pane& pane, const Fusio
   pane.frame = request.frame;
 }
 
+/** \brief Whether the pane's last cloud is of the frame before, of the same cameras, and made in the same way. */
+bool FrameFuser::canFlicker(const Pane& pane) const {
+  return pane.before && pane.before->setting == pane.setting && before_frame_ && *before_frame_ + 1 == *loaded_frame_ &&
+         !loaded_.rig.cameras.empty() && before_.rig.cameras.size() == loaded_.rig.cameras.size();
+}
+
 void FrameFuser::measure(const FusionRequest& request, Pane& pane) {
   if (!request.measure_quality || pane.fused.quality) return;
   const io::MethodOptions& options = pane.setting->options;
@@ -154,6 +168,9 @@ void FrameFuser::measure(const FusionRequest& request, Pane& pane) {
   surface.coverage_step = kCoverageStep;
   surface.samples = kSurfaceSamples;
   pane.fused.surface = surfaceQuality(*pane.fused.cloud, loaded_.rig, surface, options.threads);
+  if (canFlicker(pane))
+    pane.fused.surface->flicker =
+        temporalFlicker(*pane.before->cloud, before_.rig, *pane.fused.cloud, loaded_.rig, surface, options.threads);
   if (const simulation::RayScene* scene = truth())
     pane.fused.truth_distance = meanTruthDistance(*pane.fused.cloud, *scene, threadsOf(*pane.setting));
   pane.published.reset();

@@ -47,7 +47,7 @@ struct FusedCloud {
   std::shared_ptr<const Cloud> cloud;
   FrameStatistics statistics;
   std::optional<ReprojectionQuality> quality;
-  std::optional<SurfaceQuality> surface;  ///< without flicker
+  std::optional<SurfaceQuality> surface;  ///< with flicker if the frame before was shown with the same setting
   std::optional<double> truth_distance;   ///< mean, metres; absent: not known
   std::string why_empty;                  ///< see io::whyEmpty(); empty: there are points
   PointAttributes attributes;

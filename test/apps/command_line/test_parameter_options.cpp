@@ -1,4 +1,4 @@
-#include "command_line/parameter_options.h"
+#include "command_line/arguments/parameter_options.h"
 
 #include "../recordings/io_fixture.h"
 

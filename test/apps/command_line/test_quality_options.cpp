@@ -1,4 +1,4 @@
-#include "command_line/quality_options.h"
+#include "command_line/arguments/quality_options.h"
 
 #include "../recordings/io_fixture.h"
 

@@ -7,7 +7,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "../tools/png_file.h"
+#include "../tools/support/png_file.h"
 
 #include <cmath>
 

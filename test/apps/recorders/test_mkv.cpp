@@ -1,10 +1,10 @@
-#include "recordings/files/image_io.h"
+#include "recordings/images/image_io.h"
 #include "recordings/read_ahead.h"
 #include "recordings/streams/azure_kinect.h"
 #include "recordings/streams/video_file.h"
 
+#include "../recordings/images/jpeg_file.h"
 #include "../recordings/io_fixture.h"
-#include "../recordings/jpeg_file.h"
 
 #include <fuse_flow/recordings/recording.h>
 

@@ -1,4 +1,4 @@
-#include "../recordings/float_files.h"
+#include "../recordings/images/float_files.h"
 #include "../recordings/io_fixture.h"
 #include "recorder_images.h"
 

@@ -1,6 +1,6 @@
 #include "room.h"
 
-#include "../tools/png_file.h"
+#include "../tools/support/png_file.h"
 
 #include <array>
 #include <cmath>

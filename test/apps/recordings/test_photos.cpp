@@ -1,5 +1,5 @@
-#include "../tools/png_file.h"
-#include "float_files.h"
+#include "../tools/support/png_file.h"
+#include "images/float_files.h"
 #include "io_fixture.h"
 #include "room.h"
 

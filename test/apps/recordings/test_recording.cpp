@@ -1,6 +1,6 @@
 #include "recordings/files/file_io.h"
 
-#include "../tools/png_file.h"
+#include "../tools/support/png_file.h"
 #include "io_fixture.h"
 #include "room.h"
 

@@ -1,4 +1,4 @@
-#include "../tools/png_file.h"
+#include "../tools/support/png_file.h"
 #include "io_fixture.h"
 #include "room.h"
 

@@ -1,6 +1,6 @@
 #include "recordings/readers/view_files.h"
 
-#include "../tools/png_file.h"
+#include "../tools/support/png_file.h"
 #include "io_fixture.h"
 
 #include <algorithm>

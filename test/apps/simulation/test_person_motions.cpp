@@ -1,8 +1,8 @@
 #include "../../test_length.h"
 #include "mesh_checks.h"
 
+#include "simulation/people/person_motions.h"
 #include "simulation/scene.h"
-#include "simulation/scenes/person_motions.h"
 #include "simulation/scenes/track.h"
 #include "simulation/surfaces/ray_scene.h"
 

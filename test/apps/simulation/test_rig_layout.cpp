@@ -143,10 +143,42 @@ TEST(RigLayout, AnArcIsSmallerInASmallRoom) {
   }
 }
 
+/** \brief A room whose middle is free. */
+class FreeMiddle : public EmptyRoom {
+ public:
+  std::optional<Eigen::Vector3f> lookout() const override { return Eigen::Vector3f(0.5f, -0.25f, 1.25f); }
+};
+
+TEST(RigLayout, LooksOutwardFromTheLookout) {
+  const FreeMiddle scene;
+  const Vector3d middle(0.5, -0.25, 1.25);
+  for (const int count : {2, 3, 6, 64}) {
+    const auto poses = placeCameras("surround-" + std::to_string(count), scene);
+    ASSERT_EQ(poses.size(), static_cast<std::size_t>(count));
+    for (std::size_t k = 0; k < poses.size(); ++k) {
+      const Vector3d out = poses[k].translation() - middle, forward = poses[k].linear().col(2);
+      EXPECT_NEAR(out.norm(), 0.15, 1e-9);
+      EXPECT_NEAR(out.dot(forward), 0.15, 1e-9) << "the way that it stands from the middle";
+      EXPECT_NEAR(poses[k].linear().col(1).z(), -1, 1e-9) << "level, the image's y axis points down";
+      const Vector3d next = poses[(k + 1) % poses.size()].linear().col(2);
+      EXPECT_NEAR(forward.dot(next), std::cos(2 * std::acos(-1.0) / count), 1e-9);
+      if (count > 2) {
+        EXPECT_GT(forward.cross(next).z(), 0) << "all around, to the left";
+      }
+    }
+  }
+}
+
+TEST(RigLayout, LooksOutwardOnlyWhereAPlaceIsFree) {
+  EXPECT_TRUE(isRigName("surround-6"));
+  EXPECT_THROW(placeCameras("surround-6", EmptyRoom()), fuse_flow::io::InputError);
+}
+
 TEST(RigLayout, RefusesAnotherName) {
   const EmptyRoom scene;
   for (const std::string rig : {"", "ring", "ring-0", "ring-65", "ring-4-wide", "sphere-4", "ring-100", "arc-1",
-                                "arc-65", "arc-4-narrow", "ring-4-level", "arc-4-level-narrow", "arc-"})
+                                "arc-65", "arc-4-narrow", "ring-4-level", "arc-4-level-narrow", "arc-", "surround-1",
+                                "surround-65", "surround-6-narrow", "surround-6-level", "surround"})
     EXPECT_THROW(placeCameras(rig, scene), fuse_flow::io::InputError) << rig;
 }
 

@@ -1,9 +1,9 @@
 #include "../../test_length.h"
 #include "mesh_checks.h"
 
+#include "simulation/people/person_body.h"
 #include "simulation/rig_layout.h"
 #include "simulation/scene.h"
-#include "simulation/scenes/person_body.h"
 #include "simulation/sensor.h"
 #include "simulation/surfaces/ray_scene.h"
 
@@ -90,6 +90,8 @@ TEST_P(EveryScene, LeavesRoomForTheCameras) {
     for (const std::string layout : {"ring-", "walls-"}) rigs.push_back(layout + std::to_string(count));
   for (int count = 2; count <= 16; ++count)
     for (const std::string end : {"", "-level"}) rigs.push_back("arc-" + std::to_string(count) + end);
+  if (scene().lookout())
+    for (int count = 2; count <= 16; ++count) rigs.push_back("surround-" + std::to_string(count));
   for (const std::string& rig : rigs) {
     for (const Eigen::Isometry3d& pose : placeCameras(rig, scene())) {
       const Vector3f at = pose.translation().cast<float>();

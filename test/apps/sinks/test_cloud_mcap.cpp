@@ -1,6 +1,6 @@
 #if defined(FUSE_FLOW_WITH_FASTCDR) && defined(FUSE_FLOW_WITH_STREAM)
 
-#include "recordings/messages/message_log.h"
+#include "recordings/logs/message_log.h"
 #include "recordings/messages/ros_messages.h"
 #include "sinks/cloud_mcap_writer.h"
 

@@ -1,8 +1,8 @@
-#include "stream/network/access.h"
-#include "stream/network/client_messages.h"
 #include "stream/network/link.h"
-#include "stream/network/pace.h"
 #include "stream/network/text.h"
+#include "stream/server/access.h"
+#include "stream/server/client_messages.h"
+#include "stream/server/pace.h"
 
 #include <fuse_flow/stream/description.h>
 

@@ -1,6 +1,6 @@
 #include "../calibration/board_picture.h"
-#include "png_file.h"
-#include "tool_fixture.h"
+#include "support/png_file.h"
+#include "support/tool_fixture.h"
 
 #include <nlohmann/json.hpp>
 #ifdef FUSE_FLOW_WITH_OPENCV

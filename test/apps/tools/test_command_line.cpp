@@ -1,6 +1,6 @@
 #include "../../sanitized.h"
-#include "cloud_file.h"
-#include "tool_fixture.h"
+#include "support/cloud_file.h"
+#include "support/tool_fixture.h"
 
 #include <regex>
 

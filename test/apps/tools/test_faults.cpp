@@ -1,6 +1,6 @@
 // What tools do when disks, memory and threads fail them: test/faults/faults.cpp makes calls of theirs fail. A tool either does all that it does
 // without the fault, or ends with one line that says what is wrong, and leaves nothing half-written.
-#include "tool_fixture.h"
+#include "support/tool_fixture.h"
 
 #include <tbb/version.h>
 

@@ -1,5 +1,5 @@
-#include "png_file.h"
-#include "tool_fixture.h"
+#include "support/png_file.h"
+#include "support/tool_fixture.h"
 
 #include <map>
 

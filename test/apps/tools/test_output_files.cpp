@@ -1,5 +1,5 @@
-#include "cloud_file.h"
-#include "tool_fixture.h"
+#include "support/cloud_file.h"
+#include "support/tool_fixture.h"
 
 #include <fcntl.h>
 #include <poll.h>

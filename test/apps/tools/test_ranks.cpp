@@ -1,6 +1,6 @@
 #if defined(FUSE_FLOW_MPIEXEC)
 
-#include "tool_fixture.h"
+#include "support/tool_fixture.h"
 
 #include <cmath>
 #include <cstdio>

@@ -1,6 +1,6 @@
-#include "cloud_file.h"
-#include "png_file.h"
-#include "tool_fixture.h"
+#include "support/cloud_file.h"
+#include "support/png_file.h"
+#include "support/tool_fixture.h"
 
 namespace tool_test {
 namespace {

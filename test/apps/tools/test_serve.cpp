@@ -1,7 +1,7 @@
 #ifdef FUSE_FLOW_SERVE_TOOL
 
-#include "cloud_file.h"
-#include "tool_fixture.h"
+#include "support/cloud_file.h"
+#include "support/tool_fixture.h"
 
 #include <signal.h>
 

@@ -1,6 +1,6 @@
 // What would be a wrong result, or none, without a word.
 
-#include "tool_fixture.h"
+#include "support/tool_fixture.h"
 
 namespace tool_test {
 namespace {

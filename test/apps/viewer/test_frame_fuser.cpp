@@ -78,6 +78,35 @@ TEST_F(FrameFusing, AnotherSettingReadsNothingAgain) {
   EXPECT_LT(first->clouds[0]->cloud->size(), second->clouds[0]->cloud->size());
 }
 
+TEST_F(FrameFusing, AWallThatStandsStillDoesNotFlicker) {
+  EXPECT_EQ(fuser_->fuse(requestOf(*controls_, 1), stop_)->clouds[0]->surface->flicker.points, 0u) << "nothing before";
+  const auto second = fuser_->fuse(requestOf(*controls_, 2), stop_);
+  EXPECT_GT(second->clouds[0]->surface->flicker.points, 100u);
+  EXPECT_NEAR(second->clouds[0]->surface->flicker.mean(), 0, 1e-4);
+}
+
+TEST_F(FrameFusing, FlickerIsFromTheFrameBeforeAlone) {
+  const auto flicker = [&](std::size_t frame) {
+    return fuser_->fuse(requestOf(*controls_, frame), stop_)->clouds[0]->surface->flicker;
+  };
+  flicker(0);
+  EXPECT_EQ(flicker(2).points, 0u) << "a frame was left out";
+  EXPECT_EQ(flicker(1).points, 0u) << "backwards";
+  EXPECT_GT(flicker(2).points, 0u);
+  controls_->toggle(Component::SpatialHash);
+  EXPECT_EQ(flicker(2).points, 0u) << "another setting had no cloud before";
+  EXPECT_GT(flicker(3).points, 0u);
+  EXPECT_FALSE(fuser_->fuse(requestOf(*controls_, 5), stop_)->error.empty());
+  EXPECT_EQ(flicker(4).points, 0u) << "after a frame that could not be read";
+}
+
+TEST_F(FrameFusing, FlickerIsHowFarASurfaceJumps) {
+  source_->shift(3, 0.004f);  // less than the motion that is no noise
+  fuser_->fuse(requestOf(*controls_, 2), stop_);
+  const auto answer = fuser_->fuse(requestOf(*controls_, 3), stop_);
+  EXPECT_NEAR(answer->clouds[0]->surface->flicker.mean(), 0.004, 5e-4);
+}
+
 TEST_F(FrameFusing, TheComparisonIsMadeOfTheSameFrame) {
   controls_->compareWith("concatenate");
   const auto answer = fuser_->fuse(requestOf(*controls_, 3), stop_);

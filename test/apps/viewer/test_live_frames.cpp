@@ -54,6 +54,17 @@ struct LiveSource {
   io::LoadedFrame loaded;
 };
 
+TEST(LiveFrames, KeepTheImagesOfTheFrameBefore) {
+  LiveSource source;
+  source.put(1);
+  source.read();
+  io::LoadedFrame before;
+  std::swap(source.loaded, before);
+  source.put(2);
+  EXPECT_EQ(source.read(), 2u);
+  EXPECT_EQ(before.rig.views[0].depth16.row(2)[1] % 1000, 1);
+}
+
 TEST(LiveFrames, GiveTheLatestInstantAndKeepItsImages) {
   LiveSource source;
   source.put(1);

@@ -157,6 +157,9 @@ TEST(StatusText, SaysWhatIsShown) {
   cloud->truth_distance = 0.0025;
   EXPECT_NE(cloudText(*cloud).find("85 points, 2.5 mm off truth, violations off silhouettes 2.0 %"), std::string::npos)
       << cloudText(*cloud);
+  cloud->surface->flicker = {10, 0.004};
+  EXPECT_NE(cloudText(*cloud).find("noise 3.1 mm, flicker 0.4 mm, covers 75.0 %"), std::string::npos)
+      << cloudText(*cloud);
   EXPECT_EQ(text.find("being fused"), std::string::npos);
   playback.pause();
   const std::string standing = statusText(playback, {2.5, 40}, frame, true);

@@ -1,6 +1,6 @@
-#include "../tools/run_tool.h"
-#include "../tools/wall_recording.h"
-#include "recordings/files/image_io.h"
+#include "../tools/support/run_tool.h"
+#include "../tools/support/wall_recording.h"
+#include "recordings/images/image_io.h"
 #include "viewer_fixture.h"
 
 #include <X11/Xlib.h>

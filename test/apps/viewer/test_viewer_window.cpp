@@ -1,5 +1,5 @@
 #include "clouds/cloud_io.h"
-#include "recordings/files/image_io.h"
+#include "recordings/images/image_io.h"
 #include "viewer/controls/slider_look.h"
 #include "viewer_fixture.h"
 

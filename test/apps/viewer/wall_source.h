@@ -25,6 +25,12 @@ class WallSource : public viewing::FrameSource {
   /** \brief In this frame the image of the right camera cannot be read. */
   void damageRight(std::size_t frame) { damaged_right_ = frame; }
 
+  /** \brief In this frame the wall is farther. */
+  void shift(std::size_t frame, float metres) {
+    shifted_ = frame;
+    shift_ = metres;
+  }
+
   static Camera camera(std::size_t k) {
     Camera camera;
     camera.name = k == 0 ? "left" : "right";
@@ -53,7 +59,7 @@ class WallSource : public viewing::FrameSource {
       for (int v = 0; v < kHeight; ++v)
         for (int u = 0; u < kWidth; ++u) {
           const double x = out.rig.cameras[k].T_world_camera.translation().x() + 0.01 * (u - 79.5);
-          image.depth32.at(u, v) = kDistance;
+          image.depth32.at(u, v) = kDistance + (frame == shifted_ ? shift_ : 0.0f);
           image.color.at(u, v) = x < 0 ? Rgb8{200, 200, 200} : Rgb8{220, 30, 30};
         }
       out.rig.views[k].depth32 = image.depth32.view();
@@ -71,6 +77,8 @@ class WallSource : public viewing::FrameSource {
   std::optional<std::size_t> frames_;
   std::optional<std::size_t> damaged_;
   std::optional<std::size_t> damaged_right_;
+  std::optional<std::size_t> shifted_;
+  float shift_{0};
 };
 
 }  // namespace viewer_test

@@ -3,10 +3,10 @@
 #include "small_images.h"
 
 #include "recordings/files/file_io.h"
-#include "recordings/files/jpeg_encode.h"
+#include "recordings/images/jpeg_encode.h"
 
-#include "../../apps/recordings/float_files.h"
-#include "../../apps/tools/png_file.h"
+#include "../../apps/recordings/images/float_files.h"
+#include "../../apps/tools/support/png_file.h"
 
 #include <fuse_flow/recordings/rig_json.h>
 

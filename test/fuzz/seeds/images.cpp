@@ -3,11 +3,11 @@
 #include "small_images.h"
 
 #include "recordings/files/file_io.h"
-#include "recordings/files/jpeg_encode.h"
+#include "recordings/images/jpeg_encode.h"
 
-#include "../../apps/recordings/float_files.h"
-#include "../../apps/recordings/jpeg_file.h"
-#include "../../apps/tools/png_file.h"
+#include "../../apps/recordings/images/float_files.h"
+#include "../../apps/recordings/images/jpeg_file.h"
+#include "../../apps/tools/support/png_file.h"
 
 #include <tiffio.h>
 

@@ -3,10 +3,10 @@
 #include "small_images.h"
 
 #include "recordings/files/file_io.h"
-#include "recordings/messages/message_log.h"
+#include "recordings/logs/message_log.h"
 #include "recordings/messages/rig_messages.h"
 
-#include "../../apps/recordings/float_files.h"
+#include "../../apps/recordings/images/float_files.h"
 
 #ifdef FUSE_FLOW_WITH_LIBAV
 #include "../../apps/recorders/mkv_tracks.h"

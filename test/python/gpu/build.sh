@@ -12,8 +12,9 @@ includes+=(-Iapps -I"$python" -Iapps/recordings/include -Iinclude -Iimpl -Igpu -
 flags=(-std=c++17 -O3 -DNDEBUG -DBOOST_ALL_NO_LIB -DPCL_NO_PRECOMPILE)
 exact=-fno-math-errno,-fno-trapping-math,-ffp-contract=off
 pids=()
-for source in test/python/gpu/module.cpp $python/{errors,in_flight,docstrings,poses,cameras,images,frames,statistics,parameters,clouds,host_fusion,fuse_flow}.cpp \
-  $python/gpu/device_{clouds,images}.cpp apps/input_checks/depth_in_range.cpp; do
+for source in test/python/gpu/module.cpp $python/{errors,docstrings,cameras,images,frames,clouds}.cpp $python/calibration/poses.cpp \
+  $python/fusion/{in_flight,statistics,parameters,host_fusion,fuse_flow}.cpp $python/gpu/device_{clouds,images}.cpp \
+  apps/input_checks/depth_in_range.cpp; do
   g++ "${flags[@]}" -fPIC -fopenmp -fvisibility=hidden ${exact//,/ } "${includes[@]}" -c "$source" -o "$out/objects/$(basename "$source").o" &
   pids+=($!)
 done

@@ -1,7 +1,7 @@
 // The module without what needs libraries of its own (recordings, calibration, stereo): for a machine that has a GPU and little else, PCL's
 // headers but not its libraries.
 #include "bindings.h"
-#include "in_flight.h"
+#include "fusion/in_flight.h"
 
 #include <pcl/console/print.h>
 
