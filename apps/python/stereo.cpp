@@ -1,7 +1,7 @@
 #include "bindings.h"
 #include "frames.h"
+#include "fusion/in_flight.h"
 #include "images.h"
-#include "in_flight.h"
 #include "plain.h"
 
 #include <fuse_flow/stereo/epipolar_errors.h>
@@ -169,6 +169,7 @@ void bindStereo(py::module_& module) {
       .FUSE_FLOW_FIELD(StereoParameters, geometric_limit)
       .FUSE_FLOW_FIELD(StereoParameters, min_incidence)
       .FUSE_FLOW_FIELD(StereoParameters, edge_step)
+      .FUSE_FLOW_FIELD(StereoParameters, repetition_reach)
       .FUSE_FLOW_FIELD(StereoParameters, seed);
   bindStereoResult(module);
   py::class_<Stereo>(module, "MultiViewStereo", doc("MultiViewStereo"))

@@ -107,7 +107,9 @@ TEST(MultiViewStereo, WhatLooksAsItsSurfaceIsNotDoubtedBesideItsEdge) {
         return std::abs((from + z * direction).x()) < half ? z : wall(from, direction);
       },
       [&](const Eigen::Vector3d& p) { return 0.4 * pattern(p) + (p.z() < 2 ? 140 : 0); });
-  const StereoFrame found = estimate(rig);
+  StereoParameters parameters;
+  parameters.repetition_reach = 0;  // here it is about edges
+  const StereoFrame found = estimate(rig, parameters);
   std::size_t right = 0, sure = 0, grown = 0, grown_and_sure = 0;
   for (std::size_t k = 0; k < found.views.size(); ++k)
     for (std::size_t i = 0; i < found.views[k].depth.size(); ++i) {
@@ -120,6 +122,65 @@ TEST(MultiViewStereo, WhatLooksAsItsSurfaceIsNotDoubtedBesideItsEdge) {
   EXPECT_GT(right, 1000u);
   EXPECT_GT(sure, right * 9 / 10);
   EXPECT_LT(2 * grown_and_sure, grown);
+}
+
+/** \brief Stripes, or a chessboard without sharp edges, on a wall: each period looks as the next. */
+textured::Texture repeating(double period, bool in_both_directions) {
+  return [=](const Eigen::Vector3d& p) {
+    const double along = std::sin(2 * M_PI * p.x() / period), across = std::sin(2 * M_PI * p.y() / period);
+    return 128 + 90 * along * (in_both_directions ? across : 1);
+  };
+}
+
+struct Sureness {
+  double right{0},
+      wrong{0};  ///< shares of the pixels with a confidence over a half, and within 5 % of the depth or not
+};
+
+Sureness surenessOf(const Rig& rig, const StereoFrame& found) {
+  Sureness result;
+  double pixels = 0;
+  for (std::size_t k = 0; k < found.views.size(); ++k)
+    for (std::size_t i = 0; i < found.views[k].depth.size(); ++i) {
+      pixels += 1;
+      if (!(found.views[k].confidence[i] > 0.5f)) continue;
+      const float truth = rig.depth[k][i];
+      (std::abs(found.views[k].depth[i] - truth) < 0.05f * truth ? result.right : result.wrong) += 1;
+    }
+  result.right /= pixels;
+  result.wrong /= pixels;
+  return result;
+}
+
+TEST(MultiViewStereo, APatternThatRepeatsItselfIsDoubtful) {
+  // At 2.4 m a period of 0.1 m is 6 pixels: between neighbours, 8 degrees apart, a third of a metre of depth looks the same.
+  for (const bool both : {false, true}) {
+    Rig rig = textured::onArc(4, 160);
+    rig.render(scenes::plane(Eigen::Vector3d(0, 0, 1), 2.4), repeating(0.1, both));
+    StereoParameters parameters;
+    parameters.repetition_reach = 0;
+    const StereoFrame without = estimate(rig, parameters), found = estimate(rig);
+    const double fooled = surenessOf(rig, without).wrong;
+    EXPECT_GT(fooled, 0.1) << "nothing is fooled: this tests nothing";
+    EXPECT_LT(surenessOf(rig, found).wrong, 0.3 * fooled);
+    for (std::size_t k = 0; k < found.views.size(); ++k)
+      for (std::size_t i = 0; i < found.views[k].depth.size(); ++i) {
+        EXPECT_EQ(found.views[k].depth[i], without.views[k].depth[i]) << "only confidence changes";
+        const float before = without.views[k].confidence[i], now = found.views[k].confidence[i];
+        EXPECT_TRUE(now == before || now == 0.5f * before);
+      }
+  }
+}
+
+TEST(MultiViewStereo, WhatDoesNotRepeatItselfIsNotDoubted) {
+  StereoParameters parameters;
+  parameters.repetition_reach = 0;
+  const Rig random = wallAndBall(4, 160);
+  EXPECT_GT(surenessOf(random, estimate(random)).right, 0.97 * surenessOf(random, estimate(random, parameters)).right);
+  // One smooth hill of brightness for each image: no texture, but no repetition.
+  Rig smooth = textured::onArc(4, 160);
+  smooth.render(scenes::plane(Eigen::Vector3d(0, 0, 1), 2.4), repeating(4, true));
+  EXPECT_GT(surenessOf(smooth, estimate(smooth)).right, 0.97 * surenessOf(smooth, estimate(smooth, parameters)).right);
 }
 
 TEST(MultiViewStereo, NormalsAreThoseOfTheSurfaceAndFaceTheCamera) {
@@ -391,6 +452,8 @@ TEST(MultiViewStereo, RefusesWhatContradictsItself) {
   refuses("min_incidence", &StereoParameters::min_incidence, 1.0f);
   refuses("edge_step", &StereoParameters::edge_step, -0.01f);
   refuses("edge_step", &StereoParameters::edge_step, 1.0f);
+  refuses("repetition_reach", &StereoParameters::repetition_reach, -1);
+  refuses("repetition_reach", &StereoParameters::repetition_reach, 257);
   StereoParameters parameters;
   parameters.min_depth = 2;
   parameters.max_depth = 1;

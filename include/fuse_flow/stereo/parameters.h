@@ -47,6 +47,9 @@ struct StereoParameters {
    *  doubted that look more as what lies beyond the edge than as the surface: windows there find the nearer surface, and surfaces grow. Their
    *  confidence is halved. [0, 1), 0: edges are not looked for. Less is more exact, but hands and other small things lose points. */
   float edge_step{0.015f};
+  /** \brief How far other depths are looked for that match as well as the one found, because a pattern repeats itself; pixels of the widest
+   *  baseline, 0 … 256, 0: they are not looked for. The confidence of such pixels is halved. */
+  int repetition_reach{32};
   /** \brief Of the random numbers. */
   std::uint32_t seed{1};
 };

@@ -1,6 +1,6 @@
-#include "cloud_file.h"
-#include "png_file.h"
-#include "tool_fixture.h"
+#include "support/cloud_file.h"
+#include "support/png_file.h"
+#include "support/tool_fixture.h"
 
 #include <nlohmann/json.hpp>
 
@@ -205,6 +205,7 @@ TEST_F(RgbCameras, TheirOptionsAreChecked) {
            {"--stereo-levels", "6", {"--stereo-levels is 6", "5"}},
            {"--stereo-passes", "17", {"--stereo-passes is 17", "16"}},
            {"--stereo-edge-step", "1", {"--stereo-edge-step is 1", "0.99"}},
+           {"--stereo-repetition-reach", "257", {"--stereo-repetition-reach is 257", "256"}},
            {"--stereo-window", "two", {"--stereo-window", "two"}}})
     EXPECT_TRUE(isOneLineError(fuseTo("cloud.ply", {option, value}), 2, words)) << option;
   EXPECT_TRUE(isOneLineError(fuseTo("cloud.ply", {"--stereo-min-depth", "2", "--stereo-max-depth", "1"}), 2,
@@ -230,7 +231,7 @@ TEST_F(RgbCameras, AreExplainedByTheHelpOfTheTools) {
     const ToolResult help = runProgram(tool, {"--help"});
     EXPECT_EQ(help.exit_code, 0);
     for (const char* option : {"Depth of cameras without depth", "--stereo-sources", "--stereo-max-depth",
-                               "--stereo-passes", "--stereo-edge-step"})
+                               "--stereo-passes", "--stereo-edge-step", "--stereo-repetition-reach"})
       EXPECT_TRUE(says(help.out, option)) << tool;
     EXPECT_EQ(help.out.find("--no-stereo") == std::string::npos, tool == std::string(FUSE_FLOW_DEPTH_TOOL));
   }

@@ -206,6 +206,7 @@ class CellOpinions {
     }
   }
 
+  /** \brief Eq. 6 along the ray for many points at a time: what viewOpinion() is for one. */
   static void addAlongRay(std::size_t n, ConsistencyParameters p, ViewNoise noise, const float* __restrict z,
                           const float* __restrict depth, std::uint32_t near_bit, float* __restrict sum,
                           std::int32_t* __restrict agreeing, std::int32_t* __restrict seems_through,

@@ -29,6 +29,7 @@ inline void checkParameters(const StereoParameters& p) {
   detail::checkRange(owner, "min_incidence", p.min_incidence, 0.0f, 0.99f);
   detail::checkNonNegative(owner, "edge_step", p.edge_step);
   detail::checkRange(owner, "edge_step", p.edge_step, 0.0f, 0.99f);
+  detail::checkRange(owner, "repetition_reach", p.repetition_reach, 0, 256);
 }
 
 }  // namespace fuse_flow

@@ -75,8 +75,12 @@ class StereoPipeline {
     backend.forEach(pixels(0), BeginPass{grid(0)});
     StereoForm last = form(0);
     last.geometric_limit = 10;
+    const bool repetition = parameters.repetition_reach > 0;
+    if (repetition)
+      backend.forEach(repetition_blocks_.back(),
+                      MarkRepetition{gridOf(0, repetition_table_.data()), last, parameters.repetition_reach});
     backend.forEach(first_color_.back(), WriteStereoDepth{grid(0), first_color_table_.data(), last, lens_table_.data(),
-                                                          output_table_.data(), parameters.edge_step});
+                                                          output_table_.data(), parameters.edge_step, repetition});
   }
 
   /** \brief After run(): what it was. */
@@ -181,6 +185,9 @@ class StereoPipeline {
     for (const Intrinsics& K : levels_.back().K)
       blocks_.push_back(blocks_.back() +
                         static_cast<std::uint32_t>((K.width + 1) / 2) * static_cast<std::uint32_t>((K.height + 1) / 2));
+    repetition_blocks_.assign(1, 0);
+    for (const Intrinsics& K : levels_.front().K)
+      repetition_blocks_.push_back(repetition_blocks_.back() + repetitionBlocks(K.width) * repetitionBlocks(K.height));
     first_color_.assign(1, 0);
     for (const Camera& camera : rig_.cameras()) {
       const auto size =
@@ -197,6 +204,7 @@ class StereoPipeline {
     planes_.resize(all);
     before_.resize(all);
     costs_.resize(all);
+    repeated_.resize(repetition_blocks_.back());
     depth_.resize(first_color_.back());
     confidence_.resize(first_color_.back());
     normals_.resize(first_color_.back());
@@ -233,6 +241,7 @@ class StereoPipeline {
     backend.upload(first, first_table_);
     backend.upload(half, half_table_);
     backend.upload(blocks_, block_table_);
+    backend.upload(repetition_blocks_, repetition_table_);
     backend.upload(first_color_, first_color_table_);
     backend.upload(lenses, lens_table_);
     backend.upload(outputs, output_table_);
@@ -249,6 +258,7 @@ class StereoPipeline {
     level.plane = planes_.data() + place;
     level.before = before_.data() + place;
     level.cost = costs_.data() + place;
+    if (l == 0) level.repeated = repeated_.data() + repetition_blocks_[k];
     level.sources = static_cast<int>(geometry.sources.size());
     if (level.sources == 0) return level;
     level.min_inverse_depth = 1.0f / geometry.max_depth;
@@ -305,8 +315,10 @@ class StereoPipeline {
   std::vector<ImageView<Rgb8>> images_;
   std::vector<std::uint32_t>
       blocks_;  ///< number of the first block of 2 × 2 pixels of each view at the coarsest level, and of all
+  std::vector<std::uint32_t>
+      repetition_blocks_;  ///< number of the first block of each view that is looked at for repetition, and of all
   std::vector<std::uint32_t> first_color_;  ///< see firstPixels()
-  Buffer<std::uint8_t> grey_;
+  Buffer<std::uint8_t> grey_, repeated_;
   Buffer<std::uint32_t> quads_;
   Buffer<InversePlane> planes_, before_;
   Buffer<float> costs_, depth_, confidence_;
@@ -314,7 +326,7 @@ class StereoPipeline {
   Buffer<StereoLevel> level_table_;
   Buffer<std::uint8_t*> grey_table_;
   Buffer<std::uint32_t*> quad_table_;
-  Buffer<std::uint32_t> first_table_, half_table_, block_table_, first_color_table_;
+  Buffer<std::uint32_t> first_table_, half_table_, block_table_, repetition_table_, first_color_table_;
   Buffer<Intrinsics> lens_table_;
   Buffer<StereoOutput> output_table_;
   Buffer<ImageView<Rgb8>> color_table_;

@@ -32,6 +32,8 @@ struct StereoLevel {
   InversePlane* plane;             ///< of each pixel
   InversePlane* before;            ///< before this pass: what other views compare with
   float* cost;                     ///< of `plane`
+  std::uint8_t*
+      repeated;  ///< of each block of kRepetitionBlock² pixels of the largest images: whether its pattern repeats itself
 
   FUSE_FLOW_HD Ray ray(int u, int v) const {
     return {(static_cast<float>(u) - K.cx) / K.fx, (static_cast<float>(v) - K.cy) / K.fy};
@@ -40,6 +42,12 @@ struct StereoLevel {
     return static_cast<std::size_t>(v) * static_cast<std::size_t>(K.width) + static_cast<std::size_t>(u);
   }
 };
+
+/** \brief Side of the blocks of the largest images that are looked at for repetition, pixels: about a window. */
+constexpr int kRepetitionBlock = 8;
+FUSE_FLOW_HD constexpr std::uint32_t repetitionBlocks(int pixels) {
+  return static_cast<std::uint32_t>((pixels + kRepetitionBlock - 1) / kRepetitionBlock);
+}
 
 /** \brief A pixel of a view. */
 struct StereoPixel {
@@ -81,6 +89,12 @@ struct StereoForm {
   float min_incidence;
 };
 
+/** \brief Within what two views say the same: as in AgreementParameters. */
+struct AgreementLimits {
+  float pixels{1.0f};     ///< there and back
+  float relative{0.01f};  ///< of the depth
+};
+
 /** \brief A pixel whose planes are compared. */
 struct StereoCandidate {
   const StereoLevel* levels;  ///< of all views
@@ -108,11 +122,26 @@ struct StereoCandidate {
     return error < limit ? error : limit;
   }
 
+  /** \brief Whether a source's depth agrees with a plane, whose inverse depth at the pixel is w. */
+  FUSE_FLOW_HD bool agrees(const StereoSource& source, const LocalWarp& warp, float w,
+                           const AgreementLimits& agreement) const {
+    if (!(geometricError(source, warp) <= agreement.pixels)) return false;
+    const StereoLevel& other = levels[source.view];
+    const Ray there{(warp.u - other.K.cx) / other.K.fx, (warp.v - other.K.cy) / other.K.fy};
+    const InversePlane& plane =
+        other.before[other.indexOf(static_cast<int>(warp.u + 0.5f), static_cast<int>(warp.v + 0.5f))];
+    const Vec3 p = source.T_reference_source * pointOnRay(there, 1.0f / inverseDepth(plane, there));
+    return std::fabs(p.z * w - 1) <= agreement.relative;
+  }
+  FUSE_FLOW_HD LocalWarp warpOf(const StereoSource& source, const InversePlane& plane) const {
+    return localWarp(source.warp, plane, ray, level.pixel_x, level.pixel_y);
+  }
+
   FUSE_FLOW_HD float costOf(const InversePlane& plane, float geometric_weight) const {
     BestCosts best;
     for (int k = 0; k < level.sources; ++k) {
       const StereoSource& source = level.source[k];
-      const LocalWarp warp = localWarp(source.warp, plane, ray, level.pixel_x, level.pixel_y);
+      const LocalWarp warp = warpOf(source, plane);
       float cost = matchingCost(window, form.window, warp, levels[source.view].image);
       if (geometric_weight > 0 && cost < kWorstCost) {
         cost += geometric_weight * geometricError(source, warp);
@@ -422,18 +451,79 @@ struct PropagatePlanes {
   }
 };
 
+/** \brief Whether the pattern in the middle of a block repeats itself: whether another depth matches as well in all views that agree with the one
+ *  found, and between both lies one that does not. Without the second, a surface without texture would count. */
+struct MarkRepetition {
+  StereoGrid grid;  ///< of blocks of kRepetitionBlock² pixels
+  StereoForm form;
+  int reach;  ///< how far other depths are looked for, pixels in the farthest source
+  AgreementLimits agreement{};
+
+  FUSE_FLOW_HD void operator()(std::uint32_t index) const {
+    const std::uint32_t view = grid.viewOf(index);
+    const StereoLevel& level = grid.levels[view];
+    const std::uint32_t block = index - grid.first[view], columns = repetitionBlocks(level.K.width);
+    if (level.sources == 0) return;
+    const int u = middleOf(block % columns, level.K.width), v = middleOf(block / columns, level.K.height);
+    const StereoCandidate candidate = candidateAt(grid, form, {view, u, v});
+    level.repeated[block] = isRepeated(candidate, level.plane[level.indexOf(u, v)]) ? 1 : 0;
+  }
+
+ private:
+  static constexpr float kAsGood = 0.1f;   ///< of the cost: no worse by more
+  static constexpr float kBetween = 0.3f;  ///< by how much worse depths between both are
+
+  FUSE_FLOW_HD static int middleOf(std::uint32_t block, int pixels) {
+    const int middle = static_cast<int>(block) * kRepetitionBlock + kRepetitionBlock / 2;
+    return middle < pixels ? middle : pixels - 1;
+  }
+
+  FUSE_FLOW_HD bool isRepeated(const StereoCandidate& candidate, const InversePlane& plane) const {
+    const StereoLevel& level = candidate.level;
+    const float w = inverseDepth(plane, candidate.ray);
+    if (!(w >= level.min_inverse_depth && w <= level.max_inverse_depth)) return false;
+    std::uint32_t agreeing = 0;  // a bit for each source
+    for (int k = 0; k < level.sources; ++k)
+      if (candidate.agrees(level.source[k], candidate.warpOf(level.source[k], plane), w, agreement))
+        agreeing |= 1u << static_cast<unsigned int>(k);
+    if (agreeing == 0) return false;
+    const float found = costOver(candidate, agreeing, plane);
+    const float step = 1.0f / level.pixels_per_inverse_depth;
+    for (const float direction : {step, -step}) {
+      float between = 0;
+      for (int k = 1; k <= reach; ++k) {
+        const float other = w + static_cast<float>(k) * direction;
+        if (!(other >= level.min_inverse_depth && other <= level.max_inverse_depth)) break;
+        const float cost = costOver(candidate, agreeing, planeThrough(candidate.ray, other, plane.x, plane.y));
+        if (cost < found + kAsGood && between > found + kBetween) return true;
+        between = cost > between ? cost : between;
+      }
+    }
+    return false;
+  }
+
+  /** \brief Mean over some of the sources. */
+  FUSE_FLOW_HD float costOver(const StereoCandidate& candidate, std::uint32_t sources,
+                              const InversePlane& plane) const {
+    const StereoLevel& level = candidate.level;
+    float sum = 0, count = 0;
+    for (int k = 0; k < level.sources; ++k) {
+      if ((sources >> static_cast<unsigned int>(k) & 1u) == 0) continue;
+      const StereoSource& source = level.source[k];
+      sum += matchingCost(candidate.window, form.window, candidate.warpOf(source, plane),
+                          candidate.levels[source.view].image);
+      count += 1;
+    }
+    return sum / count;
+  }
+};
+
 /** \brief Where what was found goes, in the pixels of the colour image. */
 struct StereoOutput {
   float* depth;
   float* confidence;
   Vec3* normals;
   RigidTransform T_world_camera;
-};
-
-/** \brief Within what two views say the same: as in AgreementParameters. */
-struct AgreementLimits {
-  float pixels{1.0f};     ///< there and back
-  float relative{0.01f};  ///< of the depth
 };
 
 /** \brief Depth, confidence and normal of each pixel of the colour images. */
@@ -444,6 +534,7 @@ struct WriteStereoDepth {
   const Intrinsics* lenses;  ///< of the colour images
   const StereoOutput* outputs;
   float edge_step;  ///< see StereoParameters
+  bool repetition;  ///< whether MarkRepetition has run
   AgreementLimits agreement{};
 
   FUSE_FLOW_HD void operator()(std::uint32_t index) const {
@@ -475,22 +566,28 @@ struct WriteStereoDepth {
   }
 
  private:
-  /** \brief The root of how alike the windows are, halved if only one of several other views agrees or if the surface ends beside the pixel, 0 if no
-   *  view agrees. The root, so that a threshold of a half takes what correlates by a quarter: where two other views agree, most of that is right. */
+  /** \brief The root of how alike the windows are, halved if only one of several other views agrees, if the surface ends beside the pixel, or if its
+   *  pattern repeats itself; 0 if no view agrees. The root, so that a threshold of a half takes what correlates by a quarter: where two other views agree, most of that is right. */
   FUSE_FLOW_HD float confidenceOf(const StereoCandidate& candidate, const StereoPixel& at, const InversePlane& plane,
                                   float w) const {
     const StereoLevel& level = candidate.level;
     int agreeing = 0;
     for (int k = 0; k < level.sources; ++k) {
       const StereoSource& source = level.source[k];
-      const LocalWarp warp = localWarp(source.warp, plane, candidate.ray, level.pixel_x, level.pixel_y);
-      agreeing += agrees(candidate, source, warp, w) ? 1 : 0;
+      agreeing += candidate.agrees(source, candidate.warpOf(source, plane), w, agreement) ? 1 : 0;
     }
     const float likeness = 1.0f - candidate.costOf(plane, 0);
     if (agreeing == 0 || !(likeness > 0)) return 0;
     const float confidence = std::sqrt(likeness);
-    const bool doubtful = (agreeing == 1 && level.sources > 1) || isBesideEdge(level, at);
+    const bool doubtful = (agreeing == 1 && level.sources > 1) || isBesideEdge(level, at) || isRepeated(level, at);
     return doubtful ? 0.5f * confidence : confidence;
+  }
+
+  FUSE_FLOW_HD bool isRepeated(const StereoLevel& level, const StereoPixel& at) const {
+    if (!repetition) return false;
+    const std::uint32_t columns = repetitionBlocks(level.K.width);
+    return level.repeated[static_cast<std::uint32_t>(at.v / kRepetitionBlock) * columns +
+                          static_cast<std::uint32_t>(at.u / kRepetitionBlock)] != 0;
   }
 
   /** \brief Whether the surface of a pixel ends within half a window, and the pixel looks more as what lies beyond than as the surface. A window
@@ -525,17 +622,6 @@ struct WriteStereoDepth {
   }
   FUSE_FLOW_HD static float inverseDepthAt(const StereoLevel& level, int u, int v) {
     return inverseDepth(level.plane[level.indexOf(u, v)], level.ray(u, v));
-  }
-
-  FUSE_FLOW_HD bool agrees(const StereoCandidate& candidate, const StereoSource& source, const LocalWarp& warp,
-                           float w) const {
-    const StereoLevel& other = grid.levels[source.view];
-    if (!(candidate.geometricError(source, warp) <= agreement.pixels)) return false;
-    const Ray there{(warp.u - other.K.cx) / other.K.fx, (warp.v - other.K.cy) / other.K.fy};
-    const InversePlane& plane =
-        other.before[other.indexOf(static_cast<int>(warp.u + 0.5f), static_cast<int>(warp.v + 0.5f))];
-    const Vec3 p = source.T_reference_source * pointOnRay(there, 1.0f / inverseDepth(plane, there));
-    return std::fabs(p.z * w - 1) <= agreement.relative;
   }
 };
 

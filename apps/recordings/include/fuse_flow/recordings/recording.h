@@ -179,8 +179,8 @@ inline bool isInPart(std::size_t camera, std::size_t cameras, int part, int part
   return camera >= first(part) && camera < first(part + 1);
 }
 
-/** \brief Opens a recording with the reader for its format. One path: a folder, or its rig.json. Several paths: organised PCD files, each
- *  from one camera at one instant. Throws InputError. */
+/** \brief Opens a recording with the reader for its format. One path: a folder, its rig.json, or a file of a recorder. Several paths:
+ *  files of recorders or videos, one for each camera, or organised PCD files, each from one camera at one instant. Throws InputError. */
 std::unique_ptr<Recording> openRecording(const std::vector<std::string>& inputs, const RecordingOptions& options = {});
 
 }  // namespace fuse_flow::io
