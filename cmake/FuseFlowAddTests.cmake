@@ -11,8 +11,8 @@ function(fuse_flow_add_tests target)
   add_custom_command(
     TARGET ${target} POST_BUILD
     BYPRODUCTS ${suites}
-    COMMAND ${CMAKE_COMMAND} -Dtarget=${target} -Dbinary=$<TARGET_FILE:${target}> "-Dfilter=${arg_FILTER}" -Dsuites=${suites} -P
-            ${PROJECT_SOURCE_DIR}/cmake/FuseFlowListSuites.cmake
+    COMMAND ${CMAKE_COMMAND} -Dtarget=${target} -Dbinary=$<TARGET_FILE:${target}> "-Dfilter=${arg_FILTER}" -Dsuites=${suites}
+            "-Demulator=$<$<BOOL:${CMAKE_CROSSCOMPILING}>:${CMAKE_CROSSCOMPILING_EMULATOR}>" -P ${PROJECT_SOURCE_DIR}/cmake/FuseFlowListSuites.cmake
     VERBATIM)
   set(included ${CMAKE_CURRENT_BINARY_DIR}/${target}_tests.cmake)
   file(WRITE ${included} "if(EXISTS \"${suites}\")\n  include(\"${suites}\")\nelse()\n  add_test(${target}_NOT_BUILT ${target}_NOT_BUILT)\nendif()\n")

@@ -43,8 +43,8 @@ struct StereoLevel {
   }
 };
 
-/** \brief Side of the blocks of the largest images that are looked at for repetition, pixels: about a window. */
-constexpr int kRepetitionBlock = 8;
+/** \brief Side of the blocks of the largest images that are looked at for repetition, pixels: a little more than a window. */
+constexpr int kRepetitionBlock = 12;
 FUSE_FLOW_HD constexpr std::uint32_t repetitionBlocks(int pixels) {
   return static_cast<std::uint32_t>((pixels + kRepetitionBlock - 1) / kRepetitionBlock);
 }
@@ -471,7 +471,8 @@ struct MarkRepetition {
 
  private:
   static constexpr float kAsGood = 0.1f;   ///< of the cost: no worse by more
-  static constexpr float kBetween = 0.3f;  ///< by how much worse depths between both are
+  static constexpr float kAlike = 0.3f;    ///< cost below which windows are alike: others resemble each other by chance
+  static constexpr float kBetween = 0.5f;  ///< by how much worse depths between both are
 
   FUSE_FLOW_HD static int middleOf(std::uint32_t block, int pixels) {
     const int middle = static_cast<int>(block) * kRepetitionBlock + kRepetitionBlock / 2;
@@ -487,32 +488,34 @@ struct MarkRepetition {
       if (candidate.agrees(level.source[k], candidate.warpOf(level.source[k], plane), w, agreement))
         agreeing |= 1u << static_cast<unsigned int>(k);
     if (agreeing == 0) return false;
-    const float found = costOver(candidate, agreeing, plane);
+    const float found = costOver(candidate, agreeing, plane, 2 * kWorstCost);
+    const float alike = found + kAsGood < kAlike ? found + kAsGood : kAlike, different = found + kBetween;
     const float step = 1.0f / level.pixels_per_inverse_depth;
     for (const float direction : {step, -step}) {
-      float between = 0;
+      bool between = false;
       for (int k = 1; k <= reach; ++k) {
         const float other = w + static_cast<float>(k) * direction;
         if (!(other >= level.min_inverse_depth && other <= level.max_inverse_depth)) break;
-        const float cost = costOver(candidate, agreeing, planeThrough(candidate.ray, other, plane.x, plane.y));
-        if (cost < found + kAsGood && between > found + kBetween) return true;
-        between = cost > between ? cost : between;
+        const InversePlane there = planeThrough(candidate.ray, other, plane.x, plane.y);
+        const float cost = costOver(candidate, agreeing, there, between ? alike : different);
+        if (between && cost < alike) return true;
+        between = between || cost > different;
       }
     }
     return false;
   }
 
-  /** \brief Mean over some of the sources. */
-  FUSE_FLOW_HD float costOver(const StereoCandidate& candidate, std::uint32_t sources,
-                              const InversePlane& plane) const {
+  /** \brief Mean over some of the sources. \param limit it may end early with less than the mean if that is over the limit */
+  FUSE_FLOW_HD float costOver(const StereoCandidate& candidate, std::uint32_t sources, const InversePlane& plane,
+                              float limit) const {
     const StereoLevel& level = candidate.level;
     float sum = 0, count = 0;
-    for (int k = 0; k < level.sources; ++k) {
+    for (int k = 0; k < level.sources; ++k) count += static_cast<float>(sources >> static_cast<unsigned int>(k) & 1u);
+    for (int k = 0; k < level.sources && !(sum > limit * count); ++k) {
       if ((sources >> static_cast<unsigned int>(k) & 1u) == 0) continue;
       const StereoSource& source = level.source[k];
       sum += matchingCost(candidate.window, form.window, candidate.warpOf(source, plane),
                           candidate.levels[source.view].image);
-      count += 1;
     }
     return sum / count;
   }
