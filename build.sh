@@ -329,7 +329,7 @@ tables() {
   # Without its first paragraph, which is about itself; its links, which begin in doc/notes, begin in doc on the page.
   sed -E '1,/^$/d; s@\]\(([a-z_]+\.md)@](notes/\1@g; s@\]\(\.\./@](@g' doc/notes/results_reading.md > build/results_reading.md
   with_display build/bin/fuse_flow_tables -o doc/results.md --reading build/results_reading.md \
-    --measures doc/notes/quality_measures.md "$@"
+    --measures doc/notes/quality_measures.md --surround doc/notes/surround.md "$@"
 }
 
 # ./build.sh fuzz [RUNS [SECONDS [TARGET…]]]: builds the fuzzers, and runs each RUNS times, but no longer than SECONDS, see test/fuzz/run.sh.

@@ -8,6 +8,32 @@
 
 namespace fuse_flow::io {
 
+namespace {
+
+/** \brief Share of an image's pixels, of which some are looked at, to which no ray belongs. */
+double withoutRay(const Intrinsics& K) {
+  if (isIdeal(K.distortion)) return 0;
+  const host::RayFinder find(K);
+  constexpr int step = 4;
+  std::size_t pixels = 0, without = 0;
+  for (int v = 0; v < K.height; v += step)
+    for (int u = 0; u < K.width; u += step) {
+      ++pixels;
+      without += find(static_cast<float>(u), static_cast<float>(v)).found ? 0 : 1;
+    }
+  return pixels == 0 ? 0 : static_cast<double>(without) / static_cast<double>(pixels);
+}
+
+std::string percent(double share) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.1f %%", 100 * share);
+  return text;
+}
+
+constexpr const char* kRemedy = "distortion must be of this lens, and of the model that distortion_model says";
+
+}  // namespace
+
 void LensCheck::look(const RigFrame& frame) {
   cameras_.resize(frame.cameras.size());
   for (std::size_t i = 0; i < cameras_.size(); ++i) {
@@ -17,6 +43,7 @@ void LensCheck::look(const RigFrame& frame) {
     if (seen.done || view.missing()) continue;
     seen.done = true;
     seen.name = frame.cameras[i].name;
+    if (view.color && frame.cameras[i].color) seen.color_without_ray = withoutRay(frame.cameras[i].color->intrinsics);
     if (isIdeal(K.distortion)) continue;
     const host::RayFinder find(K);
     for (int v = 0; v < view.height(); ++v)
@@ -31,13 +58,16 @@ void LensCheck::look(const RigFrame& frame) {
 std::vector<std::string> LensCheck::complaints() const {
   std::vector<std::string> lines;
   for (const Seen& seen : cameras_) {
-    if (seen.without_ray == 0) continue;
-    char share[32];
-    std::snprintf(share, sizeof share, "%.1f",
-                  100 * static_cast<double>(seen.without_ray) / static_cast<double>(seen.measured));
-    lines.push_back("camera '" + seen.name + "': " + share +
-                    " % of its measurements are left out: its lens model folds over, and has no ray for their pixels; "
-                    "distortion must be of this lens, and of the model that distortion_model says");
+    if (seen.without_ray > 0)
+      lines.push_back(
+          "camera '" + seen.name +
+          "': " + percent(static_cast<double>(seen.without_ray) / static_cast<double>(seen.measured)) +
+          " of its measurements are left out: its lens model folds over, and has no ray for their pixels; " + kRemedy);
+    if (seen.color_without_ray > 0)
+      lines.push_back("camera '" + seen.name +
+                      "': the lens model of its colour camera folds over, and has no ray for " +
+                      percent(seen.color_without_ray) +
+                      " of the pixels: points that they show have no colour of this camera; " + kRemedy);
   }
   return lines;
 }

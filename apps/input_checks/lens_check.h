@@ -8,8 +8,8 @@
 
 namespace fuse_flow::io {
 
-/** \brief Finds cameras whose lens model has no ray for pixels that measure something: it folds over before it reaches them. Most often its
- *  coefficients are of another lens, or of another model. */
+/** \brief Finds cameras whose lens model has no ray for pixels that measure something, or for pixels of their own colour camera: it folds over
+ *  before it reaches them. Most often its coefficients are of another lens, or of another model. */
 class LensCheck {
  public:
   /** \brief Looks at each camera's first image. */
@@ -22,8 +22,9 @@ class LensCheck {
   struct Seen {
     std::string name;
     bool done{false};
-    std::size_t measured{0};     ///< pixels
-    std::size_t without_ray{0};  ///< of those
+    std::size_t measured{0};      ///< pixels
+    std::size_t without_ray{0};   ///< of those
+    double color_without_ray{0};  ///< share of the pixels of the colour camera
   };
   std::vector<Seen> cameras_;
 };

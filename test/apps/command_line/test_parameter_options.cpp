@@ -1,3 +1,4 @@
+#include "command_line/arguments/method_arguments.h"
 #include "command_line/arguments/parameter_options.h"
 
 #include "../recordings/io_fixture.h"
@@ -197,6 +198,17 @@ TEST(ParameterOptions, LengthsThatAreMostLikelyMillimetresAreSaid) {
   EXPECT_EQ(advice({"--max-range", "8000"}), (Lines{"--max-range 8000 is in metres; 8000 mm are 8"}));
   EXPECT_EQ(advice({"--noise-reference", "1000"}), (Lines{"--noise-reference 1000 is in metres; 1000 mm are 1"}));
   EXPECT_TRUE(advice({"--max-range", "120"}).empty());
+}
+
+TEST(MethodArguments, ALeafThatIsMostLikelyInMillimetresIsSaid) {
+  const auto said = [](const std::string& leaf) {
+    CLI::App app("method");
+    command_line::MethodArguments method(app);
+    app.parse("--method voxel_grid --leaf-size " + leaf);
+    return method.advice();
+  };
+  EXPECT_EQ(said("10"), (std::vector<std::string>{"--leaf-size 10 is in metres; 10 mm are 0.01"}));
+  EXPECT_TRUE(said("0.02").empty());
 }
 
 TEST(ParameterOptions, WhatMadeTheDepthIsWhereTheyStartFrom) {

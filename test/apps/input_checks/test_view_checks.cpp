@@ -337,6 +337,34 @@ TEST(LensCheck, PixelsThatNoRayReachesAreCountedAmongThoseThatMeasure) {
       << check.complaints()[0] << " and not " << share;
 }
 
+TEST(LensCheck, AColourCameraOfItsOwnIsLookedAtToo) {
+  RoomFrame room = pair();
+  Camera& camera = room.frame.rig.cameras[1];
+  camera.color = ColorCamera{camera.intrinsics};
+  camera.color->intrinsics.distortion.k1 = -0.5f;  // no ray beyond 0.544 focal lengths
+  const Intrinsics& K = camera.color->intrinsics;
+  std::vector<Rgb8> color(static_cast<std::size_t>(K.width) * static_cast<std::size_t>(K.height));
+  double beyond = 0;
+  for (int v = 0; v < K.height; ++v)
+    for (int u = 0; u < K.width; ++u)
+      beyond +=
+          std::hypot((static_cast<float>(u) - K.cx) / K.fx, (static_cast<float>(v) - K.cy) / K.fy) > 0.5443f ? 1 : 0;
+  ASSERT_GT(beyond, 0);
+  io::LensCheck without_image;
+  without_image.look(room.frame.rig);
+  EXPECT_TRUE(without_image.complaints().empty()) << "nobody asks it for colour";
+  room.frame.rig.views[1].color = {color.data(), K.width, K.height};
+  io::LensCheck check;
+  check.look(room.frame.rig);
+  const std::vector<std::string> lines = check.complaints();
+  ASSERT_EQ(lines.size(), 1u);
+  EXPECT_TRUE(mentions(lines, {"'b'", "colour camera folds over", "no colour of this camera", "distortion_model"}))
+      << lines[0];
+  const double said = std::stod(lines[0].substr(lines[0].find("no ray for ") + 11));
+  EXPECT_NEAR(said, 100 * beyond / static_cast<double>(color.size()), 1.0)
+      << "of every fourth pixel of every fourth row";
+}
+
 TEST(EmptyClouds, TheOptionThatLeavesNoPointIsNamedOnce) {
   const RoomFrame room = pair();
   io::MethodOptions options;
