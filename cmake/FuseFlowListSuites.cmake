@@ -2,7 +2,7 @@
 # GoogleTest binary. Suites of one template, such as Filter/PointXYZ and Filter/PointXYZI, are one.
 cmake_minimum_required(VERSION 3.22)
 execute_process(COMMAND ${emulator} ${binary} --gtest_list_tests "--gtest_filter=${filter}" OUTPUT_VARIABLE lines COMMAND_ERROR_IS_FATAL ANY)
-string(REGEX MATCHALL "(^|\n)[A-Za-z0-9_]+[./]" names "${lines}")
+string(REGEX MATCHALL "\n[A-Za-z0-9_]+[./]" names "\n${lines}")  # not ^, which matches after each match, too
 string(REGEX REPLACE "[\n./]" "" names "${names}")
 list(REMOVE_DUPLICATES names)
 set(command "")  # for another processor the program is run by the emulator

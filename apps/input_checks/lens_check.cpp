@@ -30,6 +30,7 @@ std::string percent(double share) {
   return text;
 }
 
+constexpr double kWorthALine = 0.001;  // in the corners of images a right calibration folds over, too
 constexpr const char* kRemedy = "distortion must be of this lens, and of the model that distortion_model says";
 
 }  // namespace
@@ -39,11 +40,15 @@ void LensCheck::look(const RigFrame& frame) {
   for (std::size_t i = 0; i < cameras_.size(); ++i) {
     Seen& seen = cameras_[i];
     const DepthView& view = frame.views[i];
+    seen.name = frame.cameras[i].name;
     const Intrinsics& K = frame.cameras[i].intrinsics;
+    const auto& color = frame.cameras[i].color;
+    if (!seen.color_done && view.color && color) {
+      seen.color_done = true;
+      seen.color_without_ray = withoutRay(color->intrinsics);
+    }
     if (seen.done || view.missing()) continue;
     seen.done = true;
-    seen.name = frame.cameras[i].name;
-    if (view.color && frame.cameras[i].color) seen.color_without_ray = withoutRay(frame.cameras[i].color->intrinsics);
     if (isIdeal(K.distortion)) continue;
     const host::RayFinder find(K);
     for (int v = 0; v < view.height(); ++v)
@@ -63,7 +68,7 @@ std::vector<std::string> LensCheck::complaints() const {
           "camera '" + seen.name +
           "': " + percent(static_cast<double>(seen.without_ray) / static_cast<double>(seen.measured)) +
           " of its measurements are left out: its lens model folds over, and has no ray for their pixels; " + kRemedy);
-    if (seen.color_without_ray > 0)
+    if (seen.color_without_ray >= kWorthALine)
       lines.push_back("camera '" + seen.name +
                       "': the lens model of its colour camera folds over, and has no ray for " +
                       percent(seen.color_without_ray) +

@@ -21,7 +21,7 @@ class LensCheck {
  private:
   struct Seen {
     std::string name;
-    bool done{false};
+    bool done{false}, color_done{false};
     std::size_t measured{0};      ///< pixels
     std::size_t without_ray{0};   ///< of those
     double color_without_ray{0};  ///< share of the pixels of the colour camera

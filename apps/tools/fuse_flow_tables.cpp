@@ -296,10 +296,10 @@ class Page {
     text_ << table.text();
   }
 
-  /** \brief What two cameras see, and what one alone. */
+  /** \brief What of the person two cameras see, and what one alone. */
   void seenByTable(const std::vector<Contender>& peers, const std::vector<Result>& results) {
-    MarkdownTable table({"", "seen by one: mean mm", "over 30 mm %", "F 5 mm", "compl. %", "by several: mean mm",
-                         "over 30 mm %", "F 5 mm", "compl. %"});
+    MarkdownTable table({"the person only", "seen by one: mean mm", "over 30 mm %", "F 5 mm", "compl. %",
+                         "by several: mean mm", "over 30 mm %", "F 5 mm", "compl. %"});
     for (std::size_t k = 0; k < peers.size(); ++k) {
       std::vector<std::string> row{peers[k].name};
       for (const char* name : {"seen by 1 camera", "seen by 2 or more"}) {
@@ -429,13 +429,16 @@ int main(int argc, char** argv) {
     options.threads = host::resolveThreads(options.threads);
     if (options.output.empty() && options.measures.empty() && options.surround.empty())
       throw io::OptionError("--output is required; see --help");
+    const io::InputFiles reading({options.reading});
+    for (const auto& [option, file] :
+         {std::pair{"-o", options.output}, {"--measures", options.measures}, {"--surround", options.surround}})
+      if (!file.empty()) reading.refuseToReplace(option, file);
+    if (!options.output.empty()) drawing::requireDisplay("fuse_flow_tables");
     if (!options.surround.empty()) Page(options).writeSurround();
     if (options.output.empty()) {
       if (!options.measures.empty()) Page(options).writeMeasures();
       return command_line::kSuccess;
     }
-    io::InputFiles({options.reading}).refuseToReplace("-o", options.output);
-    drawing::requireDisplay("fuse_flow_tables");
     Page(options).write();
     return command_line::kSuccess;
   });

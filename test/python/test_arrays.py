@@ -232,6 +232,25 @@ def test_a_tensor_by_dlpack_is_looked_at_without_waiting_and_let_go():
     assert sys.getrefcount(depth) == count
 
 
+@pytest.mark.skipif(not hasattr(numpy.ndarray, "__dlpack__"), reason="needs numpy 1.22")
+def test_a_library_that_does_not_know_nobody_is_asked_again():
+    class LikeJax(ByDlpack):
+        def __dlpack__(self, stream=None):
+            if stream == -1:
+                raise RuntimeError("CUDA_ERROR_INVALID_HANDLE")
+            return super().__dlpack__(stream)
+
+    tensor = LikeJax(wall().astype(numpy.float32))
+    assert fuse_flow.DepthView(tensor).depth is tensor and tensor.streams == [None]
+
+    class Broken(ByDlpack):
+        def __dlpack__(self, stream=None):
+            raise BufferError("needs grad")
+
+    with pytest.raises(BufferError, match="needs grad"):
+        fuse_flow.DepthView(Broken(wall()))
+
+
 class _Tensor(ctypes.Structure):
     """DLPack's DLTensor."""
 
@@ -240,6 +259,7 @@ class _Tensor(ctypes.Structure):
 
 
 _Describe = ctypes.PYFUNCTYPE(ctypes.c_int, ctypes.py_object, ctypes.POINTER(_Tensor))
+_ManagedOf = ctypes.PYFUNCTYPE(ctypes.c_int, ctypes.py_object, ctypes.POINTER(ctypes.c_void_p))
 _CurrentStream = ctypes.PYFUNCTYPE(ctypes.c_int, ctypes.c_int, ctypes.c_int32, ctypes.POINTER(ctypes.c_void_p))
 
 
@@ -247,10 +267,10 @@ class _Exchange(ctypes.Structure):
     """DLPack's DLPackExchangeAPI, version 1.3."""
 
     _fields_ = [("major", ctypes.c_uint32), ("minor", ctypes.c_uint32), ("older", ctypes.c_void_p), ("allocate", ctypes.c_void_p),
-                ("managed_of", ctypes.c_void_p), ("object_of", ctypes.c_void_p), ("describe", _Describe), ("current_stream", _CurrentStream)]  # fmt: skip
+                ("managed_of", _ManagedOf), ("object_of", ctypes.c_void_p), ("describe", _Describe), ("current_stream", _CurrentStream)]  # fmt: skip
 
 
-def exchanging(shape, strides=None, code=2, bits=32, major=1, older=None):
+def exchanging(shape, strides=None, code=2, bits=32, major=1, older=None, complete=True):
     """A tensor on a GPU whose class has the functions of DLPack 1.3; how often it was described is counted."""
 
     class Tensor:
@@ -270,12 +290,16 @@ def exchanging(shape, strides=None, code=2, bits=32, major=1, older=None):
         out[0] = _Tensor(4096, (2, 0), len(shape), code, bits, 1, places, places + 24 if strides else None, 0)
         return 0
 
+    @_ManagedOf
+    def managed_of(tensor, out):
+        raise AssertionError("only a GPU reads it")
+
     @_CurrentStream
     def current_stream(kind, device, out):
         out[0] = None
         return 0
 
-    Tensor.table = _Exchange(major, 3, older, None, None, None, describe, current_stream)
+    Tensor.table = _Exchange(major, 3, older, None, managed_of, None, describe if complete else _Describe(), current_stream)
     new = ctypes.pythonapi.PyCapsule_New
     new.restype, new.argtypes = ctypes.py_object, [ctypes.c_void_p, ctypes.c_char_p, ctypes.c_void_p]
     Tensor.__dlpack_c_exchange_api__ = new(ctypes.addressof(Tensor.table), b"dlpack_exchange_api", None)
@@ -304,6 +328,6 @@ def test_functions_of_another_version_are_not_called():
     newer = exchanging((HEIGHT, WIDTH), major=2, older=ctypes.addressof(older.table))
     fuse_flow.DepthView(newer)
     assert older.described > 0 and newer.described == 0
-    alone = exchanging((HEIGHT, WIDTH), major=2)
-    with pytest.raises(AssertionError, match="asked by Python"):
-        fuse_flow.DepthView(alone)
+    for tensor in (exchanging((HEIGHT, WIDTH), major=2), exchanging((HEIGHT, WIDTH), complete=False)):
+        with pytest.raises(AssertionError, match="asked by Python"):
+            fuse_flow.DepthView(tensor)

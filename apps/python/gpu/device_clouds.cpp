@@ -84,6 +84,19 @@ DeviceArray fieldOf(const GpuCloud& cloud, std::size_t offset, dlpack::DataType 
 
 constexpr dlpack::DataType kFloat32{dlpack::kFloat, 32, 1}, kInt32{dlpack::kInt, 32, 1}, kByte{dlpack::kUInt, 8, 1};
 
+/** \brief Where the fields begin in DeviceCloud.words. */
+py::dict columnsOf(const PointLayout& layout) {
+  const auto column = [](std::size_t bytes) { return bytes / sizeof(float); };
+  py::dict columns;
+  columns["points"] = 0;
+  columns["bgra"] = column(layout.rgba);
+  columns["confidence"] = column(layout.confidence);
+  columns["view_count"] = column(layout.view_count);
+  if (layout.normal) columns["normals"] = column(*layout.normal);
+  if (layout.camera_mask) columns["camera_mask"] = column(*layout.camera_mask);
+  return columns;
+}
+
 DeviceArray optionalField(const GpuCloud& cloud, const std::optional<std::size_t>& offset, dlpack::DataType type,
                           std::int64_t length, const char* how) {
   if (!offset) throw py::attribute_error(how);
@@ -133,6 +146,16 @@ void bindDeviceClouds(py::module_& module) {
                                  "this cloud has no camera_mask: FuseFlow(camera_mask=True) makes it");
           },
           "(N, 2) int32: one bit for each contributing camera.")
+      .def_property_readonly(
+          "words",
+          [](const GpuCloud& c) {
+            return fieldOf(c, 0, kFloat32, static_cast<std::int64_t>(c.layout.size / sizeof(float)));
+          },
+          "(N, W) float32: whole points as they lie in memory, without gaps, for libraries that take no strides, as "
+          "JAX. "
+          "columns says where which field begins; those of integers have their bits.")
+      .def_property_readonly(
+          "columns", [](const GpuCloud& c) { return columnsOf(c.layout); }, "Of each field its first column in words.")
       .def_readonly("stamp", &GpuCloud::stamp, "Of the frame that it was fused from, microseconds.");
 }
 

@@ -59,7 +59,9 @@ const dlpack::ExchangeApi* exchangeOf(const py::object& tensor) {
   // The table stays for as long as the process runs.
   auto* api = static_cast<const dlpack::ExchangeApi*>(PyCapsule_GetPointer(capsule.ptr(), dlpack::kExchangeName));
   while (api != nullptr && api->version.major != dlpack::kExchangeMajor) api = api->older;
-  return api != nullptr && api->describe != nullptr && api->current_stream != nullptr ? api : nullptr;
+  return api != nullptr && api->describe != nullptr && api->managed_of != nullptr && api->current_stream != nullptr
+             ? api
+             : nullptr;
 }
 
 dlpack::Tensor described(const dlpack::ExchangeApi& api, const py::object& tensor) {
@@ -69,9 +71,16 @@ dlpack::Tensor described(const dlpack::ExchangeApi& api, const py::object& tenso
 }
 
 py::array byExchange(const dlpack::ExchangeApi& api, const py::object& tensor, const char* what, DeviceReader& reader) {
-  const dlpack::Tensor t = described(api, tensor);
-  const py::array array = arrayOver(t, what, reader, tensor);
-  if (reader.stream == 0) return array;
+  if (reader.stream == 0) return arrayOver(described(api, tensor), what, reader, tensor);
+  dlpack::ManagedTensorVersioned* managed = nullptr;
+  if (api.managed_of(tensor.ptr(), &managed) != 0) throw py::error_already_set();
+  // Keeps the memory, whatever other threads do with the object of Python's meanwhile.
+  const py::capsule owner(managed, [](void* pointer) {
+    auto* tensor_of_array = static_cast<dlpack::ManagedTensorVersioned*>(pointer);
+    if (tensor_of_array->deleter != nullptr) tensor_of_array->deleter(tensor_of_array);
+  });
+  const dlpack::Tensor& t = managed->tensor;
+  const py::array array = arrayOver(t, what, reader, owner);
   void* current = nullptr;
   if (api.current_stream(dlpack::kCuda, t.device.id, &current) != 0) throw py::error_already_set();
   constexpr std::uintptr_t legacy_default = 1;  // cudaStreamLegacy
@@ -81,10 +90,21 @@ py::array byExchange(const dlpack::ExchangeApi& api, const py::object& tensor, c
   return array;
 }
 
+/** \brief The tensor's own description. \param stream that waits for the tensor; 0: nobody waits for anybody */
+py::capsule dlpackOf(const py::object& tensor, std::uintptr_t stream) {
+  const auto ask = [&](const py::object& who) {
+    return py::capsule(tensor.attr("__dlpack__")(py::arg("stream") = who));
+  };
+  if (stream != 0) return ask(py::int_(stream));
+  try {
+    return ask(py::int_(-1));
+  } catch (const py::error_already_set&) {
+    return ask(py::none());  // JAX 0.11 takes −1, which the protocol has for "nobody", for a stream
+  }
+}
+
 py::array byDlpack(const py::object& tensor, const char* what, DeviceReader& reader) {
-  // −1: nobody waits for anybody.
-  const py::object stream = reader.stream == 0 ? py::int_(-1) : py::int_(reader.stream);
-  const py::capsule capsule = tensor.attr("__dlpack__")(py::arg("stream") = stream);
+  const py::capsule capsule = dlpackOf(tensor, reader.stream);
   auto* managed = static_cast<dlpack::ManagedTensor*>(PyCapsule_GetPointer(capsule.ptr(), "dltensor"));
   if (managed == nullptr) throw py::error_already_set();
   // The capsule, which nobody takes over, calls the deleter as it goes.

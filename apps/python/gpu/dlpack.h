@@ -38,6 +38,17 @@ struct ManagedTensor {
   void (*deleter)(ManagedTensor*);
 };
 
+/** \brief As ManagedTensor, of version 1: with the version first. */
+struct ManagedTensorVersioned {
+  struct {
+    std::uint32_t major, minor;
+  } version;
+  void* context;
+  void (*deleter)(ManagedTensorVersioned*);
+  std::uint64_t flags;
+  Tensor tensor;
+};
+
 /** \brief Functions of a library of tensors: the capsule __dlpack_c_exchange_api__ of their class, named kExchangeName. All return 0, or −1 with
  *  an exception of Python's set; they are called with the interpreter's lock. */
 struct ExchangeApi {
@@ -46,8 +57,9 @@ struct ExchangeApi {
   } version;
   ExchangeApi* older;  ///< the table of an older major version, or null
   void* allocate;      ///< not used here
-  void* managed_of;    ///< not used here
-  void* object_of;     ///< not used here
+  /** \brief A tensor whose memory stays until its deleter is called, which may be null. */
+  int (*managed_of)(void* object, ManagedTensorVersioned** out);
+  void* object_of;  ///< not used here
   /** \brief Describes a tensor, which stays its owner's; nobody waits for anybody. Null: the library does not know it. */
   int (*describe)(void* object, Tensor* out);
   /** \brief The stream that the library's work is on now: a cudaStream_t, null: CUDA's legacy default stream. */

@@ -148,10 +148,19 @@ void FrameFuser::fuseCloud(const FusionRequest& request, Pane& pane, const Fusio
   pane.frame = request.frame;
 }
 
+/** \brief Whether cameras that run have delivered nothing new. */
+bool sameImages(const RigFrame& a, const RigFrame& b) {
+  for (std::size_t i = 0; i < a.views.size() && i < b.views.size(); ++i)
+    if (a.views[i].depth16.data != b.views[i].depth16.data || a.views[i].depth32.data != b.views[i].depth32.data)
+      return false;
+  return true;
+}
+
 /** \brief Whether the pane's last cloud is of the frame before, of the same cameras, and made in the same way. */
 bool FrameFuser::canFlicker(const Pane& pane) const {
   return pane.before && pane.before->setting == pane.setting && before_frame_ && *before_frame_ + 1 == *loaded_frame_ &&
-         !loaded_.rig.cameras.empty() && before_.rig.cameras.size() == loaded_.rig.cameras.size();
+         !source_->isFinished() && before_.rig.cameras.size() == loaded_.rig.cameras.size() &&
+         !sameImages(before_.rig, loaded_.rig);
 }
 
 void FrameFuser::measure(const FusionRequest& request, Pane& pane) {

@@ -32,13 +32,14 @@ struct LiveSource {
     frames = std::make_unique<viewing::LiveFrames>(*rig, "2 cameras", inlet);
   }
   /** \brief The first camera's depth is of that frame; the second camera is missing. */
-  void put(std::size_t number) {
+  std::weak_ptr<const io::LiveInstant> put(std::size_t number) {
     const auto instant = std::make_shared<io::LiveInstant>();
     instant->rig.cameras = rig->cameras();
     instant->rig.views.resize(2);
     instant->held = {std::make_shared<io::LoadedView>(NumberedRig::imagesOf(0, number)), nullptr};
     instant->rig.views[0].depth16 = instant->held[0]->depth16.view();
     inlet->put(instant);
+    return instant;
   }
   /** \brief The number of the frame that the source gives. */
   std::size_t read() {
@@ -54,15 +55,16 @@ struct LiveSource {
   io::LoadedFrame loaded;
 };
 
-TEST(LiveFrames, KeepTheImagesOfTheFrameBefore) {
+TEST(LiveFrames, KeepTheImagesOfTheFrameBeforeAndNoOlder) {
   LiveSource source;
-  source.put(1);
+  const std::weak_ptr<const io::LiveInstant> first = source.put(1);
   source.read();
-  io::LoadedFrame before;
-  std::swap(source.loaded, before);
   source.put(2);
   EXPECT_EQ(source.read(), 2u);
-  EXPECT_EQ(before.rig.views[0].depth16.row(2)[1] % 1000, 1);
+  EXPECT_FALSE(first.expired());
+  source.put(3);
+  EXPECT_EQ(source.read(), 3u);
+  EXPECT_TRUE(first.expired());
 }
 
 TEST(LiveFrames, GiveTheLatestInstantAndKeepItsImages) {

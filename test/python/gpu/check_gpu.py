@@ -81,6 +81,59 @@ def test_clouds_on_the_gpu_are_those_on_the_host():
     assert numpy.array_equal(cupy().from_dlpack(cloud.points).get(), host.points)
 
 
+def test_arrays_of_jax_give_the_bytes_that_arrays_give():
+    jax = pytest.importorskip("jax")
+    if jax.default_backend() != "gpu":
+        pytest.skip("jax has no GPU here")
+    frame = rough_frame()
+    fusion = fuse_flow.FuseFlow("gpu")
+    expected = fusion.fuse(frame).array.tobytes()
+    assert fusion.fuse(on_gpu(frame, jax.numpy.asarray)).array.tobytes() == expected
+    cloud, host = fusion.fuse_on_device(on_gpu(frame, jax.numpy.asarray)), fusion.fuse(frame)
+    words = numpy.asarray(jax.dlpack.from_dlpack(cloud.words))
+    assert numpy.array_equal(words[:, :3], host.points)
+    assert numpy.array_equal(words[:, cloud.columns["confidence"]], host.confidence)
+    assert numpy.array_equal(words.view(numpy.int32)[:, cloud.columns["view_count"]], host.view_count)
+
+
+def test_whole_points_have_all_fields():
+    frame = rough_frame()
+    cloud = fuse_flow.FuseFlow("gpu", normals=True, camera_mask=True).fuse_on_device(frame)
+    words = torch.from_dlpack(cloud.words)
+    assert words.is_contiguous() and len(words) == len(cloud)
+    for name, width in (("points", 3), ("confidence", 0), ("normals", 3)):
+        column = cloud.columns[name]
+        field = words[:, column : column + width] if width else words[:, column]
+        assert torch.equal(field.nan_to_num(), torch.from_dlpack(getattr(cloud, name)).nan_to_num()), name
+    for name, width in (("view_count", 0), ("camera_mask", 2)):
+        column = cloud.columns[name]
+        field = words.view(torch.int32)[:, column : column + width] if width else words.view(torch.int32)[:, column]
+        assert torch.equal(field, torch.from_dlpack(getattr(cloud, name))), name
+    assert "normals" not in fuse_flow.FuseFlow("gpu").fuse_on_device(frame).columns
+
+
+def test_tensors_are_described_with_and_without_functions_for_c():
+    frame = rough_frame()
+    fusion = fuse_flow.FuseFlow("gpu")
+    expected = fusion.fuse(frame).array.tobytes()
+
+    class OnlyMethods(torch.Tensor):
+        __dlpack_c_exchange_api__ = None
+
+    assert fusion.fuse(on_gpu(frame, lambda image: to_torch(image).as_subclass(OnlyMethods))).array.tobytes() == expected
+
+
+def test_memory_that_is_let_go_meanwhile_is_kept_for_the_frame():
+    frame = rough_frame()
+    fusion = fuse_flow.FuseFlow("gpu")
+    expected = fusion.fuse(frame).array.tobytes()
+    tensors = on_gpu(frame, to_torch)
+    assert fusion.fuse(tensors).array.tobytes() == expected
+    for view in tensors.views:  # what the last frame kept does not keep the tensors of this one
+        view.depth.set_(torch.zeros_like(view.depth))
+    assert len(fusion.fuse(tensors)) == 0
+
+
 def test_work_on_the_tensors_own_stream_is_waited_for():
     frame = rough_frame()
     fusion = fuse_flow.FuseFlow("gpu")

@@ -451,8 +451,8 @@ struct PropagatePlanes {
   }
 };
 
-/** \brief Whether the pattern in the middle of a block repeats itself: whether another depth matches as well in all views that agree with the one
- *  found, and between both lies one that does not. Without the second, a surface without texture would count. */
+/** \brief Whether the pattern in the middle of a block repeats itself: whether another depth matches as well in the mean of all views that agree
+ *  with the one found, and between both lies one that does not. Without the second, a surface without texture would count. */
 struct MarkRepetition {
   StereoGrid grid;  ///< of blocks of kRepetitionBlock² pixels
   StereoForm form;
