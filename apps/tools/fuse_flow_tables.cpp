@@ -429,7 +429,7 @@ int main(int argc, char** argv) {
     options.threads = host::resolveThreads(options.threads);
     if (options.output.empty() && options.measures.empty() && options.surround.empty())
       throw io::OptionError("--output is required; see --help");
-    const io::InputFiles reading({options.reading});
+    io::InputFiles reading({options.reading});
     for (const auto& [option, file] :
          {std::pair{"-o", options.output}, {"--measures", options.measures}, {"--surround", options.surround}})
       if (!file.empty()) reading.refuseToReplace(option, file);
