@@ -17,6 +17,7 @@ void bindDeviceClouds(pybind11::module_& module);
 void bindFusion(pybind11::module_& module);
 void bindRecordings(pybind11::module_& module);
 void bindRigWriter(pybind11::module_& module);
+void bindPoseCheck(pybind11::module_& module);
 void bindFilters(pybind11::module_& module);
 void bindQuality(pybind11::module_& module);
 void bindExtrinsics(pybind11::module_& module);

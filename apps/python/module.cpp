@@ -17,6 +17,7 @@ PYBIND11_MODULE(_fuse_flow, module) {
   bindFusion(module);
   bindRecordings(module);
   bindRigWriter(module);
+  bindPoseCheck(module);
   bindFilters(module);
   bindQuality(module);
   bindExtrinsics(module);

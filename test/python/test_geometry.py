@@ -122,3 +122,32 @@ def test_the_number_of_threads_changes_no_byte():
     one = fuse_flow.FuseFlow(threads=1).fuse(wall_frame())
     three = fuse_flow.FuseFlow(threads=3).fuse(wall_frame())
     assert one.array.tobytes() == three.array.tobytes()
+
+
+def test_poses_of_another_convention_are_named():
+    """Two cameras around a slanted wall: their images agree, until the poses mean something else."""
+    poses = []
+    for angle in (-0.35, 0.35):
+        pose = numpy.eye(4)
+        c, s = numpy.cos(angle), numpy.sin(angle)
+        pose[:3, :3] = [[c, 0, s], [0, 1, 0], [-s, 0, c]]
+        pose[:3, 3] = numpy.array([0, 0, 2.0]) - 2.0 * pose[:3, 2]
+        poses.append(pose)
+    normal, offset = numpy.array([0.1, 0.2, 1.0]), 2.2
+    v, u = numpy.mgrid[:120, :160]
+    rays = numpy.stack([(u - 79.5) / 150, (v - 59.5) / 150, numpy.ones((120, 160))], axis=-1)
+    depths = [((offset - pose[:3, 3] @ normal) / (rays @ pose[:3, :3].T @ normal)).astype(numpy.float32) for pose in poses]
+    K = fuse_flow.Intrinsics(160, 120, 150, 150, 79.5, 59.5)
+
+    def said(change):
+        cameras = [fuse_flow.Camera(K, change(pose), name=f"camera {i}") for i, pose in enumerate(poses)]
+        return "\n".join(fuse_flow.check_poses(fuse_flow.RigFrame(cameras, [fuse_flow.DepthView(depth) for depth in depths])))
+
+    assert said(lambda pose: pose) == ""
+    assert "numpy.linalg.inv(pose)" in said(numpy.linalg.inv)
+    assert "OpenGL" in said(lambda pose: pose @ numpy.diag([1, -1, -1, 1]))
+
+    def in_millimetres(pose):
+        return numpy.block([[pose[:3, :3], 1000 * pose[:3, 3:]], [numpy.zeros((1, 3)), 1]])
+
+    assert "'camera 0'" in said(in_millimetres)

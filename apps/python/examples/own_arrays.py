@@ -29,9 +29,11 @@ def at(x):
 intrinsics = fuse_flow.Intrinsics(640, 480, 525, 525, 319.5, 239.5)  # width, height, fx, fy, cx, cy; pixels
 cameras = [fuse_flow.Camera(intrinsics, at(x), depth_scale=0.001) for x in (-0.4, 0.4)]
 views = [fuse_flow.DepthView(depth_of_a_ball(x)) for x in (-0.4, 0.4)]  # color=: (480, 640, 3) uint8
-cloud = fuse_flow.FuseFlow().fuse(fuse_flow.RigFrame(cameras, views))
+frame = fuse_flow.RigFrame(cameras, views)
+print(*fuse_flow.check_poses(frame) or ["nothing is wrong with the poses"], sep="\n")  # inverted, of OpenGL's axes, in mm ...
+cloud = fuse_flow.FuseFlow().fuse(frame)
 print(f"{len(cloud)} points, {(cloud.view_count > 1).mean():.0%} of them seen by both cameras")
-axes = plt.figure().add_subplot(projection="3d")
 x, y, z = cloud.points[::10].T
+axes = plt.figure().add_subplot(projection="3d", box_aspect=(numpy.ptp(x), numpy.ptp(z), numpy.ptp(y)))
 axes.scatter(x, z, -y, c=z, s=1)
 plt.savefig(sys.argv[1]) if len(sys.argv) > 1 else plt.show()
