@@ -47,7 +47,8 @@ def test_the_readmes_five_lines_give_points():
 def test_arrays_of_ones_own_become_a_picture(tmp_path):
     need("matplotlib")
     said = run("own_arrays.py", tmp_path / "picture.png")
-    assert int(said.split()[0]) > 20000
+    poses, points = said.splitlines()
+    assert poses == "nothing is wrong with the poses" and int(points.split()[0]) > 20000
     assert (tmp_path / "picture.png").read_bytes().startswith(b"\x89PNG")
 
 
