@@ -49,7 +49,10 @@ std::vector<std::string> DepthInRange::complaints() const {
       }
       line << " within " << range_.min_range << " to " << range_.max_range << " m, but " << depth.nearest << " to "
            << depth.farthest << " m";
-      if (seen.scale > 0) line << " with a depth_scale of " << seen.scale << " m";
+      if (seen.scale > 0)
+        line << " with a depth_scale of " << seen.scale << " m";
+      else
+        line << "; depth in float is metres";
     } else {
       line << "has images without any depth";
     }

@@ -25,6 +25,7 @@ double withoutRay(const Intrinsics& K) {
 }
 
 std::string percent(double share) {
+  if (share < 0.0005) return "less than 0.1 %";
   char text[32];
   std::snprintf(text, sizeof text, "%.1f %%", 100 * share);
   return text;

@@ -117,6 +117,13 @@ void FrameInput::fill(const FrameLists& lists, DeviceReader* reader) {
   }
 }
 
+RigFrame FrameInput::named() const {
+  RigFrame result = frame;
+  for (std::size_t i = 0; i < result.cameras.size(); ++i)
+    if (result.cameras[i].name.empty()) result.cameras[i].name = std::to_string(i);
+  return result;
+}
+
 void bindFrames(py::module_& module) {
   py::class_<ViewArrays>(
       module, "DepthView",

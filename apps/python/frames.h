@@ -53,6 +53,9 @@ class FrameInput {
   /** \brief Lets go of the arrays. */
   void release() { kept_.clear(); }
 
+  /** \brief The frame for messages: a camera without a name is called by its number. */
+  RigFrame named() const;
+
   RigFrame frame;
 
  private:

@@ -118,6 +118,14 @@ def test_depth_in_the_wrong_unit_is_warned_of_in_the_words_of_the_tools():
         fuse_flow.FuseFlow().fuse(frame)
 
 
+def test_a_camera_without_a_name_is_called_by_its_number():
+    views = [fuse_flow.DepthView(wall()), fuse_flow.DepthView(wall(1000.0, numpy.float32))]
+    frame = fuse_flow.RigFrame([fuse_flow.Camera(intrinsics()) for _ in views], views)
+    with pytest.warns(UserWarning, match="camera '1' measures nothing .* but 1000 to 1000 m; depth in float is metres"):
+        fuse_flow.FuseFlow().fuse(frame)
+    assert [camera.name for camera in frame.cameras] == ["", ""]
+
+
 def test_the_number_of_threads_changes_no_byte():
     one = fuse_flow.FuseFlow(threads=1).fuse(wall_frame())
     three = fuse_flow.FuseFlow(threads=3).fuse(wall_frame())
@@ -140,7 +148,7 @@ def test_poses_of_another_convention_are_named():
     K = fuse_flow.Intrinsics(160, 120, 150, 150, 79.5, 59.5)
 
     def said(change):
-        cameras = [fuse_flow.Camera(K, change(pose), name=f"camera {i}") for i, pose in enumerate(poses)]
+        cameras = [fuse_flow.Camera(K, change(pose)) for pose in poses]
         return "\n".join(fuse_flow.check_poses(fuse_flow.RigFrame(cameras, [fuse_flow.DepthView(depth) for depth in depths])))
 
     assert said(lambda pose: pose) == ""
@@ -150,4 +158,4 @@ def test_poses_of_another_convention_are_named():
     def in_millimetres(pose):
         return numpy.block([[pose[:3, :3], 1000 * pose[:3, 3:]], [numpy.zeros((1, 3)), 1]])
 
-    assert "'camera 0'" in said(in_millimetres)
+    assert "camera '0': another camera could see 0 % of its points" in said(in_millimetres)

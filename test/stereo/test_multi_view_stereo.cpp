@@ -172,6 +172,20 @@ TEST(MultiViewStereo, APatternThatRepeatsItselfIsDoubtful) {
   }
 }
 
+TEST(MultiViewStereo, ARepetitionThatIsFartherThanTheReachIsNotLookedFor) {
+  // A period of 18 pixels between neighbours, whose baseline is half of the widest.
+  Rig rig = textured::onArc(4, 160);
+  rig.render(scenes::plane(Eigen::Vector3d(0, 0, 1), 2.4), repeating(0.3, true));
+  StereoParameters parameters;
+  const auto doubted = [&](int reach) {
+    parameters.repetition_reach = reach;
+    return surenessOf(rig, estimate(rig, parameters)).right;
+  };
+  const double all = doubted(0);
+  EXPECT_GT(doubted(8), 0.95 * all);
+  EXPECT_LT(doubted(48), 0.3 * all);
+}
+
 TEST(MultiViewStereo, WhatDoesNotRepeatItselfIsNotDoubted) {
   StereoParameters parameters;
   parameters.repetition_reach = 0;

@@ -41,7 +41,7 @@ class FrameFusion {
       return fuse(input_.frame);
     }();
     statistics_ = fusion_->statistics();
-    if (!statistics_.out_of_range.empty()) warnOfRange(input_.frame);
+    if (!statistics_.out_of_range.empty()) warnOfRange(input_.named());
     return cloud;
   }
 

@@ -27,12 +27,13 @@ std::string inWordsOfArrays(std::string line) {
 }
 
 std::vector<std::string> checkPoses(const FrameLists& lists) {
-  FrameInput input(lists);
+  const FrameInput input(lists);
   checkRigFrame(input.frame);
+  const RigFrame frame = input.named();
   io::OverlapCheck check{PreprocessingParameters()};
   {
     const InFlight in_flight;  // other threads of Python run meanwhile
-    check.look(input.frame);
+    check.look(frame);
   }
   std::vector<std::string> lines;
   for (const std::string& line : check.complaints()) lines.push_back(inWordsOfArrays(line));

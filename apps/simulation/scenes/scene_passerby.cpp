@@ -8,7 +8,7 @@ namespace {
 
 using Eigen::Vector3f;
 
-/** \brief 8 m × 6 m × 2.8 m, its floor around the origin: farther from its middle than cameras are from most of the living room. */
+/** \brief 8 m × 6 m × 2.8 m, its floor around the origin; in the living room nobody could walk past cameras in its middle. */
 Eigen::AlignedBox3f hall() { return {Vector3f(-4, -3, 0), Vector3f(4, 3, 2.8f)}; }
 
 Objects furnishedHall(std::uint32_t seed) {

@@ -56,7 +56,8 @@ TEST_F(DepthInRange, MetresHaveNoScale) {
                                   std::numeric_limits<float>::infinity()};
   frame_.views[0].depth32 = {pixels.data(), 4, 1};
   depth_.look(frame_);
-  EXPECT_EQ(depth_.complaints(), Lines{"camera 'left' measures nothing within 0.1 to 20 m, but 1500 to 1500 m"});
+  EXPECT_EQ(depth_.complaints(),
+            Lines{"camera 'left' measures nothing within 0.1 to 20 m, but 1500 to 1500 m; depth in float is metres"});
 }
 
 TEST_F(DepthInRange, ImagesWithoutDepthAreNamedAndCamerasWithoutImagesAreNot) {
