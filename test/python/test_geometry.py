@@ -159,3 +159,13 @@ def test_poses_of_another_convention_are_named():
         return numpy.block([[pose[:3, :3], 1000 * pose[:3, 3:]], [numpy.zeros((1, 3)), 1]])
 
     assert "camera '0': another camera could see 0 % of its points" in said(in_millimetres)
+
+
+def test_poses_of_which_nothing_is_known_are_said_not_to_be():
+    far, near = fuse_flow.DepthView(wall(1000.0, numpy.float32)), fuse_flow.DepthView(wall())
+    for views in ([near], [near, None], [near, far], [far, far]):
+        frame = fuse_flow.RigFrame([fuse_flow.Camera(intrinsics()) for _ in views], views)
+        assert fuse_flow.check_poses(frame) == [
+            "nothing is known of the poses: fewer than two cameras measure anything within 0.1 to 20 m"
+        ]
+    assert fuse_flow.check_poses(fuse_flow.RigFrame([fuse_flow.Camera(intrinsics()) for _ in "ab"], [near, near])) == []

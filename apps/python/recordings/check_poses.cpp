@@ -6,6 +6,7 @@
 
 #include <pybind11/stl.h>
 
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -30,12 +31,21 @@ std::vector<std::string> checkPoses(const FrameLists& lists) {
   const FrameInput input(lists);
   checkRigFrame(input.frame);
   const RigFrame frame = input.named();
-  io::OverlapCheck check{PreprocessingParameters()};
+  const PreprocessingParameters range;
+  io::OverlapCheck check(range);
+  std::size_t measuring = 0;
   {
     const InFlight in_flight;  // other threads of Python run meanwhile
     check.look(frame);
+    for (const io::CameraOverlap& camera : io::viewOverlap(frame, range)) measuring += camera.points > 0 ? 1 : 0;
   }
   std::vector<std::string> lines;
+  if (measuring < 2) {
+    std::ostringstream line;
+    line << "nothing is known of the poses: fewer than two cameras measure anything within " << range.min_range
+         << " to " << range.max_range << " m";
+    lines.push_back(line.str());
+  }
   for (const std::string& line : check.complaints()) lines.push_back(inWordsOfArrays(line));
   return lines;
 }
