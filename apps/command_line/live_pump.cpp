@@ -60,7 +60,7 @@ LivePump::LivePump(Options options, io::LiveRig& rig, std::vector<std::shared_pt
       empty_(options_.method, options_.method_options),
       log_(options_.tool, options_.status) {
   if (options_.leader) {
-    auto method = io::makeDistributedFusion(options_.leader->communicator(), options_.method_options, options_.fusing);
+    auto method = io::makeDistributedFusion(options_.leader->communicator(), options_.method_options, options_.share);
     distributed_ = method.get();
     method_ = std::move(method);
   } else if (!sinks_.empty() || !options_.instant) {
@@ -226,10 +226,10 @@ void requireOfLiveRanks(const std::string& method, const io::MethodOptions& opti
 
 void followLiveRank(const std::string& tool, Ranks& ranks, const LiveArguments& live,
                     const std::vector<std::string>& inputs, const io::RecordingOptions& recording,
-                    const io::MethodOptions& options, bool fusing) {
+                    const io::MethodOptions& options, const io::RankShare& share) {
   const std::string name = "rank " + std::to_string(ranks.rank());
   const std::unique_ptr<io::FollowingRank> rank = live.join(tool + ", " + name, inputs, recording, ranks);
-  const auto method = io::makeDistributedFusion(ranks.communicator(), options, fusing);
+  const auto method = io::makeDistributedFusion(ranks.communicator(), options, share);
   LiveChecks checks("fuse_flow", options.parameters, std::vector<bool>(rank->cameras().size(), false), false);
   io::LoadedFrame frame;
   io::Method::Cloud nothing;  // rank 0 gets the clouds

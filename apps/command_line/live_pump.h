@@ -75,8 +75,8 @@ class LivePump {
     io::ViewStereo* stereo{nullptr};
     /** \brief Where ranks share the cameras, rank 0; \p method fuses then over all of them. The LiveRig was opened with it. */
     io::LeadingRank* leader{nullptr};
-    /** \brief With \p leader: whether this rank takes a share of the fusion. */
-    bool fusing{true};
+    /** \brief With \p leader: of this rank. */
+    io::RankShare share;
   };
 
   /** \param rig not started yet  \param sinks for the clouds; without any, and with Options::instant, nothing is fused */
@@ -137,6 +137,6 @@ void requireOfLiveRanks(const std::string& method, const io::MethodOptions& opti
 /** \brief At a rank that is not the first: opens its cameras, joins, and fuses its part until rank 0 ends. */
 void followLiveRank(const std::string& tool, Ranks& ranks, const LiveArguments& live,
                     const std::vector<std::string>& inputs, const io::RecordingOptions& recording,
-                    const io::MethodOptions& options, bool fusing);
+                    const io::MethodOptions& options, const io::RankShare& share);
 
 }  // namespace fuse_flow::command_line

@@ -105,18 +105,30 @@ RanksArgument::RanksArgument(CLI::App& app) {
       ->capture_default_str();
 }
 
-FuseAtArgument::FuseAtArgument(CLI::App& app) {
-  option_ =
+RankShareArguments::RankShareArguments(CLI::App& app) {
+  fuse_at_ =
       app.add_option("--fuse-at", fusing_,
                      "started by mpirun: which of the processes fuse; first: the others only prepare the views of "
                      "their cameras, and send them")
           ->check(CLI::IsMember({"all", "first"}))
           ->capture_default_str();
+  compress_ =
+      app.add_option(
+             "--rank-compression", compression_,
+             "started by mpirun: what the processes send to each other is compressed, without loss; for networks of 1 "
+             "Gbit/s. The same at all processes")
+          ->check(CLI::IsMember({"none", "zstd"}))
+          ->capture_default_str();
 }
 
-std::vector<std::string> FuseAtArgument::advice(bool sharing) const {
-  if (sharing || option_->count() == 0) return {};
-  return {"--fuse-at has no effect: it is for processes that mpirun starts, and that share the cameras of a frame"};
+std::vector<std::string> RankShareArguments::advice(bool sharing) const {
+  std::vector<std::string> lines;
+  if (sharing) return lines;
+  for (const CLI::Option* option : {fuse_at_, compress_})
+    if (option->count() > 0)
+      lines.push_back(option->get_name() +
+                      " has no effect: it is for processes that mpirun starts, and that share the cameras of a frame");
+  return lines;
 }
 
 }  // namespace fuse_flow::command_line

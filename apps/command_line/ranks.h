@@ -1,5 +1,7 @@
 #pragma once
 
+#include "methods/distributed_fusion.h"
+
 #include <fuse_flow/distributed/communicator.h>
 
 #include <CLI/CLI.hpp>
@@ -50,18 +52,19 @@ class RanksArgument {
   std::string shared_{"cameras"};
 };
 
-/** \brief "--fuse-at all|first": which of the processes that mpirun starts fuse. */
-class FuseAtArgument {
+/** \brief How processes that mpirun starts share the cameras of a frame: "--fuse-at all|first", which of them fuse, and
+ *  "--rank-compression none|zstd", how what they send to each other is made shorter. */
+class RankShareArguments {
  public:
-  explicit FuseAtArgument(CLI::App& app);
-  /** \brief A line if it was given and has no effect. \param sharing whether ranks share the cameras of a frame */
+  explicit RankShareArguments(CLI::App& app);
+  /** \brief A line for each that was given and has no effect. \param sharing whether ranks share the cameras of a frame */
   std::vector<std::string> advice(bool sharing) const;
-  /** \brief Whether a rank takes a share of the fusion, or only prepares the views of its cameras. */
-  bool fuses(int rank) const { return fusing_ == "all" || rank == 0; }
+  io::RankShare of(int rank) const { return {fusing_ == "all" || rank == 0, compression_ != "none"}; }
 
  private:
-  CLI::Option* option_;
-  std::string fusing_{"all"};
+  CLI::Option* fuse_at_;
+  CLI::Option* compress_;
+  std::string fusing_{"all"}, compression_{"none"};
 };
 
 }  // namespace fuse_flow::command_line

@@ -16,8 +16,14 @@ class DistributedMethod : public Method {
   virtual std::string summary() = 0;
 };
 
-/** \param communicator must outlive it  \param fusing whether this rank takes a share of the cells; at least one must */
+/** \brief How a rank takes part. */
+struct RankShare {
+  bool fuses{true};        ///< takes a share of the cells; at least one rank must
+  bool compresses{false};  ///< what it sends, by Zstandard; all ranks or none
+};
+
+/** \param communicator must outlive it  \throws InputError for what this was built without */
 std::unique_ptr<DistributedMethod> makeDistributedFusion(distributed::Communicator& communicator,
-                                                         const MethodOptions& options, bool fusing = true);
+                                                         const MethodOptions& options, const RankShare& share = {});
 
 }  // namespace fuse_flow::io

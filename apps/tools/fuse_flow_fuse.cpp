@@ -62,7 +62,7 @@ struct Options {
   io::MethodOptions method_options;
   command_line::Ranks* ranks{nullptr};  ///< null: this process alone
   bool share_frames{false};
-  bool fusing{true};  ///< where ranks share cameras: this one
+  io::RankShare share;  ///< of this rank, where they share cameras
 
   /** \brief Whether the ranks have some cameras each. */
   bool sharesCameras() const { return ranks != nullptr && !share_frames; }
@@ -363,7 +363,7 @@ int run(Options& options, const command_line::MethodArguments& arguments) {
   io::DistributedMethod* distributed = nullptr;
   const auto make = [&]() -> std::unique_ptr<io::Method> {
     if (!options.sharesCameras()) return io::makeMethod(options.method, options.method_options);
-    auto shared = io::makeDistributedFusion(options.ranks->communicator(), options.method_options, options.fusing);
+    auto shared = io::makeDistributedFusion(options.ranks->communicator(), options.method_options, options.share);
     distributed = shared.get();
     return shared;
   };
@@ -515,19 +515,19 @@ int main(int argc, char** argv) {
   command_line::MethodArguments method(app);
   command_line::StereoArguments stereo(app);
   const command_line::RanksArgument shared(app);
-  const command_line::FuseAtArgument fuse_at(app);
+  const command_line::RankShareArguments rank_share(app);
   return command_line::runTool(app, argc, argv, [&] {
     const std::unique_ptr<command_line::Ranks> ranks = command_line::Ranks::ofThisRun();
     options.ranks = ranks.get();
     options.share_frames = shared.shareFrames();
-    options.fusing = !ranks || fuse_at.fuses(ranks->rank());
+    if (ranks) options.share = rank_share.of(ranks->rank());
     options.frames = command_line::joinedList(options.frames);
     options.inputs = recording.inputs();
     options.recording = recording.options();
     options.method = method.method();
     options.method_options = methodOptions(options, method);
     if (!ranks || ranks->isFirst())
-      for (const std::vector<std::string>& lines : {method.advice(), fuse_at.advice(options.sharesCameras())})
+      for (const std::vector<std::string>& lines : {method.advice(), rank_share.advice(options.sharesCameras())})
         command_line::printWarnings("fuse_flow_fuse", lines);
     options.stereo = stereo.options("fuse_flow_fuse");
     options.stereo.threads = options.method_options.threads;

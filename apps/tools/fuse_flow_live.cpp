@@ -54,7 +54,7 @@ struct Options {
   bool camera_mask{false};
   bool serve{false};
   command_line::Ranks* ranks{nullptr};  ///< null: this process alone
-  bool fusing{true};                    ///< this rank
+  io::RankShare share;                  ///< of this rank
   viewing::ViewerOptions viewer;
   double status{5};
   io::RecordingOptions recording;
@@ -212,7 +212,7 @@ int run(const Options& options, const command_line::LiveArguments& live, const S
   pump_options.status = options.status;
   pump_options.seconds = live.seconds();
   pump_options.leader = leader ? &*leader : nullptr;
-  pump_options.fusing = options.fusing;
+  pump_options.share = options.share;
   if (inlet) pump_options.instant = [inlet](const auto& instant) { inlet->put(instant); };
   pump_options.recorder = recorder.get();
 #ifdef FUSE_FLOW_WITH_STREAM
@@ -317,7 +317,7 @@ int main(int argc, char** argv) {
   command_line::LiveArguments live(app);
   command_line::MethodArguments method(app);
   command_line::StereoArguments stereo(app);
-  const command_line::FuseAtArgument fuse_at(app);
+  const command_line::RankShareArguments rank_share(app);
   return command_line::runTool(app, argc, argv, [&] {
     if (list) {
       for (const std::string& line : io::listDevices()) std::cout << line << "\n";
@@ -333,7 +333,7 @@ int main(int argc, char** argv) {
       options.method = method.method();
       options.method_options = method.options();
       if (!ranks || ranks->isFirst()) warn(method.advice());
-      if (!ranks) warn(fuse_at.advice(false));
+      if (!ranks) warn(rank_share.advice(false));
       options.method_options.normals = options.normals;
       options.method_options.camera_mask = options.camera_mask;
       options.config = command_line::configFileOf(app);
@@ -348,10 +348,10 @@ int main(int argc, char** argv) {
             "browser");
       if (!options.record.empty())
         throw io::OptionError("--record: no rank has the images of all cameras; fuse_flow_record writes those of each");
-      options.fusing = fuse_at.fuses(ranks->rank());
+      options.share = rank_share.of(ranks->rank());
       if (ranks->isFirst()) return run(options, live, stream);
       command_line::followLiveRank("fuse_flow_live", *ranks, live, options.inputs, options.recording,
-                                   options.method_options, options.fusing);
+                                   options.method_options, options.share);
       return static_cast<int>(command_line::kSuccess);
     };
     return ranks ? ranks->guard("fuse_flow_live", runRank, command_line::Ranks::Commands::Own) : runRank();

@@ -37,7 +37,7 @@ struct Options {
   bool normals{false};
   double status{5};
   command_line::Ranks* ranks{nullptr};  ///< null: this process alone
-  bool fusing{true};                    ///< this rank
+  io::RankShare share;                  ///< of this rank
   io::RecordingOptions recording;
   io::MethodOptions method_options;
   io::StereoOptions stereo;  ///< of cameras without depth
@@ -80,7 +80,7 @@ int serve(const Options& options, const command_line::LiveArguments& live,
   pump_options.status = options.status;
   pump_options.seconds = live.seconds();
   pump_options.leader = leader ? &*leader : nullptr;
-  pump_options.fusing = options.fusing;
+  pump_options.share = options.share;
   command_line::StreamLog log;
   pump_options.more = [&] { return log.describe(server->status()); };
   pump_options.tick = [&] { warn(server->takeNotices()); };
@@ -170,7 +170,7 @@ int main(int argc, char** argv) {
   command_line::LiveArguments live(app, true);
   command_line::MethodArguments method(app);
   command_line::StereoArguments stereo(app);
-  const command_line::FuseAtArgument fuse_at(app);
+  const command_line::RankShareArguments rank_share(app);
   return command_line::runTool(app, argc, argv, [&] {
     const std::unique_ptr<command_line::Ranks> ranks = command_line::Ranks::ofThisRun();
     options.ranks = ranks.get();
@@ -184,7 +184,7 @@ int main(int argc, char** argv) {
       options.method = method.method();
       options.method_options = method.options();
       if (!ranks || ranks->isFirst()) warn(method.advice());
-      if (!ranks) warn(fuse_at.advice(false));
+      if (!ranks) warn(rank_share.advice(false));
       options.method_options.normals = options.normals;
       command_line::requireThreads(options.method_options.threads);
       options.stereo = command_line::stereoOfLive(kTool, stereo, ranks != nullptr, method, options.method_options);
@@ -196,10 +196,10 @@ int main(int argc, char** argv) {
       }
       if (!ranks) return serve(options, live, stream);
       command_line::requireOfLiveRanks(options.method, options.method_options, options.refine_extrinsics);
-      options.fusing = fuse_at.fuses(ranks->rank());
+      options.share = rank_share.of(ranks->rank());
       if (ranks->isFirst()) return serve(options, live, stream);
       command_line::followLiveRank(kTool, *ranks, live, options.inputs, options.recording, options.method_options,
-                                   options.fusing);
+                                   options.share);
       return static_cast<int>(command_line::kSuccess);
     };
     return ranks ? ranks->guard(kTool, run, command_line::Ranks::Commands::Own) : run();

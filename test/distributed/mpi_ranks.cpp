@@ -2,6 +2,7 @@
 // what it fuses alone. With an argument, a rank does something else instead.
 
 #include "ranks.h"
+#include "run_lengths.h"
 
 #include <fuse_flow/distributed/mpi_communicator.h>
 
@@ -25,6 +26,7 @@ bool sharesFrames(Communicator& ranks) {
     fuse_flow::FuseFlowParameters parameters;
     if (seed == 3) parameters.agreement.min_views = 1;
     fusion.setParameters(parameters);
+    fusion.setCodec(seed > 2 ? std::make_shared<ranks::RunLengths>() : nullptr);
     scenes::Cloud part, whole, alone;
     fusion.fuse(ranks::partOf(scene.rig, ranks::inTurn(scene.rig.cameras.size(), ranks.size()), ranks.rank()), part);
     fusion.gather(part, whole, 0);

@@ -1,4 +1,5 @@
 #include "ranks.h"
+#include "run_lengths.h"
 
 #include <fuse_flow/sensors/multipath.h>
 
@@ -128,6 +129,54 @@ TEST(DistributedFuseFlow, GivesTheSameBytesWithDistortedLensesAndColorCamerasBes
   expectSame(scene, {}, "lenses");
 }
 
+TEST(DistributedFuseFlow, GivesTheSameBytesOfFewerWhereMessagesAreCompressed) {
+  Scene scene = noisyRoom(6, 6);
+  scene.confidence.resize(6);
+  for (std::size_t i = 0; i < 6; ++i) {
+    scene.confidence[i].resize(scene.depth[i].width, scene.depth[i].height);
+    for (std::size_t k = 0; k < scene.confidence[i].data.size(); ++k)
+      scene.confidence[i].data[k] = 0.5f + static_cast<float>(k % 7) / 14;
+  }
+  scene.attach();
+  FuseFlowParameters agree = FuseFlowParameters::estimatedDepth();
+  agree.agreement.min_views = 1;
+  agree.agreement.relative = 0.1f;
+  agree.agreement.pixels = 4;
+  std::mutex mutex;
+  std::size_t sent = 0, plain = 0;
+  for (const FuseFlowParameters& parameters : {FuseFlowParameters(), agree}) {
+    Cloud gathered;
+    ranks::forEachRank(3, [&](int rank, Communicator& communicator) {
+      Ranks fusion(communicator);
+      fusion.setParameters(parameters);
+      const fuse_flow::RigFrame own = ranks::partOf(scene.rig, inTurn(6, 3), rank);
+      Cloud part, whole;
+      fusion.fuse(own, part);
+      const std::size_t without = fusion.getPartStatistics().bytes_sent;
+      EXPECT_EQ(fusion.getPartStatistics().bytes_plain, without);
+      fusion.setCodec(std::make_shared<ranks::RunLengths>());
+      fusion.fuse(own, part);
+      EXPECT_EQ(fusion.getPartStatistics().bytes_plain, without);
+      const std::size_t before = fusion.getPartStatistics().bytes_sent;
+      fusion.gather(part, whole, 1);
+      const PartStatistics& all = fusion.getPartStatistics();
+      if (rank == 1) {
+        EXPECT_EQ(all.bytes_sent, before);
+      } else {
+        EXPECT_GT(all.bytes_plain, without + part.size() * sizeof(PointFused));
+        EXPECT_LT(all.bytes_sent - before, all.bytes_plain - without) << "the points are compressed, too";
+      }
+      const std::lock_guard<std::mutex> lock(mutex);
+      sent += before;
+      plain += without;
+      if (rank == 1) gathered = whole;
+    });
+    ASSERT_GT(gathered.size(), 1000u);
+    EXPECT_TRUE(sameBytes(gathered, scenes::fuse(scene.rig, parameters)));
+  }
+  EXPECT_LT(static_cast<double>(sent), 0.95 * static_cast<double>(plain));
+}
+
 TEST(DistributedFuseFlow, SharesFramesOfRigsThatChange) {
   // One object a rank for all frames: cameras go and come back, move, and change from rank to rank.
   std::vector<Scene> frames;
@@ -159,12 +208,14 @@ TEST(DistributedFuseFlow, TellsOfTheWholeFrame) {
   fuse_flow::FuseFlow<PointFused> one;
   Cloud cloud;
   one.fuse(scene.rig, cloud);
-  std::size_t fused = 0, cells = 0, points = 0, sent = 0, received = 0;
+  std::size_t fused = 0, cells = 0, points = 0, sent = 0, received = 0, at_first = 0, own_cells_of_first = 0;
   std::mutex mutex;
   ranks::forEachRank(4, [&](int rank, Communicator& communicator) {
     Ranks fusion(communicator);
-    Cloud part;
+    Cloud part, whole;
     fusion.fuse(ranks::partOf(scene.rig, inTurn(5, 4), rank), part);
+    const std::size_t fusing = fusion.getPartStatistics().bytes_received;
+    fusion.gather(part, whole, 0);
     const std::lock_guard<std::mutex> lock(mutex);
     EXPECT_EQ(fusion.getStatistics().measured_points, one.getStatistics().measured_points);
     EXPECT_EQ(fusion.getStatistics().gated_points, one.getStatistics().gated_points);
@@ -178,13 +229,19 @@ TEST(DistributedFuseFlow, TellsOfTheWholeFrame) {
     points += own.points;
     sent += own.bytes_sent;
     received += own.bytes_received;
+    if (rank == 0) own_cells_of_first = fusion.getStatistics().coarse_cells;
+    if (rank == 0)
+      at_first = own.bytes_received - fusing - (cloud.size() - part.size()) * sizeof(PointFused);
+    else
+      EXPECT_EQ(own.bytes_received, fusing);
     EXPECT_LT(own.imbalance, 1.25);
     EXPECT_GE(own.imbalance, 1.0);
   });
   EXPECT_EQ(fused, cloud.size());
   EXPECT_EQ(cells, one.getStatistics().coarse_cells);
   EXPECT_EQ(points, one.getStatistics().gated_points);
-  EXPECT_EQ(sent, received);
+  EXPECT_EQ(sent, received) << "with what rank 0 gathered";
+  EXPECT_EQ(at_first, 3 * 17 + (cells - own_cells_of_first) * sizeof(fuse_flow::distributed::GatheredCell));
 }
 
 TEST(DistributedFuseFlow, LeavesTheFusionToThoseThatFuse) {
@@ -224,6 +281,7 @@ std::string complaint(const std::function<void(int, Ranks&, fuse_flow::RigFrame&
     // The next frame is fused.
     fusion.setParameters({});
     fusion.setComputeNormals(false);
+    fusion.setCodec(nullptr);
     fusion.fuse(ranks::partOf(scene.rig, inTurn(4, 2), rank), cloud);
     EXPECT_FALSE(cloud.empty());
   });
@@ -250,6 +308,10 @@ TEST(DistributedFuseFlow, SaysWhichRankHasWhatElse) {
   EXPECT_NE(complaint([](int rank, Ranks& fusion, fuse_flow::RigFrame&) {
               if (rank == 1) fusion.setComputeNormals(true);
             }).find("rank 1 has other parameters"),
+            std::string::npos);
+  EXPECT_NE(complaint([](int rank, Ranks& fusion, fuse_flow::RigFrame&) {
+              fusion.setCodec(rank == 1 ? std::make_shared<ranks::RunLengths>() : nullptr);
+            }).find("rank 1 compresses messages otherwise than rank 0"),
             std::string::npos);
   EXPECT_NE(complaint([](int rank, Ranks&, fuse_flow::RigFrame& part) {
               if (rank == 1) part.views[0] = part.views[3];

@@ -69,6 +69,10 @@ class FuseFlow<PointT, device::Host> {
   /** \brief Whether this rank takes a share of the cells; off for one that only has cameras. At least one must. Default on. */
   void setFusing(bool fusing) { fusing_ = fusing; }
 
+  /** \brief What makes the large messages shorter, without loss: they are coded before they are sent, on all threads. The same on all ranks;
+   *  or null, the default, for none. Pays where the network is slower than some 2 Gbit/s, see doc/notes/ranks.md */
+  void setCodec(std::shared_ptr<const Codec> codec) { codec_ = std::move(codec); }
+
   /** \brief Fuses one frame. \param frame with all cameras of the rig, and the views of those that this rank has; other ranks have the
    *  others. A camera of which no rank has a view is missing  \param output the points of this rank's cells; of its header only the stamp
    *  is set, to the latest of the ranks'
@@ -97,7 +101,7 @@ class FuseFlow<PointT, device::Host> {
   /** \brief Of the whole frame: measured and gated points, missing cameras, noise scales, depth out of range. Of this rank: coarse cells, fused
    *  points, times. */
   const FrameStatistics& getStatistics() const { return pipeline_.statistics; }
-  /** \brief What this rank sent, received, and fused in the last frame. */
+  /** \brief What this rank sent, received, and fused in the last frame; after gather() with what that sent. */
   const PartStatistics& getPartStatistics() const { return part_statistics_; }
 
  private:
@@ -111,6 +115,8 @@ class FuseFlow<PointT, device::Host> {
   void exchangeWindows();
   void fuseCells(PointCloud& output);
   void exchange(const std::vector<Message>& out) { exchangeWithAll(*communicator_, out, in_, part_statistics_); }
+  void exchangeCoded(const std::vector<Message>& out, const std::vector<MessageParts>& parts);
+  void decodeIncoming(const std::vector<int>& from);
 
   Communicator* communicator_;
   detail::OneThread one_thread_;
@@ -122,7 +128,9 @@ class FuseFlow<PointT, device::Host> {
   BlockOwners owners_;
   WindowWriter window_writer_;
   WindowReader window_reader_;
-  std::vector<Message> in_;
+  std::vector<Message> in_, coded_, plain_;
+  std::shared_ptr<const Codec> codec_;
+  CodedMessage coding_;
   PartStatistics part_statistics_;
 };
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <fuse_flow/distributed/message.h>
+#include <fuse_flow/distributed/coded_message.h>
 
 #include <pcl/point_cloud.h>
 
@@ -20,14 +20,16 @@ struct GatheredCell {
 /** \brief The cells of one rank, in the order of their points in its cloud. */
 using GatheredCells = std::vector<GatheredCell>;
 
-/** \brief A rank's cells and cloud as a message. */
+/** \brief A rank's cells and cloud as a message. \param parts receives what its bytes are */
 template <typename PointT>
-void writeGathered(const GatheredCells& cells, const pcl::PointCloud<PointT>& part, Message& message) {
+void writeGathered(const GatheredCells& cells, const pcl::PointCloud<PointT>& part, Message& message,
+                   MessageParts& parts) {
   MessageWriter out(message);
   out.put(static_cast<std::uint64_t>(cells.size()));
   out.put(static_cast<std::uint64_t>(part.size()));
   out.put(static_cast<std::uint8_t>(part.is_dense));
   out.put(cells.data(), cells.size());
+  parts = {{message.size()}, {part.size() * sizeof(PointT), ByteKind::Words, sizeof(PointT) / sizeof(std::uint32_t)}};
   std::memcpy(out.room(part.size() * sizeof(PointT)), static_cast<const void*>(part.points.data()),
               part.size() * sizeof(PointT));
 }

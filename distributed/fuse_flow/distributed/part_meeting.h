@@ -21,6 +21,7 @@ inline void exchangeWithAll(Communicator& communicator, const std::vector<Messag
     const Message& message = out[out.size() == 1 ? 0 : static_cast<std::size_t>(r)];
     outgoing.push_back({r, message.data(), message.size()});
     statistics.bytes_sent += message.size();
+    statistics.bytes_plain += message.size();
     ++statistics.messages;
   }
   communicator.exchange(outgoing, others, in);
@@ -37,6 +38,8 @@ inline void checkParts(const std::vector<PartSummary>& parts, int own) {
     if (parts[r].rig != mine.rig)
       throw RankError(rank, "has other cameras" + than + ": all must have the same calibration");
     if (parts[r].parameters != mine.parameters) throw RankError(rank, "has other parameters" + than);
+    if (parts[r].codec != mine.codec)
+      throw RankError(rank, "compresses messages otherwise" + than + ": all must have the same codec, or none");
   }
 }
 

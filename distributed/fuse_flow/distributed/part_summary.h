@@ -47,10 +47,11 @@ struct PartSummary {
   };
 
   /** \brief Of what is sent; changes with every change of it. */
-  static constexpr std::uint32_t kVersion = 2;
+  static constexpr std::uint32_t kVersion = 3;
 
   std::uint64_t rig{0};         ///< FrameDigest of the cameras
   std::uint64_t parameters{0};  ///< of the parameters and settings
+  std::uint32_t codec{0};       ///< its format; 0: none
   std::uint64_t stamp{0};       ///< of the frame, microseconds
   std::uint64_t gated{0};       ///< points
   std::uint8_t fuses{1};        ///< whether the rank takes a share of the cells
@@ -64,6 +65,7 @@ struct PartSummary {
     out.put(kVersion);
     out.put(rig);
     out.put(parameters);
+    out.put(codec);
     out.put(stamp);
     out.put(gated);
     out.put(fuses);
@@ -92,6 +94,7 @@ struct PartSummary {
       in.fail("what another version of this library sends: all ranks must run the same");
     rig = in.get<std::uint64_t>();
     parameters = in.get<std::uint64_t>();
+    codec = in.get<std::uint32_t>();
     stamp = in.get<std::uint64_t>();
     gated = in.get<std::uint64_t>();
     fuses = in.get<std::uint8_t>();

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <fuse_flow/distributed/coded_message.h>
 #include <fuse_flow/distributed/part_pipeline.h>
 
 #include <array>
@@ -31,6 +32,17 @@ struct WindowLayout {
     colors = header.points * bytes_a_color;
   }
   std::size_t size() const { return depth + refined + confidence + bits + weights + colors; }
+
+  /** \brief Of which kind these bytes are. Depth is as a sensor gave it, of few values, which a codec finds as they are; smoothed depth and C are
+   *  of all values, like their neighbours'. */
+  void addTo(MessageParts& parts) const {
+    parts.push_back({depth});
+    parts.push_back({refined, ByteKind::Words});
+    parts.push_back({confidence});
+    parts.push_back({bits});
+    parts.push_back({weights, ByteKind::Words});
+    parts.push_back({colors, colors == weights / sizeof(float) * sizeof(Rgb8) ? ByteKind::Colors : ByteKind::Any});
+  }
 };
 
 /** \brief Rows of a window as they follow each other in a message. */
@@ -70,6 +82,9 @@ class WindowWriter {
     });
     return messages_;
   }
+
+  /** \brief Of the last messages, what their bytes are, by rank. */
+  const std::vector<MessageParts>& parts() const { return parts_; }
 
   /** \brief Of the last messages, what points take: D^r, C, colour. */
   std::size_t bytesOfPoints() const {
@@ -137,6 +152,7 @@ class WindowWriter {
   /** \brief Tables, and room for the pixels. */
   void layOut() {
     messages_.resize(ranks_);
+    parts_.resize(ranks_);
     for (std::size_t r = 0; r < ranks_; ++r) {
       MessageWriter out(messages_[r]);
       std::uint32_t count = 0;
@@ -144,11 +160,14 @@ class WindowWriter {
       out.put(count);
       for (std::size_t k = 0; k < views_.size(); ++k)
         if (!windows_[k * ranks_ + r].header.window.empty()) out.put(windows_[k * ranks_ + r].header);
+      parts_[r] = {{messages_[r].size()}};
       for (std::size_t k = 0; k < views_.size(); ++k) {
         Window& window = windows_[k * ranks_ + r];
         if (window.header.window.empty()) continue;
         window.place = messages_[r].size();
-        out.room(layoutOf(window.header).size());
+        const WindowLayout layout = layoutOf(window.header);
+        layout.addTo(parts_[r]);
+        out.room(layout.size());
       }
     }
   }
@@ -217,6 +236,7 @@ class WindowWriter {
   std::vector<std::uint32_t> views_;
   std::vector<Window> windows_;  ///< view by view, rank by rank
   std::vector<Message> messages_;
+  std::vector<MessageParts> parts_;
 };
 
 /** \brief Puts what others have sent into a rank's pipeline, on many threads. */

@@ -59,6 +59,23 @@ TEST_F(FuseUnderMpirun, RanksThatShareCamerasWriteTheCloudsOfOneProcess) {
   expectSameClouds(out("masks"));
 }
 
+TEST_F(FuseUnderMpirun, RanksThatCompressWhatTheySendWriteTheSameClouds) {
+  ASSERT_TRUE(succeeded(fuse({recording(), "-o", out()})));
+  const ToolResult result = fuseWith(3, {recording(), "-o", out("of_3"), "--rank-compression", "zstd"});
+  if (result.err.find("built without Zstandard") != std::string::npos) GTEST_SKIP() << result.err;
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  double plain = 0, compressed = 0;
+  const std::size_t said = result.out.find(" messages and ");
+  ASSERT_NE(said, std::string::npos) << result.out;
+  ASSERT_EQ(std::sscanf(result.out.c_str() + said,
+                        " messages and %lf MB a frame between them (%*f MB of it points), compressed to %lf MB", &plain,
+                        &compressed),
+            2)
+      << result.out;
+  EXPECT_LT(compressed, 0.7 * plain);
+  expectSameClouds(out("of_3"));
+}
+
 TEST_F(FuseUnderMpirun, RanksThatShareFramesWriteTheCloudsOfOneProcess) {
   ASSERT_TRUE(succeeded(fuse({recording(), "-o", out()})));
   const ToolResult result = fuseWith(2, {recording(), "-o", out("shared"), "--ranks", "frames"});

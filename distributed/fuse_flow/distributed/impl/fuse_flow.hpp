@@ -6,12 +6,47 @@
 namespace fuse_flow {
 namespace distributed {
 
+/** \brief As exchange(), but what goes over the wire is coded where there is a codec. \param parts what the bytes of each message are */
+template <typename PointT>
+void FuseFlow<PointT, device::Host>::exchangeCoded(const std::vector<Message>& out,
+                                                   const std::vector<MessageParts>& parts) {
+  const std::size_t before = part_statistics_.bytes_sent;
+  if (codec_) {
+    coded_.resize(out.size());
+    for (std::size_t r = 0; r < out.size(); ++r)
+      if (out.size() == 1 || static_cast<int>(r) != own())
+        coding_.code(*codec_, out[r], parts[r], pipeline_.resolvedThreads(), coded_[r]);
+  }
+  exchange(codec_ ? coded_ : out);
+  part_statistics_.bytes_plain -= part_statistics_.bytes_sent - before;  // not these, but
+  for (const int r : otherRanks(*communicator_))
+    part_statistics_.bytes_plain += out[out.size() == 1 ? 0 : static_cast<std::size_t>(r)].size();
+  decodeIncoming(otherRanks(*communicator_));
+}
+
+/** \brief Puts what others have coded back into its place among what came in. */
+template <typename PointT>
+void FuseFlow<PointT, device::Host>::decodeIncoming(const std::vector<int>& from) {
+  // Nobody has more to say of a pixel than its depths, C, colour, and a point and a cell of its own.
+  std::size_t limit = 4096;
+  for (std::size_t i = 0; i < pipeline_.cameraCount(); ++i) {
+    const Intrinsics& K = pipeline_.geometry(i).intrinsics;
+    limit += 64 + (64 + sizeof(PointT)) * static_cast<std::size_t>(K.width) * static_cast<std::size_t>(K.height);
+  }
+  plain_.resize(in_.size());
+  for (std::size_t k = 0; k < in_.size(); ++k) {
+    if (!CodedMessage::isOne(in_[k])) continue;
+    coding_.decode(codec_.get(), in_[k], from[k], limit, pipeline_.resolvedThreads(), plain_[k]);
+    in_[k].swap(plain_[k]);
+  }
+}
+
 /** \brief D^r of all views to all ranks. */
 template <typename PointT>
 void FuseFlow<PointT, device::Host>::shareRefined() {
   std::vector<Message> out(1);
   RefinedMessages::write(pipeline_, out[0]);
-  exchange(out);
+  exchangeCoded(out, {{{out[0].size(), ByteKind::Words}}});
   const std::vector<int> others = otherRanks(*communicator_);
   for (std::size_t k = 0; k < others.size(); ++k) {
     if (!RefinedMessages::isOne(in_[k])) {
@@ -44,6 +79,7 @@ void FuseFlow<PointT, device::Host>::meet(const RigFrame& frame) {
                            .add(pipeline_.parameters)
                            .addAll(ownership_, compute_normals_, weight_in_intensity_, sizeof(PointT))
                            .value();
+  summary.codec = codec_ ? codec_->format() : 0;
   summary.fuses = fusing_ ? 1 : 0;
   part_statistics_.views = summary.views.size();
   std::vector<Message> out(1);
@@ -66,7 +102,7 @@ void FuseFlow<PointT, device::Host>::exchangeWindows() {
     pipeline_.beginLanding();
     return;
   }
-  exchange(out);
+  exchangeCoded(out, window_writer_.parts());
   part_statistics_.bytes_of_points = window_writer_.bytesOfPoints();
   window_reader_.read(pipeline_, in_, otherRanks(*communicator_), parts_);
   pipeline_.takeUp();
@@ -110,13 +146,29 @@ void FuseFlow<PointT, device::Host>::gather(const PointCloud& part, PointCloud& 
   std::vector<Communicator::Outgoing> out;
   std::vector<int> from;
   Message message;
+  std::size_t plain_size = 0;
   if (own() == root) {
     from = otherRanks(*communicator_);
   } else {
-    writeGathered(cells, part, message);
+    MessageParts parts;
+    writeGathered(cells, part, message, parts);
+    plain_size = message.size();
+    if (codec_) {
+      coded_.resize(1);
+      coding_.code(*codec_, message, parts, pipeline_.resolvedThreads(), coded_[0]);
+      message.swap(coded_[0]);
+    }
     out.push_back({root, message.data(), message.size()});
   }
+  for (const Communicator::Outgoing& sent : out) {
+    part_statistics_.bytes_sent += sent.size;
+    part_statistics_.bytes_plain += plain_size;
+    part_statistics_.bytes_of_points += part.size() * sizeof(PointT);
+    ++part_statistics_.messages;
+  }
   communicator_->exchange(out, from, in_);
+  for (const Message& received : in_) part_statistics_.bytes_received += received.size();
+  decodeIncoming(from);
   if (own() == root) mergeGathered(cells, part, from, in_, whole);
 }
 
