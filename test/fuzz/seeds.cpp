@@ -10,6 +10,7 @@ Seeds makeSeeds() {
   addFolderSeeds(seeds);
   addRecorderSeeds(seeds);
   addStreamSeeds(seeds);
+  addRankSeeds(seeds);
   addCommandLineSeeds(seeds);
   addStructuredSeeds(seeds);
   return seeds;

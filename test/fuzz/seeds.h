@@ -19,6 +19,7 @@ void addCloudSeeds(Seeds& seeds);
 void addCalibrationSeeds(Seeds& seeds);
 void addFolderSeeds(Seeds& seeds);
 void addRecorderSeeds(Seeds& seeds);
+void addRankSeeds(Seeds& seeds);
 void addStreamSeeds(Seeds& seeds);
 void addCommandLineSeeds(Seeds& seeds);
 void addStructuredSeeds(Seeds& seeds);

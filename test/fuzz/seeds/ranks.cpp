@@ -1,0 +1,72 @@
+#include "../seeds.h"
+
+#include <fuse_flow/distributed/camera_message.h>
+#include <fuse_flow/distributed/gathered_cells.h>
+#include <fuse_flow/distributed/part_summary.h>
+#include <fuse_flow/point_types.h>
+
+#if defined(FUSE_FLOW_WITH_ZSTD)
+#include <fuse_flow/distributed/zstd_codec.h>
+#endif
+
+namespace fuse_flow_fuzz {
+namespace {
+
+using namespace fuse_flow::distributed;
+
+std::string seed(char kind, const Message& message) {
+  return std::string(1, kind) + std::string(message.begin(), message.end());
+}
+
+Message summary() {
+  PartSummary part;
+  part.views.resize(2);
+  part.views[1].view = 69;
+  part.blocks = {{77, 3, 0, 9}, {78, 32, 1, 1}};
+  Message message;
+  part.write(message);
+  return message;
+}
+
+Message cameras() {
+  fuse_flow::Camera camera;
+  camera.name = "left";
+  camera.intrinsics.width = 64;
+  camera.intrinsics.height = 48;
+  camera.intrinsics.fx = camera.intrinsics.fy = 50;
+  camera.color = fuse_flow::ColorCamera();
+  camera.color->intrinsics = camera.intrinsics;
+  Message message;
+  MessageWriter out(message);
+  CameraMessage::put(out, {camera, camera});
+  return message;
+}
+
+Message gathered(MessageParts& parts) {
+  pcl::PointCloud<fuse_flow::PointFused> cloud;
+  cloud.resize(3);
+  Message message;
+  writeGathered({{2, 1}, {9, 2}}, cloud, message, parts);
+  return message;
+}
+
+}  // namespace
+
+void addRankSeeds(Seeds& seeds) {
+  std::vector<std::string>& all = seeds["rank_message"];
+  MessageParts parts;
+  const Message points = gathered(parts);
+  all = {seed(0, summary()), seed(1, cameras()), seed(2, points)};
+#if defined(FUSE_FLOW_WITH_ZSTD)
+  Message coded;
+  CodedMessage().code(ZstdCodec(), points, parts, 1, coded);
+  all.push_back(seed(3, coded));
+  // Nothing in it repeats itself, so that Zstandard stores it, and mutations get through.
+  Message noise(64);
+  for (std::size_t k = 0; k < noise.size(); ++k) noise[k] = static_cast<char>(k * k * 37 + 11);
+  CodedMessage().code(ZstdCodec(), noise, {{30, ByteKind::Words}, {30, ByteKind::Colors}}, 1, coded);
+  all.push_back(seed(3, coded));
+#endif
+}
+
+}  // namespace fuse_flow_fuzz
