@@ -25,6 +25,7 @@
 #include "sinks/frame_sink.h"
 #include "sinks/quality_report.h"
 
+#include <fuse_flow/distributed/message.h>
 #include <fuse_flow/impl/host/parallel.hpp>
 #include <fuse_flow/recordings/input_files.h>
 
@@ -56,6 +57,7 @@ struct Options {
   bool normals{false};
   bool camera_mask{false};
   bool overlap{true};
+  bool resume{false};
   std::string config;
   io::RecordingOptions recording;
   io::StereoOptions stereo;
@@ -231,10 +233,10 @@ io::MethodOptions methodOptions(const Options& options, const command_line::Meth
 /** \brief Options that were given, and that the spatial hash alone does not ask for. */
 std::vector<std::string> withoutEffectOnClouds(const CLI::App& app) {
   static const std::set<std::string> with_effect{
-      "input",           "--output",          "--report",     "--frames",     "--format",
-      "--normals",       "--camera-mask",     "--poses",      "--config",     "--method",
-      "--threads",       "--device",          "--no-quality", "--no-overlap", "--cell-size",
-      "--min-cell-size", "--points-per-cell", "--min-weight", "--weak-weight"};
+      "input",       "--output",        "--report",          "--frames",     "--format",
+      "--normals",   "--camera-mask",   "--poses",           "--config",     "--method",
+      "--resume",    "--threads",       "--device",          "--no-quality", "--no-overlap",
+      "--cell-size", "--min-cell-size", "--points-per-cell", "--min-weight", "--weak-weight"};
   std::vector<std::string> names;
   for (const CLI::Option* option : app.get_options())
     if (option->count() > 0 && with_effect.count(option->get_name()) == 0) names.push_back(option->get_name());
@@ -247,6 +249,43 @@ std::string oddCloud(std::size_t points, std::size_t fused) {
   return "hardly any two points are in one cell, so that nothing was fused: the clouds must be in metres, and the "
          "cells "
          "(--min-cell-size) as large as the distance of the scanners' points";
+}
+
+/** \brief Of \p frames those whose cloud is not there yet. Where ranks share cameras the first says which: the others may have another disk. */
+std::vector<std::size_t> withoutCloud(const Options& options, const io::CloudFiles& files,
+                                      const std::vector<std::size_t>& frames) {
+  std::vector<std::size_t> missing;
+  if (options.writes()) {
+    // A pipe is no cloud of before, and an empty file none that was finished.
+    const auto is_there = [&](std::size_t frame) {
+      std::error_code error;
+      const std::string path = files.pathOf(frame);
+      return fs::is_regular_file(path, error) && fs::file_size(path, error) > 0;
+    };
+    std::copy_if(frames.begin(), frames.end(), std::back_inserter(missing),
+                 [&](std::size_t k) { return !is_there(k); });
+    const std::string rank =
+        options.ranks && options.share_frames ? "rank " + std::to_string(options.ranks->rank()) + ": " : "";
+    if (const std::size_t there = frames.size() - missing.size(); there > 0)
+      warnOf(rank + "--resume: " + std::to_string(there) + " of " + std::to_string(frames.size()) +
+             " clouds are there and stay as they are; of other options they would be others" +
+             (missing.empty()          ? "; nothing is left to do"
+              : options.report.empty() ? ""
+                                       : "; --report tells of the rest"));
+  }
+  if (!options.sharesCameras()) return missing;
+  distributed::Communicator& ranks = options.ranks->communicator();
+  distributed::Message message;
+  distributed::MessageWriter(message).put(missing.data(), missing.size());
+  std::vector<distributed::Communicator::Outgoing> out;
+  if (options.ranks->isFirst())
+    for (const int rank : distributed::otherRanks(ranks)) out.push_back({rank, message.data(), message.size()});
+  std::vector<distributed::Message> in;
+  ranks.exchange(out, options.ranks->isFirst() ? std::vector<int>() : std::vector<int>{0}, in);
+  if (options.ranks->isFirst()) return missing;
+  missing.resize(in[0].size() / sizeof(std::size_t));
+  distributed::MessageReader(in[0], 0).get(missing.data(), missing.size());
+  return missing;
 }
 
 /** \brief Clouds of scanners, whose images nobody has: the spatial hash alone fuses them. */
@@ -264,10 +303,15 @@ int runPlain(const Options& options, const CLI::App& app) {
   command_line::printWarnings("fuse_flow_fuse", clouds.warnings());
   warnOf(command_line::cameraMaskAdvice(options.camera_mask, clouds.scanners().size()));
   const std::vector<std::size_t> all = clouds.frames();
-  const std::vector<std::size_t> frames =
-      options.frames.empty() ? all : io::parseRangeOf(options.frames, all, "--frames");
+  std::vector<std::size_t> frames = options.frames.empty() ? all : io::parseRangeOf(options.frames, all, "--frames");
   if (options.normals && !clouds.haveNormals()) throw io::OptionError("--normals: " + options.inputs[0] + " has none");
   const auto files = std::make_shared<io::CloudFiles>(options.output, options.format, frames.size());
+  if (options.resume) {
+    const std::vector<std::size_t> missing = withoutCloud(options, *files, frames);
+    for (const std::size_t frame : frames) files->leaveToAnother(frame);
+    frames = missing;
+    if (frames.empty()) return command_line::kSuccess;
+  }
   io::InputFiles inputs(clouds.inputs());
   inputs.add(options.config);
   for (const std::size_t frame : frames) inputs.refuseToReplace("-o", files->pathOf(frame));
@@ -383,9 +427,14 @@ int run(Options& options, const command_line::MethodArguments& arguments) {
                                                        options.method_options.parameters));
   warnOf(command_line::cameraMaskAdvice(options.camera_mask, recording->cameras().size()));
   const std::vector<std::size_t> all_frames = io::chooseFrames(*recording, options.frames);
-  const std::vector<std::size_t> frames = ownFrames(options, all_frames);
+  std::vector<std::size_t> frames = ownFrames(options, all_frames);
 
   const auto files = std::make_shared<io::CloudFiles>(options.output, options.format, all_frames.size());
+  const std::size_t of_frames = frames.size();
+  if (options.resume) {
+    frames = withoutCloud(options, *files, frames);
+    if (frames.empty()) return command_line::kSuccess;
+  }
   checkOutputs(options, *recording, *files, frames);
   const std::set<std::size_t> own_frames(frames.begin(), frames.end());
   for (const std::size_t frame : all_frames)
@@ -458,6 +507,7 @@ int run(Options& options, const command_line::MethodArguments& arguments) {
   progress.endLine();
   reading.end();  // where it was interrupted, the next frames were on their way
   report->note("side_by_side", options.overlap);
+  if (options.resume) report->note("clouds_of_before", of_frames - frames.size());
   if (const nlohmann::json alone = imagesWithoutPartner(*recording); !alone.empty())
     report->note("images_without_partner", alone);
   if (stereo) {
@@ -504,6 +554,10 @@ int main(int argc, char** argv) {
   app.add_option("--format", options.format, "of the files in the output folder")
       ->check(CLI::IsMember({"ply", "pcd"}))
       ->capture_default_str();
+  app.add_flag(
+         "--resume", options.resume,
+         "leave out the frames whose clouds are there already: after a run that ended early, with the same options")
+      ->excludes(app.get_option("--refine-extrinsics"));
   app.add_flag(
       "!--no-overlap", options.overlap,
       "read, fuse, write and measure one after the other, and not side by side: for measuring how long each takes");

@@ -246,6 +246,33 @@ TEST_F(Interrupt, FinishesTheFrameAtHandAndExitsWith130) {
   EXPECT_EQ(report["total"]["frames"], 2);
 }
 
+TEST_F(Interrupt, WhatItLeftIsFusedByTheNextRunThatResumes) {
+  ASSERT_TRUE(succeeded(fuse({recording(), "-o", out("whole")})));
+  ASSERT_EQ(fuse({recording(), "-o", out(), "--no-overlap"}, interruptAtFrameOne(false)).exit_code, 130);
+  fs::remove(out_ / "000001.ply");  // a pipe
+  const std::string first = readText(out_ / "000000.ply");
+  ASSERT_EQ(first, readText(out("whole/000000.ply")));
+  writeText(out_ / "000000.ply", "of before");
+  writeText(out_ / "000002.ply", "");
+  const ToolResult result = fuse({recording(), "-o", out(), "--resume", "--report", out("report.json")});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_NE(result.err.find("--resume: 1 of 4 clouds are there and stay as they are"), std::string::npos) << result.err;
+  EXPECT_EQ(readText(out_ / "000000.ply"), "of before");
+  for (const char* name : {"000001.ply", "000002.ply", "000003.ply"})
+    EXPECT_EQ(readText(out_ / name), readText(fs::path(out("whole")) / name)) << name;
+  EXPECT_EQ(result.out.find("has not written"), std::string::npos) << result.out;
+  const nlohmann::json report = nlohmann::json::parse(readText(out("report.json")));
+  EXPECT_EQ(report["total"]["frames"], 3);
+  EXPECT_EQ(report["clouds_of_before"], 1);
+
+  const ToolResult again = fuse({recording(), "-o", out(), "--resume"});
+  EXPECT_EQ(again.exit_code, 0);
+  EXPECT_NE(again.err.find("4 of 4 clouds are there"), std::string::npos) << again.err;
+  EXPECT_NE(again.err.find("nothing is left to do"), std::string::npos) << again.err;
+  EXPECT_EQ(fuse({recording(), "-o", out(), "--resume", "--refine-extrinsics"}).exit_code, 2)
+      << "poses are followed from the first frame on";
+}
+
 /** \brief Side by side, some more frames are at hand: each that the message counts is whole, and no other is there. */
 TEST_F(Interrupt, SideBySideFinishesTheFramesAtHand) {
   const ToolResult result =

@@ -76,6 +76,22 @@ TEST_F(FuseUnderMpirun, RanksThatCompressWhatTheySendWriteTheSameClouds) {
   expectSameClouds(out("of_3"));
 }
 
+TEST_F(FuseUnderMpirun, RanksGoOnWhereARunEnded) {
+  ASSERT_TRUE(succeeded(fuse({recording(), "-o", out()})));
+  for (const std::string shared : {"cameras", "frames"}) {
+    const std::string folder = out("resumed_" + shared);
+    ASSERT_EQ(fuseWith(2, {recording(), "-o", folder, "--ranks", shared}).exit_code, 0);
+    fs::remove(fs::path(folder) / "000001.ply");
+    writeText(fs::path(folder) / "000000.ply", "of before");
+    const ToolResult result = fuseWith(3, {recording(), "-o", folder, "--ranks", shared, "--resume"});
+    ASSERT_EQ(result.exit_code, 0) << result.err;
+    EXPECT_EQ(result.out.find("has not written"), std::string::npos) << result.out;
+    EXPECT_EQ(readText(fs::path(folder) / "000000.ply"), "of before");
+    EXPECT_EQ(readText(fs::path(folder) / "000001.ply"), readText(out_ / "000001.ply"));
+    EXPECT_EQ(listing(folder), listing(out_));
+  }
+}
+
 TEST_F(FuseUnderMpirun, RanksThatShareFramesWriteTheCloudsOfOneProcess) {
   ASSERT_TRUE(succeeded(fuse({recording(), "-o", out()})));
   const ToolResult result = fuseWith(2, {recording(), "-o", out("shared"), "--ranks", "frames"});
