@@ -36,6 +36,23 @@ inline Eigen::Isometry3d columnMajorPose(const float (&rotation)[9], const float
   return pose;
 }
 
+/** \brief A pose as OrbbecSDK gives it. \param rotation row by row  \param translation millimetres */
+inline Eigen::Isometry3d rowMajorPose(const float (&rotation)[9], const float (&translation)[3]) {
+  constexpr float metres = 0.001f;
+  const float columns[9] = {rotation[0], rotation[3], rotation[6], rotation[1], rotation[4],
+                            rotation[7], rotation[2], rotation[5], rotation[8]};
+  return columnMajorPose(columns, {metres * translation[0], metres * translation[1], metres * translation[2]});
+}
+
+/** \brief Depth in another unit. What is then more than 16 bits hold is a hole. \param factor new units that an old one is */
+inline void rescaleDepth(DepthImage& depth, float factor) {
+  constexpr float most = 65535;
+  for (std::uint16_t& value : depth.data) {
+    const float scaled = factor * static_cast<float>(value) + 0.5f;
+    value = scaled < most + 1 ? static_cast<std::uint16_t>(scaled) : std::uint16_t{0};
+  }
+}
+
 /** \brief The stamps of a counter of microseconds with 32 bits, which begins again at 0 after 71.6 minutes, as one that does not. Stamps that go back by
  *  less than half of that are those of a camera that was started again, and stay as they are. */
 class UnwrappedStamp {

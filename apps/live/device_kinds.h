@@ -30,6 +30,7 @@ struct DeviceKind {
 DeviceKind openni2Kind();
 DeviceKind realSenseKind();
 DeviceKind k4aKind();
+DeviceKind orbbecKind();
 DeviceKind videoKind();
 
 /** \brief Throws the InputError for a device that is not there: it says which devices of its kind are. */

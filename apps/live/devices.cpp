@@ -9,12 +9,14 @@
 namespace fuse_flow::io {
 namespace {
 
-std::array<DeviceKind, 4> deviceKinds() { return {openni2Kind(), realSenseKind(), k4aKind(), videoKind()}; }
+std::array<DeviceKind, 5> deviceKinds() {
+  return {openni2Kind(), realSenseKind(), k4aKind(), orbbecKind(), videoKind()};
+}
 
 constexpr const char* kDeviceForms =
-    "openni2:#1 or openni2:URI, realsense:SERIAL, k4a:0 or k4a:SERIAL, or video:/dev/video0 or video:rtsp://… of "
-    "colour "
-    "cameras; the first of a kind is openni2:, realsense: or k4a:";
+    "openni2:#1 or openni2:URI, realsense:SERIAL, k4a:0 or k4a:SERIAL, orbbec:#1 or orbbec:SERIAL, or "
+    "video:/dev/video0 "
+    "or video:rtsp://… of colour cameras; the first of a kind is openni2:, realsense:, k4a: or orbbec:";
 
 /** \brief What people may try, and what to do with it. */
 struct OtherScheme {
@@ -22,9 +24,9 @@ struct OtherScheme {
   const char* instead;
 };
 constexpr OtherScheme kOtherSchemes[] = {
-    {"orbbec", "Orbbec's Astra are openni2:, Femto are k4a: with Orbbec's K4A wrapper"},
-    {"femto", "Femto are k4a: with Orbbec's K4A wrapper"},
-    {"astra", "Astra are openni2:"},
+    {"femto", "Femto are orbbec:, or k4a: with Orbbec's K4A wrapper"},
+    {"gemini", "Gemini are orbbec:"},
+    {"astra", "Astra are openni2:, Astra 2 orbbec:"},
     {"kinect", "Azure Kinect is k4a:, the Kinect of the Xbox 360 openni2:"},
     {"freenect", "the Kinect of the Xbox 360 is openni2:"},
     {"freenect2", "the Kinect of the Xbox One is openni2: with the driver of libfreenect2"},

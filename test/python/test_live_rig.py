@@ -101,7 +101,7 @@ def test_what_cannot_run_is_said(recording, tmp_path):
         fuse_flow.LiveRig([])
     with pytest.raises(ValueError, match="is no device, as the others are"):
         fuse_flow.LiveRig(["openni2:#1", recording])
-    for name in ("openni2:#9", "realsense:0123", "k4a:7"):
+    for name in ("openni2:#9", "realsense:0123", "k4a:7", "orbbec:#7"):
         with pytest.raises(ValueError, match=name.split(":")[0]):
             fuse_flow.LiveRig(name)
     assert any("realsense" in line for line in fuse_flow.list_devices())

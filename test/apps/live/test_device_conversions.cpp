@@ -52,6 +52,30 @@ TEST(DeviceConversions, APoseOfFloatsBecomesRigid) {
   EXPECT_TRUE((R * R.transpose()).isApprox(Eigen::Matrix3d::Identity(), 1e-12));
 }
 
+TEST(DeviceConversions, ARotationIsReadRowByRowAndMillimetresBecomeMetres) {
+  // A quarter turn about z takes x to y: its first column is y.
+  const float rotation[9] = {0, -1, 0, 1, 0, 0, 0, 0, 1};
+  const float translation[3] = {-32, 2, 4};
+  const Eigen::Isometry3d pose = io::rowMajorPose(rotation, translation);
+  EXPECT_TRUE((pose * Eigen::Vector3d::UnitX()).isApprox(Eigen::Vector3d(-0.032, 1.002, 0.004), 1e-6));
+}
+
+TEST(DeviceConversions, DepthInAnotherUnitIsRoundedAndHolesStayHoles) {
+  io::DepthImage depth;
+  depth.resize(4, 1);
+  depth.data = {0, 10, 14, 15};
+  io::rescaleDepth(depth, 0.1f);
+  EXPECT_EQ(depth.data, (std::vector<std::uint16_t>{0, 1, 1, 2}));
+}
+
+TEST(DeviceConversions, DepthThatDoesNotFitInAnotherUnitIsAHole) {
+  io::DepthImage depth;
+  depth.resize(3, 1);
+  depth.data = {6553, 6554, 65535};
+  io::rescaleDepth(depth, 10);
+  EXPECT_EQ(depth.data, (std::vector<std::uint16_t>{65530, 0, 0}));
+}
+
 constexpr std::uint64_t kCounterPeriod = std::uint64_t{1} << 32;
 
 TEST(DeviceConversions, ACounterThatBeginsAgainGoesOn) {

@@ -9,15 +9,22 @@ namespace {
 using io_test::refuses;
 using namespace fuse_flow;
 
-std::vector<io::DeviceKind> kindsOfDevices() { return {io::openni2Kind(), io::realSenseKind(), io::k4aKind()}; }
+std::vector<io::DeviceKind> kindsOfDevices() {
+  return {io::openni2Kind(), io::realSenseKind(), io::k4aKind(), io::orbbecKind()};
+}
+
+/** \brief Whether devices of this kind have numbers, as "#1". */
+bool numbered(const io::DeviceKind& kind) { return kind.scheme == "openni2" || kind.scheme == "orbbec"; }
 
 TEST(Devices, ANameWithASchemeIsADevice) {
-  for (const char* name : {"openni2:#1", "openni2:", "realsense:", "realsense:012345", "k4a:0", "k4a:000123456712"})
+  for (const char* name : {"openni2:#1", "openni2:", "realsense:", "realsense:012345", "k4a:0", "k4a:000123456712",
+                           "orbbec:", "orbbec:#2", "orbbec:CL8M3430035"})
     EXPECT_TRUE(io::isDevice(name)) << name;
 }
 
 TEST(Devices, SchemesThatCannotBeOpenedAreDevicesToo) {
-  for (const char* name : {"orbbec:1", "zed:0", "kinect:", "freenect2:1"}) EXPECT_TRUE(io::isDevice(name)) << name;
+  for (const char* name : {"femto:1", "gemini:1", "zed:0", "kinect:", "freenect2:1"})
+    EXPECT_TRUE(io::isDevice(name)) << name;
 }
 
 TEST(Devices, FilesAreNoDevices) {
@@ -28,13 +35,13 @@ TEST(Devices, FilesAreNoDevices) {
 
 TEST(Devices, AnotherNameIsRefusedWithTheRightForms) {
   EXPECT_TRUE(refuses([] { io::openDevice("left.mkv"); },
-                      {"left.mkv: is no device", "openni2:#1", "realsense:SERIAL", "k4a:0"}));
+                      {"left.mkv: is no device", "openni2:#1", "realsense:SERIAL", "k4a:0", "orbbec:SERIAL"}));
   EXPECT_TRUE(refuses([] { io::openDevice(""); }, {"is no device"}));
 }
 
 TEST(Devices, AKindThatIsNeverOpenedSaysWhichIsInstead) {
-  EXPECT_TRUE(
-      refuses([] { io::openDevice("orbbec:1"); }, {"orbbec:1: ", "openni2:", "K4A wrapper", "realsense:SERIAL"}));
+  EXPECT_TRUE(refuses([] { io::openDevice("femto:1"); }, {"femto:1: ", "orbbec:", "K4A wrapper", "realsense:SERIAL"}));
+  EXPECT_TRUE(refuses([] { io::openDevice("astra:1"); }, {"astra:1: ", "openni2:", "orbbec:"}));
   EXPECT_TRUE(refuses([] { io::openDevice("zed:0"); }, {"zed:0: ", "record it"}));
 }
 
@@ -65,7 +72,7 @@ TEST(Devices, ADeviceThatIsNotThereSaysWhichAre) {
     }
     const std::string name = kind.scheme + ":no-such-device";
     if (connected.empty()) {
-      for (const std::string id : {"", "no-such-device", kind.scheme == "openni2" ? "#999" : "999"})
+      for (const std::string id : {"", "no-such-device", numbered(kind) ? "#999" : "999"})
         EXPECT_TRUE(refuses([&] { io::openDevice(kind.scheme + ":" + id); },
                             {kind.scheme + (id.empty() ? "" : ":" + id) + ": no " + kind.called + " is connected"}));
     } else {
@@ -83,27 +90,33 @@ TEST(Devices, TheMessageNamesTheConnectedDevicesOfTheKind) {
       {"k4a:3: is not connected", "k4a:11 (Azure Kinect), k4a:22 (Azure Kinect)"}));
 }
 
-TEST(Devices, NumbersOfOpenNi2BeginAt1) {
-  const io::DeviceKind kind = io::openni2Kind();
-  if (!kind.open) GTEST_SKIP() << "no OpenNI 2";
-  try {
-    kind.list();
-  } catch (const io::InputError&) {
-    GTEST_SKIP() << "no drivers of OpenNI 2";
+TEST(Devices, NumbersBeginAt1) {
+  bool any = false;
+  for (const io::DeviceKind& kind : {io::openni2Kind(), io::orbbecKind()}) {
+    if (!kind.open) continue;
+    try {
+      kind.list();
+    } catch (const io::InputError&) {  // OpenNI 2 without drivers
+      continue;
+    }
+    any = true;
+    const std::string scheme = kind.scheme + ":";
+    for (const char* id : {"#0", "#", "#one", "#-1"})
+      EXPECT_TRUE(refuses([&] { kind.open(id); }, {scheme + id + ": must be " + scheme + "#1"})) << id;
   }
-  for (const char* id : {"#0", "#", "#one", "#-1"})
-    EXPECT_TRUE(refuses([&] { kind.open(id); }, {std::string("openni2:") + id + ": must be openni2:#1"})) << id;
+  if (!any) GTEST_SKIP() << "no library is there, or its drivers are not";
 }
 
 TEST(Devices, TheNameOfACameraIsThatOfItsDeviceInLettersAndDigits) {
   EXPECT_EQ(io::cameraNameOf("openni2:#1"), "openni2_1");
   EXPECT_EQ(io::cameraNameOf("openni2:2bc5/0401@1/5"), "openni2_2bc5_0401_1_5");
   EXPECT_EQ(io::cameraNameOf("realsense:012345"), "realsense_012345");
+  EXPECT_EQ(io::cameraNameOf("orbbec:CL8M3430035"), "orbbec_CL8M3430035");
 }
 
 TEST(Devices, EachConnectedDeviceIsALine) {
   const std::vector<std::string> lines = io::listDevices();
-  for (const char* kind : {"openni2", "realsense", "k4a"})  // each is there, or it is said why not
+  for (const char* kind : {"openni2", "realsense", "k4a", "orbbec"})  // each is there, or it is said why not
     EXPECT_TRUE(std::any_of(lines.begin(), lines.end(), [&](const std::string& line) {
       return line.rfind(kind, 0) == 0;
     })) << kind;
