@@ -7,6 +7,8 @@
 
 #include <fuse_flow/recordings/error.h>
 
+#include <sys/resource.h>
+
 #include <algorithm>
 #include <cstdio>
 #include <fstream>
@@ -25,6 +27,22 @@ std::string readToken(const std::string& path) {
     throw io::InputError("--token-file " + path + ": has more than one line, must be the token alone");
   return token;
 }
+
+namespace {
+
+/** \brief Each client takes a file descriptor, of which a shell gives a program 1024, and the system more if it asks. */
+void requireDescriptors(std::size_t clients) {
+  const rlim_t wanted = clients + 300;  // connections beyond clients, images, cameras
+  rlimit files{};
+  if (getrlimit(RLIMIT_NOFILE, &files) != 0 || files.rlim_cur >= wanted) return;
+  if (files.rlim_max < wanted)
+    throw io::OptionError("--clients " + std::to_string(clients) + ": a process may have " +
+                          std::to_string(files.rlim_max) + " open files here (ulimit -Hn), must be fewer");
+  files.rlim_cur = wanted;
+  setrlimit(RLIMIT_NOFILE, &files);
+}
+
+}  // namespace
 
 StreamArguments::StreamArguments(CLI::App& app) {
   const auto number = [](int low, int high) { return wholeNumber(low, high); };
@@ -70,6 +88,7 @@ std::shared_ptr<stream::Server> StreamArguments::open(const std::string& method)
   options.key = key_;
   if (certificate_.empty() != key_.empty())
     throw io::OptionError(certificate_.empty() ? "--key: needs --certificate" : "--certificate: needs --key");
+  requireDescriptors(options.clients);
   std::shared_ptr<stream::Server> server;
   try {
     server = std::make_shared<stream::Server>(options);

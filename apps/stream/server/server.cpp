@@ -38,7 +38,8 @@ const ServerOptions& checked(const ServerOptions& options) {
   require(options.certificate.empty() == options.key.empty(), "certificate and key: must both be given, or none");
   require(options.threads >= 1 && options.threads <= 256, "threads: must be 1 to 256");
   require(options.clients >= 1, "clients: must be 1 or more");
-  require(options.connections >= 1, "connections: must be 1 or more");
+  require(options.connections == 0 || options.connections >= options.clients,
+          "connections: must be as many as clients, or more");
   require(options.connections_per_second >= 1, "connections_per_second: must be 1 or more");
   require(options.handshake_time.count() > 0, "handshake_time: must be above 0");
   require(options.header_bytes >= 256 && options.header_bytes <= std::size_t{1} << 20,
@@ -49,8 +50,9 @@ const ServerOptions& checked(const ServerOptions& options) {
 }
 
 network::Gate::Limits limitsOf(const ServerOptions& options) {
-  return {options.clients, options.connections, options.header_bytes, options.messages_per_second,
-          options.handshake_time};
+  const std::size_t for_files = 100;
+  return {options.clients, options.connections > 0 ? options.connections : options.clients + for_files,
+          options.header_bytes, options.messages_per_second, options.handshake_time};
 }
 
 network::Listener::Options listening(const ServerOptions& options) {

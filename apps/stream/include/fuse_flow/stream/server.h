@@ -37,9 +37,9 @@ struct ServerOptions {
   EncodingOptions encoding;  ///< of clouds
   int threads{1};            ///< of the network, ≥ 1; one fills a link of 10 Gbit/s
 
-  std::size_t clients{100};                        ///< at a time, ≥ 1
-  std::size_t connections{200};                    ///< at a time, with those that only ask for files, ≥ 1
-  std::size_t connections_per_second{50};          ///< new ones, ≥ 1; more wait
+  std::size_t clients{100};                ///< at a time, ≥ 1
+  std::size_t connections{0};              ///< at a time, with those that only ask for files, ≥ clients; 0: 100 more
+  std::size_t connections_per_second{50};  ///< new ones, ≥ 1; more wait
   std::chrono::milliseconds handshake_time{5000};  ///< for TLS, and for each request, > 0
   std::size_t header_bytes{8192};                  ///< of a request, 256 … 1 MB
   std::size_t messages_per_second{200};            ///< of a client, with pings, ≥ 1; more end its connection
