@@ -12,7 +12,7 @@ namespace fuse_flow::io {
 
 /** \brief A JPEG. In a header, as FuseFlow::stream encodes images, too, and is linked without FuseFlow::recordings.
  *  \param image not empty, with sides of at most JPEG_MAX_DIMENSION pixels  \param quality 1 … 100
- *  \param half_chroma colour at half the resolution, as most cameras store it: a third fewer bytes, and faster */
+ *  \param half_chroma colour at half the resolution, as most cameras store it: fewer bytes, and faster */
 inline std::string jpegBytes(const ImageView<Rgb8>& image, int quality, bool half_chroma) {
   jpeg_error_mgr errors;
   jpeg_compress_struct info;

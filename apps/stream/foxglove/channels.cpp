@@ -23,7 +23,7 @@ std::string utf8(const std::string& text) { return Json::parse(dumped(Json(text)
 
 /** \brief What a camera is called in topics, and where it stands. */
 struct CameraNames {
-  std::string name;        ///< its frame, too
+  std::string name;         ///< its frame, too
   std::string image_frame;  ///< of the camera that takes its images: the same, unless a separate one stands beside
 };
 

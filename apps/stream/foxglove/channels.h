@@ -34,9 +34,9 @@ struct ImageChannel {
 /** \brief What is known of a stream, as messages of Foxglove. */
 struct Channels {
   std::uint64_t version{0};
-  std::string name;           ///< of the stream
-  std::string frame;          ///< of the clouds
-  std::vector<Topic> topics;  ///< by id
+  std::string name;                  ///< of the stream
+  std::string frame;                 ///< of the clouds
+  std::vector<Topic> topics;         ///< by id
   std::vector<ImageChannel> images;  ///< of each camera
   std::uint32_t last_id{0};
 

@@ -46,9 +46,9 @@ class FoxgloveSession : public network::Session {
   /** \brief To a channel. */
   struct Subscription {
     std::uint32_t id{0};
-    std::uint64_t version{0};   ///< of the message that was sent last, see Topic; 0: none
-    bool images{false};         ///< it is to a camera's images
-    std::uint64_t sequence{0};  ///< of the image that was sent last; 0: none
+    std::uint64_t version{0};    ///< of the message that was sent last, see Topic; 0: none
+    bool images{false};          ///< it is to a camera's images
+    std::uint64_t sequence{0};   ///< of the image that was sent last; 0: none
     std::uint64_t waits_for{0};  ///< see ImageFeed::request()
   };
   struct Unanswered {
@@ -102,11 +102,11 @@ class FoxgloveSession : public network::Session {
   std::map<std::uint32_t, std::uint32_t> channel_of_;  ///< of a subscription
   std::deque<std::string> statuses_;                   ///< that wait
 
-  std::uint64_t requested_{0};  ///< frame that the feed makes for it; 0: none
-  std::uint64_t sequence_{0};   ///< of the frame that was sent last; 0: none since it has subscribed
-  std::size_t layers_{0};       ///< of that
-  bool limited_{false};         ///< by its pace
-  std::size_t image_bytes_{0};  ///< that were sent since the last cloud
+  std::uint64_t requested_{0};    ///< frame that the feed makes for it; 0: none
+  std::uint64_t sequence_{0};     ///< of the frame that was sent last; 0: none since it has subscribed
+  std::size_t layers_{0};         ///< of that
+  bool limited_{false};           ///< by its pace
+  std::size_t image_bytes_{0};    ///< that were sent since the last cloud
   std::uint32_t last_served_{0};  ///< channel
   std::deque<Unanswered> unanswered_;
   std::size_t handed_over_{0};  ///< of them, the first so many are out

@@ -113,9 +113,9 @@ std::shared_ptr<const ImagePayload> ImageFeed::made(const RawImage& image, std::
   try {
     const std::string jpeg = io::jpegBytes(image.pixels, kJpegQuality, true);
     ++encoded_;
-    return std::make_shared<const ImagePayload>(ImagePayload{
-        sequence, image.time,
-        ProtobufWriter().time(1, image.time).text(2, jpeg).text(3, "jpeg").text(4, image.frame).bytes()});
+    return std::make_shared<const ImagePayload>(
+        ImagePayload{sequence, image.time,
+                     ProtobufWriter().time(1, image.time).text(2, jpeg).text(3, "jpeg").text(4, image.frame).bytes()});
   } catch (const std::exception& error) {  // no memory
     notices_.add("an image cannot be sent to Foxglove: " + std::string(error.what()));
     return nullptr;

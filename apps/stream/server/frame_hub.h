@@ -41,8 +41,8 @@ struct Member {
   std::atomic<std::size_t> sending_bytes{0};  ///< of the whole frame, which is held until then
   /** \brief If it is no frame but an image, which was chosen while that was the newest frame: the image's own sequence, else 0. */
   std::atomic<std::uint64_t> sending_image{0};
-  std::atomic<std::size_t> step{0};           ///< that it wants, 0 … kSteps − 1
-  std::atomic<bool> watching{true};           ///< false: it wants no frames
+  std::atomic<std::size_t> step{0};  ///< that it wants, 0 … kSteps − 1
+  std::atomic<bool> watching{true};  ///< false: it wants no frames
   std::mutex mutex;
   ClientReport report;  ///< guarded by the mutex
 };

@@ -111,7 +111,8 @@ TEST_F(Serve, FoxgloveGetsTheImagesOfTheCamerasWithTheStampsOfTheClouds) {
       const WallRecording wall{};
       ASSERT_EQ(image.width, wall.width);
       ASSERT_EQ(image.height, wall.height);
-      for (std::size_t k = 0; k < image.rgb.size(); ++k) ASSERT_NEAR(image.rgb[k], k % 3 == 0 ? 200 : k % 3 == 1 ? 100 : 50, 3);
+      for (std::size_t k = 0; k < image.rgb.size(); ++k)
+        ASSERT_NEAR(image.rgb[k], k % 3 == 0 ? 200 : k % 3 == 1 ? 100 : 50, 3);
     }
   });
   EXPECT_TRUE(ended(served));

@@ -94,7 +94,7 @@ std::vector<Point> room() {
     p.view_count = 2;
     cloud.push_back(p);
   };
-  const float per_square_metre = 10000;
+  const float per_square_metre = 20000;
   const auto count = [&](float area) { return static_cast<int>(per_square_metre * area); };
   for (int k = count(9); k > 0; --k) add(3 * unit() - 1.5f, 3 * unit() - 1.5f, 0, 110, 115, 120);
   const auto box = [&](float x, float y, float w, float d, float h, int r, int g, int b) {

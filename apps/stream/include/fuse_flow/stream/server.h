@@ -68,12 +68,12 @@ struct ClientReport {
 
 struct ServerStatus {
   std::vector<ClientReport> clients;
-  std::size_t connections{0};  ///< with those of clients
-  std::uint64_t published{0};  ///< frames
-  std::uint64_t encoded{0};    ///< of them from clouds, each step that was asked for counts
+  std::size_t connections{0};       ///< with those of clients
+  std::uint64_t published{0};       ///< frames
+  std::uint64_t encoded{0};         ///< of them from clouds, each step that was asked for counts
   std::uint64_t encoded_images{0};  ///< of cameras: those that somebody has subscribed to, and had time for
-  std::uint64_t refused{0};    ///< requests: without the token, of other pages, malformed, too many
-  std::uint64_t dropped{0};    ///< clients that broke the rules or did not answer
+  std::uint64_t refused{0};         ///< requests: without the token, of other pages, malformed, too many
+  std::uint64_t dropped{0};         ///< clients that broke the rules or did not answer
 };
 
 /** \brief Sends clouds to any number of clients, as doc/reference/stream_format.md has it, and files to browsers. Each client gets the
