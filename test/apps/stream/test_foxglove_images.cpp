@@ -86,6 +86,16 @@ stream::Description threeCameras() {
   return description;
 }
 
+/** \brief Images of the left camera that no socket holds: a slow client's stay with the server. */
+constexpr int kLargeWidth = 3000, kLargeHeight = 2000;  // 4 MB as JPEG of noise
+
+stream::Description camerasOfLargeImages() {
+  stream::Description description = threeCameras();
+  description.cameras[0].intrinsics.width = kLargeWidth;
+  description.cameras[0].intrinsics.height = kLargeHeight;
+  return description;
+}
+
 /** \brief A server that has had an image of the camera on the left, so that there is a channel. */
 class FoxgloveImages : public testing::Test {
  protected:
@@ -356,17 +366,14 @@ TEST_F(FoxgloveFewMessages, AnswersToPingsAreNoMessagesTooMany) {
 }
 
 TEST_F(FoxgloveImages, ASlowClientHoldsUpNobodyAndGetsTheNewest) {
-  stream::Description description = threeCameras();
-  description.cameras[0].intrinsics.width = 1600;
-  description.cameras[0].intrinsics.height = 1200;
-  server.describe(description);
+  server.describe(camerasOfLargeImages());
   FoxgloveClient slow = subscribed();  // does not read on
   FoxgloveClient fast = subscribed();
   FoxgloveClient clouds(server.port());
   clouds.channels();
   clouds.subscribe(1, 1);
   clouds.answerToUnknown();
-  const OwnedImage image = noisyImage(1600, 1200);  // megabytes, more than sockets hold
+  const OwnedImage image = noisyImage(kLargeWidth, kLargeHeight);
   std::uint64_t last = 0;
   for (std::uint64_t time = 1; time <= 20; ++time) {
     publish(image, static_cast<std::int64_t>(time));
@@ -384,12 +391,9 @@ TEST_F(FoxgloveImages, ASlowClientHoldsUpNobodyAndGetsTheNewest) {
 }
 
 TEST_F(FoxgloveImages, WhatNobodyCanTakeIsNotEncoded) {
-  stream::Description description = threeCameras();
-  description.cameras[0].intrinsics.width = 1600;
-  description.cameras[0].intrinsics.height = 1200;
-  server.describe(description);
+  server.describe(camerasOfLargeImages());
   FoxgloveClient slow = subscribed();
-  const OwnedImage image = noisyImage(1600, 1200);
+  const OwnedImage image = noisyImage(kLargeWidth, kLargeHeight);
   publish(image, 1);
   ASSERT_TRUE(eventually([&] { return server.status().encoded_images == 1; }));
   for (std::int64_t time = 2; time <= 30; ++time) {
@@ -412,11 +416,8 @@ class FoxgloveLittleMemory : public FoxgloveImages {
 };
 
 TEST_F(FoxgloveLittleMemory, SlowClientsHoldNoMoreImagesThanMayBe) {
-  stream::Description description = threeCameras();
-  description.cameras[0].intrinsics.width = 1600;
-  description.cameras[0].intrinsics.height = 1200;
-  server.describe(description);
-  const OwnedImage image = noisyImage(1600, 1200);
+  server.describe(camerasOfLargeImages());
+  const OwnedImage image = noisyImage(kLargeWidth, kLargeHeight);
   std::vector<FoxgloveClient> slow;
   for (std::uint64_t k = 0; k < 8; ++k) {  // each holds another image
     slow.push_back(subscribed());
