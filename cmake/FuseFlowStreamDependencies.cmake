@@ -2,4 +2,5 @@
 include(${CMAKE_CURRENT_LIST_DIR}/FuseFlowOptional.cmake)
 find_package(OpenSSL QUIET)
 find_package(ZLIB QUIET)
+find_package(JPEG QUIET)
 fuse_flow_optional(zstd libzstd)

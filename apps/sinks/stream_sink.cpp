@@ -8,8 +8,13 @@ namespace {
 
 bool standAlike(const std::vector<Camera>& a, const std::vector<Camera>& b) {
   return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const Camera& one, const Camera& other) {
-    return one.name == other.name && one.T_world_camera.matrix() == other.T_world_camera.matrix();
+    return one.name == other.name && sameCalibration(one, other);
   });
+}
+
+bool fits(const ImageView<Rgb8>& image, const Camera& camera) {
+  const Intrinsics& intrinsics = camera.color ? camera.color->intrinsics : camera.intrinsics;
+  return image.width == intrinsics.width && image.height == intrinsics.height;
 }
 
 std::int64_t now() {
@@ -36,14 +41,29 @@ void StreamSink::describe(const std::vector<Camera>& cameras) {
   described_at_ = time;
 }
 
+void StreamSink::publishImages(const std::shared_ptr<const FusedFrame>& frame, const stream::FrameTimes& times) {
+  const std::vector<DepthView>& views = frame->input.rig.views;
+  for (std::size_t k = 0; k < std::min(views.size(), description_.cameras.size()); ++k) {
+    // A camera whose calibration has changed is described within a second.
+    if (!views[k].color || !fits(views[k].color, description_.cameras[k])) continue;
+    // Rather the camera's images than the frame, whose memory is larger and wanted for the next one.
+    std::shared_ptr<const void> owner = frame;
+    if (k < frame->live.size() && frame->live[k] && frame->live[k]->color.data.data() == views[k].color.data)
+      owner = frame->live[k];
+    server_->publishImage(k, views[k].color, times, std::move(owner));
+  }
+}
+
 void StreamSink::take(const std::shared_ptr<const FusedFrame>& frame) {
   describe(frame->input.rig.cameras);
+  const stream::FrameTimes times = frame->encoded ? frame->encoded->times : timesOf(*frame);
+  publishImages(frame, times);  // first: they are encoded while the cloud is
   if (frame->encoded) {
     server_->publish(frame->encoded);
   } else if (frame->has_normals) {
-    server_->publish(frame->with_normals, timesOf(*frame));
+    server_->publish(frame->with_normals, times);
   } else {
-    server_->publish(frame->cloud, timesOf(*frame));
+    server_->publish(frame->cloud, times);
   }
 }
 

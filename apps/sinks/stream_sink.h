@@ -20,12 +20,13 @@ class StreamSink : public FrameSink {
   /** \param description its cameras are those of the first frame */
   StreamSink(std::shared_ptr<stream::Server> server, stream::Description description);
 
-  /** \brief Cameras that have moved are told to the clients, once a second at most. */
+  /** \brief Cameras that have moved are told to the clients, once a second at most. The frame's colour images are sent, too. */
   void take(const std::shared_ptr<const FusedFrame>& frame) override;
   std::vector<std::string> finish() override;
 
  private:
   void describe(const std::vector<Camera>& cameras);
+  void publishImages(const std::shared_ptr<const FusedFrame>& frame, const stream::FrameTimes& times);
 
   std::shared_ptr<stream::Server> server_;
   stream::Description description_;

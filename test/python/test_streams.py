@@ -171,6 +171,23 @@ def test_a_client_gets_as_little_as_it_wishes():
                 client.wish(step=0)
 
 
+def test_images_are_encoded_only_for_who_wants_them():
+    with fuse_flow.StreamServer(0) as server:
+        cameras = wall_frame().cameras
+        server.describe("a wall", cameras)
+        intrinsics = cameras[0].intrinsics
+        image = numpy.zeros((intrinsics.height, intrinsics.width, 3), numpy.uint8)
+        server.publish_image(0, image, captured=10**18)
+        server.publish_image(1, image[:, :, :])
+        assert not server.image_wanted(0) and not server.image_wanted(7) and server.status.encoded_images == 0
+        with pytest.raises(ValueError, match="camera 2: must be below 2"):
+            server.publish_image(2, image)
+        with pytest.raises(ValueError, match="must be of"):
+            server.publish_image(0, image[1:])
+        with pytest.raises(ValueError, match="uint8"):
+            server.publish_image(0, image.astype(float))
+
+
 def test_browsers_get_a_page_where_it_was_built():
     with fuse_flow.StreamServer(0) as server:
         if server.has_page:

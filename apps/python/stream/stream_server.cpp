@@ -1,3 +1,4 @@
+#include "../images.h"
 #include "../plain.h"
 #include "../recordings/open_ends.h"
 #include "published.h"
@@ -48,6 +49,15 @@ class StreamServer : public OpenUntilClosed<stream::Server> {
     const InFlight in_flight;
     server.publish(published.view(), times);
   }
+  void publishImage(std::size_t camera, const py::object& image, std::int64_t captured) {
+    stream::Server& server = get();
+    const py::array array = arrayOf(image);
+    const ImageView<Rgb8> pixels = colorImageOf(array);
+    stream::FrameTimes times;
+    times.captured = captured;
+    const InFlight in_flight;
+    server.publishImage(camera, pixels, times);  // copied, if somebody wants it: Python may change its array
+  }
 
  private:
   static std::unique_ptr<stream::Server> opened(const stream::ServerOptions& options) {
@@ -69,6 +79,7 @@ void bindServerStatus(py::module_& module) {
       .FUSE_FLOW_RESULT(ClientReport, seconds)
       .FUSE_FLOW_RESULT(ClientReport, frames)
       .FUSE_FLOW_RESULT(ClientReport, replaced)
+      .FUSE_FLOW_RESULT(ClientReport, images)
       .FUSE_FLOW_RESULT(ClientReport, bytes)
       .FUSE_FLOW_RESULT(ClientReport, bytes_per_second)
       .FUSE_FLOW_RESULT(ClientReport, round_trip)
@@ -79,6 +90,7 @@ void bindServerStatus(py::module_& module) {
       .FUSE_FLOW_RESULT(ServerStatus, connections)
       .FUSE_FLOW_RESULT(ServerStatus, published)
       .FUSE_FLOW_RESULT(ServerStatus, encoded)
+      .FUSE_FLOW_RESULT(ServerStatus, encoded_images)
       .FUSE_FLOW_RESULT(ServerStatus, refused)
       .FUSE_FLOW_RESULT(ServerStatus, dropped);
 }
@@ -146,6 +158,17 @@ void bindStreamServer(py::module_& module) {
           "StreamedCloud, or points, (N, 3) float32, metres. colors, (N, 3) uint8, confidence, view_count, (N,), "
           "normals, (N, 3), and camera_mask, (N, 2) uint32, go with points.\n\nnumber: of the frame; default: one more "
           "than the one before. captured: when its last image was taken, nanoseconds since 1970; 0: not known.")
+      .def(
+          "publish_image", &StreamServer::publishImage, py::arg("camera"), py::arg("image"), py::arg("captured") = 0,
+          "Publishes an image of a camera for clients of Foxglove's protocol, as JPEG; it never waits for a client. It "
+          "is copied and encoded only if somebody has subscribed to it.\n\ncamera: its position among those of "
+          "describe(). image: (height, width, 3) uint8, red, green, blue, of the size of the camera's intrinsics, or "
+          "of "
+          "its colour camera's, if it has one. captured: when it was taken, nanoseconds since 1970, as that of the "
+          "cloud; 0: now.\n\nRaises ValueError if there is no such camera, or the image is not its size.")
+      .def(
+          "image_wanted", [](const StreamServer& s, std::size_t camera) { return s.get().imageWanted(camera); },
+          py::arg("camera"), doc("Server::imageWanted"))
       .def("describe", &StreamServer::describe, py::arg("name"), py::arg("cameras") = std::vector<Camera>(),
            py::arg("frame") = stream::Description().frame,
            "Clients learn of it before the next frame. name: for people. frame: the name of the coordinate frame.")

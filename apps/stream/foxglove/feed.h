@@ -2,6 +2,7 @@
 
 #include "stream/foxglove/channels.h"
 #include "stream/foxglove/cloud_payload.h"
+#include "stream/foxglove/image_feed.h"
 #include "stream/network/text.h"
 #include "stream/server/frame_hub.h"
 #include "stream/server/session.h"
@@ -30,6 +31,11 @@ class Feed {
   void stop();
 
   void describe(const Description& description);
+  /** \brief See Server::publishImage(). \return whether there is a channel more, of which clients should be told */
+  bool publishImage(std::size_t camera, const ImageView<Rgb8>& pixels, std::uint64_t time,
+                    std::shared_ptr<const void> owner);
+  bool imageWanted(std::size_t camera) const;
+  ImageFeed& images() { return images_; }
   std::shared_ptr<const Channels> channels() const;
   /** \brief Another text for each start of a server: clients forget what an earlier one told them. */
   const std::string& session() const { return session_; }
@@ -53,9 +59,11 @@ class Feed {
   network::Notices& notices_;
   const int threads_;
   const std::string session_;
+  ImageFeed images_;
   mutable std::mutex mutex_;
   // The mutex guards the following members.
   std::condition_variable wanted_;
+  Description description_;
   std::shared_ptr<const Channels> channels_{std::make_shared<const Channels>()};
   std::size_t subscribers_{0};
   std::shared_ptr<const network::PublishedFrame> next_;   ///< to be made

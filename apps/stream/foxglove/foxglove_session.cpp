@@ -72,6 +72,8 @@ void FoxgloveSession::closed() {
   if (!member_) return;
   member_->sending = 0;
   if (member_->watching) feed_->unsubscribed();
+  for (const auto& [id, subscription] : of_channels_)
+    if (subscription.images) feed_->images().unsubscribe(id, shared_channel_);
   hub_->leave(member_);
 }
 
@@ -110,7 +112,10 @@ void FoxgloveSession::subscribe(const Subscribe& request) {
     } else if (of_channels_.count(entry.channel) > 0) {
       say(kWarning, "there is a subscription to channel " + std::to_string(entry.channel) + " already");
     } else {
-      of_channels_[entry.channel] = {entry.id, 0};
+      Subscription& subscription = of_channels_[entry.channel];
+      subscription.id = entry.id;
+      subscription.images = channels_->hasImages(entry.channel);
+      if (subscription.images) feed_->images().subscribe(entry.channel, shared_channel_);
       channel_of_[entry.id] = entry.channel;
       if (entry.channel != kPointsChannel) continue;
       sequence_ = requested_ = 0;
@@ -134,6 +139,7 @@ void FoxgloveSession::leave(std::uint32_t channel) {
   const auto found = of_channels_.find(channel);
   if (found == of_channels_.end()) return;
   channel_of_.erase(found->second.id);
+  if (found->second.images) feed_->images().unsubscribe(channel, shared_channel_);
   of_channels_.erase(found);
   if (channel != kPointsChannel) return;
   member_->watching = false;
@@ -156,7 +162,7 @@ void FoxgloveSession::ping() {
 void FoxgloveSession::sent() {
   sending_ = false;
   member_->sending = 0;
-  if (std::exchange(sending_cloud_, false)) {
+  if (std::exchange(sending_counted_, false)) {
     ++handed_over_;
     ping();
   }
@@ -171,17 +177,19 @@ void FoxgloveSession::pong(std::chrono::steady_clock::duration round_trip) {
     const std::lock_guard<std::mutex> lock(member_->mutex);
     member_->report.round_trip = std::chrono::duration<double>(pace_.shortestRoundTrip()).count();
   } else {
-    std::size_t bytes = 0;
+    std::size_t bytes = 0, clouds = 0;
     const Clock::time_point sent = unanswered_.front().sent;
     for (std::size_t k = 0; k < pinged_for_; ++k) {
       bytes += unanswered_.front().bytes;
+      if (unanswered_.front().channel == kPointsChannel) ++clouds;
       unanswered_.pop_front();
     }
     handed_over_ -= pinged_for_;
     last_answer_ = heard_;
-    pace_.answered(bytes, sent, heard_, hub_->interval());
+    pace_.answered(bytes, sent, heard_, hub_->interval(), clouds == 0);
     const std::lock_guard<std::mutex> lock(member_->mutex);
-    member_->report.frames += pinged_for_;
+    member_->report.frames += clouds;
+    member_->report.images += pinged_for_ - clouds;
     member_->report.bytes += bytes;
     member_->report.bytes_per_second = pace_.rate();
   }
@@ -217,7 +225,7 @@ void FoxgloveSession::look() {
     statuses_.pop_front();
     return send(std::move(status));
   }
-  if (!sendMessage()) sendNextCloud();
+  if (!sendMessage()) sendNext();
 }
 
 void FoxgloveSession::send(std::string text) {
@@ -265,9 +273,57 @@ bool FoxgloveSession::sendMessage() {
   return false;
 }
 
+void FoxgloveSession::sendNext() {
+  const auto serve = [&](std::map<std::uint32_t, Subscription>::iterator begin,
+                         std::map<std::uint32_t, Subscription>::iterator end) {
+    for (auto each = begin; each != end; ++each) {
+      if (each->first == kPointsChannel)
+        sendNextCloud();
+      else if (each->second.images)
+        sendNextImage(each->first, each->second);
+      if (!sending_) continue;
+      last_served_ = each->first;
+      return true;
+    }
+    return false;
+  };
+  const auto after = of_channels_.upper_bound(last_served_);
+  if (!serve(after, of_channels_.end())) serve(of_channels_.begin(), after);
+}
+
+std::size_t FoxgloveSession::unanswered(std::uint32_t channel) const {
+  return static_cast<std::size_t>(std::count_if(unanswered_.begin(), unanswered_.end(),
+                                                [&](const Unanswered& each) { return each.channel == channel; }));
+}
+
+bool FoxgloveSession::mayFollow(std::uint32_t channel) const {
+  return unanswered(channel) <= (pace_.anyAnswer() ? 1 : 0);
+}
+
+void FoxgloveSession::beginCounted(std::uint32_t channel, std::size_t bytes, std::uint64_t sequence, std::size_t held,
+                                   std::uint64_t image) {
+  unanswered_.push_back({channel, bytes, Clock::now()});
+  member_->sending_bytes = held;
+  member_->sending_image = image;
+  member_->sending = sequence;
+  sending_ = sending_counted_ = true;
+}
+
+void FoxgloveSession::sendNextImage(std::uint32_t channel, Subscription& subscription) {
+  if (!mayFollow(channel)) return;
+  const std::shared_ptr<const ImagePayload> image =
+      feed_->images().request(channel, subscription.sequence, subscription.waits_for);
+  if (!image) return;  // it is woken when one is there
+  subscription.sequence = image->sequence;
+  image_bytes_ += image->message.size();
+  beginCounted(channel, image->message.size(), std::max<std::uint64_t>(hub_->published(), 1), image->message.size(),
+               image->sequence);
+  channel_.send(
+      dataMessage(dataHeader(subscription.id, image->time), image, image->message.data(), image->message.size()));
+}
+
 void FoxgloveSession::sendNextCloud() {
-  // Until the first one is answered nothing is known of the client, and a second would double a mistake.
-  if (!member_->watching || unanswered_.size() > (pace_.anyAnswer() ? 1 : 0)) return;
+  if (!member_->watching || !mayFollow(kPointsChannel)) return;
   const std::shared_ptr<const PublishedFrame> frame = hub_->latest();
   if (!frame) return;
   const Clock::time_point now = Clock::now();
@@ -276,7 +332,7 @@ void FoxgloveSession::sendNextCloud() {
     payload = feed_->newest();
   } else {
     // The frame again, with more points: no other has come for a while, and the client has time.
-    const bool refines = limited_ && unanswered_.empty() && now - frame->when >= kMoreAfter;
+    const bool refines = limited_ && unanswered(kPointsChannel) == 0 && now - frame->when >= kMoreAfter;
     if (frame->sequence == sequence_ && !refines) return;
     requested_ = frame->sequence;
     payload = feed_->request(frame, shared_channel_);
@@ -294,7 +350,10 @@ void FoxgloveSession::sendNextCloud() {
 void FoxgloveSession::sendCloud(const std::shared_ptr<const CloudPayload>& payload, Clock::duration time,
                                 bool refines) {
   const std::size_t all = payload->up_to.size();
-  const std::size_t budget = pace_.budget(time, payload->bytes(all), std::nullopt, refines);
+  // In the time of a frame as many bytes go to images as went since the last one.
+  const std::size_t images = std::exchange(image_bytes_, 0);
+  std::size_t budget = pace_.budget(time, payload->bytes(all) + images, std::nullopt, refines);
+  if (budget > 0) budget = std::max(budget, images + network::Pace::kLeast) - images;
   std::size_t layers = all;
   while (budget > 0 && layers > 1 && payload->bytes(layers) > budget) --layers;
   limited_ = layers < all;
@@ -313,10 +372,7 @@ void FoxgloveSession::sendCloud(const std::shared_ptr<const CloudPayload>& paylo
     member_->report.points = payload->up_to[layers - 1];
     member_->report.points_of_frame = payload->up_to.back();
   }
-  unanswered_.push_back({payload->bytes(layers), Clock::now()});
-  member_->sending_bytes = payload->points.size();
-  member_->sending = payload->sequence;
-  sending_ = sending_cloud_ = true;
+  beginCounted(kPointsChannel, payload->bytes(layers), payload->sequence, payload->points.size(), 0);
   channel_.send(std::move(outgoing));
 }
 

@@ -24,7 +24,8 @@ constexpr const char* kSubprotocols[] = {"foxglove.websocket.v1", "foxglove.sdk.
  *
  *  The protocol has no message that says that a frame has arrived. But a ping comes after the frame that was sent before it, and every
  *  WebSocket answers it: so a pong is taken for that. As in fuse_flow.v1, at most two frames are on their way to a client, and each is the
- *  newest when it is chosen; a client that is slower than frames are made gets fewer layers of them. */
+ *  newest when it is chosen; a client that is slower than frames are made gets fewer layers of them. Of each camera whose images it wants,
+ *  likewise two; channels take turns, and what images take is missing from what clouds get. */
 class FoxgloveSession : public network::Session {
  public:
   /** \param answer_time see ServerOptions */
@@ -45,9 +46,13 @@ class FoxgloveSession : public network::Session {
   /** \brief To a channel. */
   struct Subscription {
     std::uint32_t id{0};
-    std::uint64_t version{0};  ///< of the message that was sent last, see Topic; 0: none
+    std::uint64_t version{0};    ///< of the message that was sent last, see Topic; 0: none
+    bool images{false};          ///< it is to a camera's images
+    std::uint64_t sequence{0};   ///< of the image that was sent last; 0: none
+    std::uint64_t waits_for{0};  ///< see ImageFeed::request()
   };
   struct Unanswered {
+    std::uint32_t channel;
     std::size_t bytes;
     Clock::time_point sent;
   };
@@ -62,7 +67,17 @@ class FoxgloveSession : public network::Session {
   void send(std::string text);
   bool sendChannels();
   bool sendMessage();
+  /** \brief A cloud or an image, of that channel whose turn it is. */
+  void sendNext();
   void sendNextCloud();
+  void sendNextImage(std::uint32_t channel, Subscription& subscription);
+  /** \brief Until the first one is answered nothing is known of the client, and a second would double a mistake. */
+  bool mayFollow(std::uint32_t channel) const;
+  std::size_t unanswered(std::uint32_t channel) const;
+  /** \brief What Channel::send() is called for next is a cloud or an image. \param held bytes that stay in memory until it is out
+   *  \param image its sequence, if it is one */
+  void beginCounted(std::uint32_t channel, std::size_t bytes, std::uint64_t sequence, std::size_t held,
+                    std::uint64_t image);
   /** \param time that the client has for it  \param refines it has the frame, but not all points */
   void sendCloud(const std::shared_ptr<const CloudPayload>& payload, Clock::duration time, bool refines);
   void ping();
@@ -87,14 +102,16 @@ class FoxgloveSession : public network::Session {
   std::map<std::uint32_t, std::uint32_t> channel_of_;  ///< of a subscription
   std::deque<std::string> statuses_;                   ///< that wait
 
-  std::uint64_t requested_{0};  ///< frame that the feed makes for it; 0: none
-  std::uint64_t sequence_{0};   ///< of the frame that was sent last; 0: none since it has subscribed
-  std::size_t layers_{0};       ///< of that
-  bool limited_{false};         ///< by its pace
+  std::uint64_t requested_{0};    ///< frame that the feed makes for it; 0: none
+  std::uint64_t sequence_{0};     ///< of the frame that was sent last; 0: none since it has subscribed
+  std::size_t layers_{0};         ///< of that
+  bool limited_{false};           ///< by its pace
+  std::size_t image_bytes_{0};    ///< that were sent since the last cloud
+  std::uint32_t last_served_{0};  ///< channel
   std::deque<Unanswered> unanswered_;
   std::size_t handed_over_{0};  ///< of them, the first so many are out
   std::size_t pinged_for_{0};   ///< and so many are answered by the pong that is awaited
-  bool pinging_{false}, sending_{false}, sending_cloud_{false}, ended_{false};
+  bool pinging_{false}, sending_{false}, sending_counted_{false}, ended_{false};
   Clock::time_point heard_, pinged_, last_answer_;
 };
 

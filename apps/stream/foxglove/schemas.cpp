@@ -76,6 +76,11 @@ const MessageType kCalibration{"CameraCalibration",
                                 {"R", 7, kDouble, nullptr, true},
                                 {"P", 8, kDouble, nullptr, true},
                                 {"frame_id", 9, kString, nullptr, false}}};
+const MessageType kImage{"CompressedImage",
+                         {{"timestamp", 1, kMessage, kTimestamp, false},
+                          {"data", 2, kBytes, nullptr, false},
+                          {"format", 3, kString, nullptr, false},
+                          {"frame_id", 4, kString, nullptr, false}}};
 
 ProtobufWriter numericTypes() {
   ProtobufWriter result;
@@ -141,6 +146,11 @@ const Schema& transformsSchema() {
 
 const Schema& calibrationSchema() {
   static const Schema schema = schemaOf({&kCalibration});
+  return schema;
+}
+
+const Schema& imageSchema() {
+  static const Schema schema = schemaOf({&kImage});
   return schema;
 }
 

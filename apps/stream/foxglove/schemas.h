@@ -13,5 +13,6 @@ struct Schema {
 const Schema& pointCloudSchema();
 const Schema& transformsSchema();
 const Schema& calibrationSchema();
+const Schema& imageSchema();
 
 }  // namespace fuse_flow::stream::foxglove

@@ -174,9 +174,10 @@ class WebSocket : public Channel, public std::enable_shared_from_this<WebSocket<
   void heardControl(websocket::frame_type type, beast::string_view payload) {
     if (finished_ || !session_) return;
     if (type == websocket::frame_type::close) return endSoon();
-    if (!mayGoOn()) return;
-    if (type == websocket::frame_type::pong && ping_sent_ && payload == ping_number_)
-      session_->pong(std::chrono::steady_clock::now() - *std::exchange(ping_sent_, std::nullopt));
+    // What was asked for is not counted: who takes many frames a second answers many pings.
+    if (type == websocket::frame_type::pong && ping_sent_ && payload == ping_number_ && !closing_)
+      return session_->pong(std::chrono::steady_clock::now() - *std::exchange(ping_sent_, std::nullopt));
+    mayGoOn();
   }
 
   /** \brief Counts what the client sends, and ends it if that is too much. */

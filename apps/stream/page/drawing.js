@@ -355,6 +355,16 @@ export class Drawing {
     return true;
   }
 
+  /** {from, at, fov}: metres, and degrees from the lower to the upper side. After startView(), which knows how large the cloud is. */
+  setView({from, at, fov}) {
+    this.camera.fov = fov;
+    this.camera.updateProjectionMatrix();
+    this.camera.position.set(...from);
+    this.controls.target.set(...at);
+    this.controls.update();
+    this.changed = true;
+  }
+
   lookAtBox() {
     const least = new THREE.Vector3(...this.box.least), greatest = new THREE.Vector3(...this.box.greatest);
     const at = least.clone().add(greatest).multiplyScalar(0.5);

@@ -1,6 +1,7 @@
 // The page: what is pressed and dragged, and what is said. Drawing is drawing.js's, receiving and decoding decode_worker.js's.
 //
-// Of the address: ?token=… goes with the request for the stream; ?file=demo.ffs plays a file of the same server; ?up=-y says which way is up.
+// Of the address: ?token=… goes with the request for the stream; ?file=demo.ffs plays a file of the same server; ?up=-y says which way is up;
+// ?view=2,-3,1.5,0,0,0.5,40 says where the viewer stands and what the viewer looks at, metres, and how many degrees the picture is high.
 
 import {FIELD} from './decoder.js';
 import {Drawing, VIEWS_COLORS, viridis} from './drawing.js';
@@ -54,6 +55,30 @@ let up_given = false;
   } else if (parameters.has('up')) {
     say('up is one of x, y, z, -x, -y, -z');
   }
+}
+
+// Where the first picture is seen from. null: from where everything can be seen.
+let view = null;
+if (parameters.has('view')) {
+  const texts = parameters.get('view').split(',');
+  const numbers = texts.map((text) => (text.trim() === '' ? NaN : Number(text)));
+  const [from, at, fov = 45] = [numbers.slice(0, 3), numbers.slice(3, 6), numbers[6]];
+  if ((numbers.length === 6 || numbers.length === 7) && numbers.every(Number.isFinite) && fov >= 1 && fov <= 150 && from.some((value, k) => value !== at[k]))
+    view = {from, at, fov};
+  else
+    say('view is six numbers: where you stand and what you look at, metres; and, as a seventh, the angle, 1 to 150 degrees', 8);
+}
+function linkToView() {
+  const {position, fov} = drawing.camera;
+  const place = [...position.toArray(), ...drawing.controls.target.toArray()].map((value) => Number(value.toFixed(4)));
+  const address = new URL(location.href);
+  address.searchParams.set('view', [...place, Number(fov.toFixed(2))].join());
+  const up = drawing.up.toArray();
+  const axis = up.findIndex((value) => value !== 0);  // it is one of the world's, see above and guessUp()
+  address.searchParams.set('up', (up[axis] < 0 ? '-' : '') + 'xyz'[axis]);
+  address.search = address.search.replaceAll('%2C', ',');
+  history.replaceState(null, '', address);
+  say('The address is a link to this view now.');
 }
 
 // ---- the stream
@@ -182,7 +207,11 @@ function loop() {
     ++frames;
     if (before) free(before);
     else worker.postMessage({type: 'drawn', buffers: []});
-    if (!fitted) fitted = drawing.startView(message.frame);
+    if (!fitted) {
+      fitted = drawing.startView(message.frame);
+      if (fitted && view) drawing.setView(view);
+      if (fitted) view = null;  // a file that is dropped later shows something else
+    }
     showFields(message.frame.fields);
     const drawn = drawing.draw();
     message.drawn = now();
@@ -429,6 +458,7 @@ const KEYS = [
     if (hit) drawing.flyTo(hit.position);
     else say('There is no point here.');
   }],
+  ['View', 'v', 'put this view into the address: a link to it', ['v'], linkToView],
   ['View', '+  −', 'larger, smaller points', ['+', '='], () => setSize(drawing.look.size + 0.5)],
   ['View', '', '', ['-'], () => setSize(drawing.look.size - 0.5)],
   ['View', 'd', 'nearer points larger', ['d'], () => toggle('by-distance', 'byDistance')],

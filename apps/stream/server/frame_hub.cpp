@@ -4,6 +4,8 @@
 #include <cmath>
 #include <functional>
 #include <map>
+#include <optional>
+#include <utility>
 
 namespace fuse_flow::stream::network {
 
@@ -132,26 +134,33 @@ std::vector<ClientReport> FrameHub::reports() const {
 std::size_t FrameHub::shed() {
   const std::vector<std::shared_ptr<Member>> members = copyOfMembers();
   const std::uint64_t newest = published();
-  // Of each frame that is held, its bytes once, however many hold it. In different steps it is different bytes; the most of them will do.
-  std::map<std::uint64_t, std::size_t, std::greater<>> held;
+  // Of each frame and image that is held, its bytes once, however many hold it. In different steps it is different bytes; the most of them
+  // will do.
+  using What = std::pair<std::uint64_t, std::uint64_t>;
+  const auto held_by = [&](const Member& member) -> std::optional<What> {
+    const What what{member.sending, member.sending_image};
+    if (what.first == 0 || what == What{newest, 0}) return std::nullopt;
+    return what;
+  };
+  std::map<What, std::size_t, std::greater<>> held;
   for (const std::shared_ptr<Member>& member : members) {
-    const std::uint64_t sending = member->sending;
-    if (sending == 0 || sending == newest) continue;
-    std::size_t& bytes = held[sending];
+    const std::optional<What> what = held_by(*member);
+    if (!what) continue;
+    std::size_t& bytes = held[*what];
     bytes = std::max(bytes, member->sending_bytes.load());
   }
   std::size_t sum = 0;
-  std::uint64_t up_to = 0;  // this one and those before are too much
-  for (const auto& [sequence, bytes] : held) {
+  What up_to{0, 0};  // this one and those before are too much
+  for (const auto& [what, bytes] : held) {
     sum += bytes;
     if (sum <= held_bytes_) continue;
-    up_to = sequence;
+    up_to = what;
     break;
   }
   std::size_t ended = 0;
   for (const std::shared_ptr<Member>& member : members) {
-    const std::uint64_t sending = member->sending;
-    if (sending == 0 || sending > up_to) continue;
+    const std::optional<What> what = held_by(*member);
+    if (!what || *what > up_to) continue;
     if (const std::shared_ptr<Channel> channel = member->channel.lock()) {
       channel->drop();
       ++ended;

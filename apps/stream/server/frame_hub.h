@@ -39,8 +39,10 @@ struct Member {
   const Clock::time_point since{Clock::now()};
   std::atomic<std::uint64_t> sending{0};  ///< PublishedFrame::sequence of what is on its way to the kernel; 0: nothing
   std::atomic<std::size_t> sending_bytes{0};  ///< of the whole frame, which is held until then
-  std::atomic<std::size_t> step{0};           ///< that it wants, 0 … kSteps − 1
-  std::atomic<bool> watching{true};           ///< false: it wants no frames
+  /** \brief If it is no frame but an image, which was chosen while that was the newest frame: the image's own sequence, else 0. */
+  std::atomic<std::uint64_t> sending_image{0};
+  std::atomic<std::size_t> step{0};  ///< that it wants, 0 … kSteps − 1
+  std::atomic<bool> watching{true};  ///< false: it wants no frames
   std::mutex mutex;
   ClientReport report;  ///< guarded by the mutex
 };
@@ -57,6 +59,8 @@ class FrameHub {
   /** \brief Sets sequence and when, and wakes all. */
   void publish(PublishedFrame frame);
   void describe(std::string json);
+  /** \brief Wakes all. */
+  void wake() { wakeAll(copyOfMembers()); }
   /** \brief Says good-bye to all. */
   void goAway();
 
@@ -80,7 +84,7 @@ class FrameHub {
   std::size_t shed();
 
  private:
-  void wakeAll(const std::vector<std::shared_ptr<Member>>& members);
+  static void wakeAll(const std::vector<std::shared_ptr<Member>>& members);
   std::vector<std::shared_ptr<Member>> copyOfMembers() const;
 
   const std::size_t held_bytes_;

@@ -26,13 +26,14 @@ Clock::duration Pace::shortestRoundTrip() const {
   return round_trips_.empty() ? Clock::duration::zero() : *std::min_element(round_trips_.begin(), round_trips_.end());
 }
 
-void Pace::answered(std::size_t bytes, Clock::time_point sent, Clock::time_point now, Clock::duration interval) {
+void Pace::answered(std::size_t bytes, Clock::time_point sent, Clock::time_point now, Clock::duration interval,
+                    bool small) {
   const Clock::duration trip = shortestRoundTrip();
   const Clock::time_point begin = last_answer_ ? std::max(sent, *last_answer_ - trip) : sent;
   const Clock::duration took = std::max<Clock::duration>(now - trip - begin, kShortest);
   last_answer_ = now;
   // A few bytes that came in time tell how long a thread sleeps, not what the client takes.
-  if (bytes < kLeast && took < interval) return;
+  if ((small || bytes < kLeast) && took < interval) return;
   answers_.push_back({now, static_cast<double>(bytes) / seconds(took)});
   while (answers_.size() > 1 && (answers_.front().when < now - kRecent || answers_.size() > kAnswers))
     answers_.pop_front();

@@ -28,8 +28,9 @@ class Pace {
   static constexpr std::size_t kLeast = 16 << 10, kFirst = 4 << 20;  ///< bytes
 
   void roundTrip(Clock::duration time);
-  /** \param bytes that were sent from `sent` on */
-  void answered(std::size_t bytes, Clock::time_point sent, Clock::time_point now, Clock::duration interval);
+  /** \param bytes that were sent from `sent` on  \param small no frame, whose bytes tell what the client takes only if they took long */
+  void answered(std::size_t bytes, Clock::time_point sent, Clock::time_point now, Clock::duration interval,
+                bool small = false);
   /** \brief At most so many bytes for the next frame; 0: any number.
    *  \param interval from frame to frame  \param whole bytes of the whole frame  \param wished bytes per second, at most
    *  \param patient the client has time for it: it grows freely */

@@ -217,6 +217,18 @@ void Server::publish(std::shared_ptr<const EncodedFrame> encoded) {
   state_->shed();
 }
 
+void Server::publishImage(std::size_t camera, const ImageView<Rgb8>& pixels, const FrameTimes& times,
+                          std::shared_ptr<const void> owner) {
+  if (!pixels) return;
+  std::int64_t time = times.captured > 0 ? times.captured : times.encoded;
+  if (time <= 0) time = network::nanosecondsSince1970();
+  if (state_->feed->publishImage(camera, pixels, static_cast<std::uint64_t>(time), std::move(owner)))
+    state_->hub->wake();
+  state_->shed();
+}
+
+bool Server::imageWanted(std::size_t camera) const { return state_->feed->imageWanted(camera); }
+
 bool Server::watched() const { return state_->hub->watchers() > 0; }
 
 ServerStatus Server::status() const {
@@ -225,6 +237,7 @@ ServerStatus Server::status() const {
   status.connections = *state_->gate->connections;
   status.published = state_->hub->published();
   status.encoded = state_->encoded;
+  status.encoded_images = state_->feed->images().encoded();
   status.refused = state_->gate->refused;
   status.dropped = state_->gate->dropped;
   return status;

@@ -602,6 +602,8 @@ TEST(Foxglove, AnotherImplementationReadsAll) {
   Server server(anyPort());
   server.describe(roomOfTwoCameras());
   const auto frame = frameOf(800, 1);
+  const std::vector<Rgb8> pixels(640 * 480, Rgb8{200, 100, 50});
+  server.publishImage(0, {pixels.data(), 640, 480}, {0, 2, 0});  // from here on there is a channel
   std::thread publisher([&] {
     // Until somebody has come and gone.
     eventually([&] { return server.watched(); });
@@ -610,6 +612,7 @@ TEST(Foxglove, AnotherImplementationReadsAll) {
       auto next = std::make_shared<stream::EncodedFrame>(*frame);
       next->times.captured = static_cast<std::int64_t>(++time <= 1 ? 1 : 2);
       server.publish(next);
+      server.publishImage(0, {pixels.data(), 640, 480}, {0, 2, 0});
       return !server.watched();
     });
   });
@@ -633,6 +636,7 @@ TEST(Foxglove, AnotherImplementationReadsAll) {
   EXPECT_EQ(textOf("said"),
             "server wall, 0 capabilities\n"
             "/cameras/left/calibration foxglove.CameraCalibration left 640x480 525,0,320,0,526,240,0,0,1\n"
+            "/cameras/left/image foxglove.CompressedImage 2 left jpeg ffd8..ffd9\n"
             "/cameras/right/calibration foxglove.CameraCalibration right 640x480 525,0,320,0,526,240,0,0,1\n"
             "/points foxglove.PointCloud 2 room 800 x:0:FLOAT32,y:4:FLOAT32,z:8:FLOAT32,red:12:UINT8,green:13:UINT8,"
             "blue:14:UINT8,alpha:15:UINT8,confidence:16:UINT8,view_count:17:UINT8 " +

@@ -362,6 +362,19 @@ TEST(StreamPace, WhatIsWishedForIsNotExceeded) {
   for (int k = 0; k < 30; ++k) EXPECT_LE(link.next(kWhole, kInterval), 99'001u);
 }
 
+TEST(StreamPace, WhatIsSmallTellsNothingUnlessItTakesLong) {
+  LinkOfRate link(100e6, milliseconds(1));
+  for (int k = 0; k < 30; ++k) link.next(kWhole, kInterval);
+  const Clock::time_point start{std::chrono::seconds(2000)};
+  // 50 KB in 10 ms: slow, as a thread was late.
+  for (int k = 0; k < 30; ++k)
+    link.pace.answered(50'000, start + k * kInterval, start + k * kInterval + milliseconds(10), kInterval, true);
+  EXPECT_EQ(link.pace.budget(kInterval, kWhole, {}, false), 0u);
+  for (int k = 30; k < 60; ++k)
+    link.pace.answered(50'000, start + k * kInterval, start + k * kInterval + milliseconds(50), kInterval, true);
+  EXPECT_LT(link.pace.budget(kInterval, kWhole, {}, true), 60'000u);
+}
+
 TEST(StreamPace, TheFirstFrameIsNotHuge) {
   EXPECT_EQ(Pace().budget(kInterval, 100'000'000, {}, false), Pace::kFirst);
   EXPECT_EQ(Pace().budget(kInterval, 1'000'000, {}, false), 0u);

@@ -3,11 +3,16 @@
 #include "support/cloud_file.h"
 #include "support/tool_fixture.h"
 
+#include "../stream/decoded_jpeg.h"
+#include "../stream/foxglove_client.h"
+
 #include <signal.h>
 
 #include <algorithm>
 #include <chrono>
 #include <functional>
+#include <map>
+#include <set>
 #include <thread>
 
 namespace tool_test {
@@ -81,6 +86,36 @@ TEST_F(Serve, WhatIsFusedIsReceivedAsCloudsAndAsAFileThatIsServedAgain) {
   });
   EXPECT_TRUE(ended(again));
   wallOf("again");
+}
+
+TEST_F(Serve, FoxgloveGetsTheImagesOfTheCamerasWithTheStampsOfTheClouds) {
+  const ToolResult served = serve({recording()}, [&](const std::string& link) {
+    fuse_flow::test::FoxgloveClient client(
+        static_cast<std::uint16_t>(std::stoi(link.substr(link.find(':', link.find("//")) + 1))));
+    // Channels of images come with the first images.
+    std::map<std::string, std::uint32_t> channels;
+    const std::string wanted = "/cameras/camera_0/image";
+    while (channels.count(wanted) == 0) channels.merge(client.channels());
+    client.subscribe(1, channels.at(wanted));
+    client.subscribe(2, channels.at("/points"));
+    std::map<std::uint32_t, std::set<std::uint64_t>> times;
+    std::vector<std::uint64_t> both;
+    while (both.size() < 3) {
+      const auto data = client.nextData();
+      times[data.subscription].insert(data.time);
+      if (times[3 - data.subscription].count(data.time) > 0) both.push_back(data.time);
+      if (data.subscription != 1) continue;
+      const fuse_flow::test::ProtobufMessage message(data.payload);
+      EXPECT_EQ(message.text(4), "camera_0");
+      const auto image = fuse_flow::test::decodedJpeg(message.text(2));
+      const WallRecording wall{};
+      ASSERT_EQ(image.width, wall.width);
+      ASSERT_EQ(image.height, wall.height);
+      for (std::size_t k = 0; k < image.rgb.size(); ++k)
+        ASSERT_NEAR(image.rgb[k], k % 3 == 0 ? 200 : k % 3 == 1 ? 100 : 50, 3);
+    }
+  });
+  EXPECT_TRUE(ended(served));
 }
 
 TEST_F(Serve, ATokenIsNeededBeyondThisMachineAndKeepsOthersOut) {

@@ -56,6 +56,11 @@ function content(name, message) {
     return message.transforms
       .map((t) => `${t.parent_frame_id}>${t.child_frame_id}:${t.translation.x}:${t.rotation.w.toFixed(3)}`)
       .join(",");
+  if (name === "foxglove.CompressedImage") {
+    const data = Buffer.from(message.data); // a JPEG begins with FF D8 and ends with FF D9
+    const ends = `${data.subarray(0, 2).toString("hex")}..${data.subarray(-2).toString("hex")}`;
+    return `${message.frame_id} ${message.format} ${ends}`;
+  }
   return `${message.frame_id} ${message.width}x${message.height} ${message.K.join(",")}`;
 }
 
@@ -83,7 +88,7 @@ client.on("message", ({ subscriptionId, timestamp, data }) => {
   const [message, same] = types.map((type) => type.toObject(type.decode(bytes), options));
   assert.deepStrictEqual(message, same);
   if (channel.topic === "/points" && ++clouds < 2) return;
-  const time = channel.topic === "/points" ? ` ${timestamp}` : "";
+  const time = ["/points", "/cameras/left/image"].includes(channel.topic) ? ` ${timestamp}` : "";
   if (!lines.has(channel.topic))
     lines.set(channel.topic, `${channel.topic} ${channel.schemaName}${time} ${content(channel.schemaName, message)}`);
   if (done || lines.size < channels.size) return;

@@ -1,6 +1,7 @@
 """The page in Chromium, without a screen, as a person meets it.
 
-    test_page.py --page FOLDER --files FOLDER --chromium PROGRAM --driver PROGRAM [--screenshots FOLDER] [--serve fuse_flow_serve] [TEST ...]
+    test_page.py --page FOLDER --files FOLDER --chromium PROGRAM --driver PROGRAM [--screenshots FOLDER] [--serve fuse_flow_serve]
+                 [--viewer fuse_flow_viewer [--display "xvfb-run -a"]] [TEST ...]
 
 The stream comes from other_server.py, which does what a test tells it, and, with --serve, from fuse_flow_serve as well. Nothing here
 depends on how fast anything is: what is to happen is waited for. Exit code 77: something that it needs is not installed.
@@ -8,11 +9,14 @@ depends on how fast anything is: what is to happen is waited for. Exit code 77: 
 
 import argparse
 import contextlib
+import math
 import pathlib
 import re
+import shlex
 import struct
 import subprocess
 import sys
+import tempfile
 import time
 import traceback
 
@@ -29,6 +33,7 @@ except ImportError as error:
     sys.exit(77)
 
 from other_server import OtherServer, records
+from pictures import color_difference, intersection_over_union, read_png, silhouette
 
 PATIENCE = 90  # seconds, for what takes a fraction of one: software draws, and other tests run
 
@@ -143,6 +148,23 @@ def serving(server):
         yield server
     finally:
         server.stop()
+
+
+@contextlib.contextmanager
+def served(arguments, stream_file):
+    """By fuse_flow_serve; gives its link."""
+    process = subprocess.Popen([arguments.serve, str(stream_file), "--port", "0"], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    try:
+        link = None
+        for line in process.stdout:
+            link = re.search(r"https?://\S+", line)
+            if link:
+                break
+        check(link, "it prints a link")
+        yield link.group()
+    finally:
+        process.terminate()
+        process.wait(30)
 
 
 # ---- the tests: names are what holds
@@ -461,6 +483,96 @@ def test_the_address_says_which_way_is_up(page, arguments):
             check(page.get("fuse_flow.drawing.up.toArray()") == up, query)
 
 
+def link_to(view):
+    return "?up=z&view=" + ",".join(f"{value:g}" for value in view)
+
+
+def test_the_address_says_where_the_view_is_from(page, arguments):
+    with serving(other_server(arguments)) as server:
+        place = "[...fuse_flow.drawing.camera.position.toArray(), ...fuse_flow.drawing.controls.target.toArray(), fuse_flow.drawing.camera.fov]"
+
+        def near(values, view):
+            return all(abs(a - b) < 2e-3 for a, b in zip(values, view))
+        view = [2.5, -3, 1.75, 0.25, 0.5, 0.4, 38]
+        page.open(server.address + link_to(view))
+        page.until_frame(1)
+        check(near(page.get(place), view), str(page.get(place)))
+        page.key("v")  # a link to another view
+        check(page.get("new URLSearchParams(location.search).get('view')") == "2.5,-3,1.75,0.25,0.5,0.4,38")
+        page.run("fuse_flow.drawing.turn(0.5, 0.1)")
+        page.key("v")
+        turned = page.get(place)
+        check(not near(turned, view))
+        page.open(page.get("location.href"))
+        page.until_frame(1)
+        check(near(page.get(place), turned), f"{page.get(place)}, not {turned}")
+        page.key("r")
+        check(not near(page.get(place), turned), "everything is shown")
+        for wrong in ("1,2,3", "1,2,3,4,5,six", "1,2,3,1,2,3", "1,2,3,4,5,6,0", "1,2,3,4,5,6,7,8", "1,,3,4,5,6", ""):
+            page.open(server.address + "?view=" + wrong)
+            page.until("/^view is/.test(document.getElementById('note').textContent)", f"{wrong!r} is refused")
+            page.until_frame(1)
+            check(page.get(place)[6] >= 45, "the start is as without it")
+
+
+def test_the_picture_is_the_viewers_from_the_same_place(page, arguments):
+    """The screenshot of Chromium and that of fuse_flow_viewer, of the same stream file."""
+    if not (arguments.serve and arguments.viewer):
+        print("    not done: no --serve, or no --viewer")
+        return
+    room = pathlib.Path(arguments.files) / "room.ffs"
+    background = (20, 23, 28)
+    points, zoom = 4, 0.75
+    view = [1.9, -3.2, 2.3, 0.05, 0.1, 0.35]
+    with tempfile.TemporaryDirectory() as folder, served(arguments, room) as link:
+        fov = 30 / zoom  # of the viewer, where it is told where to stand
+
+        def screenshot(place):
+            page.open(link + link_to([*place, fov]))
+            page.until_frame(1)
+            # Nothing but points, of the viewer's size.
+            page.run("""
+              fuse_flow.drawing.setLook({size: arguments[0], byDistance: false, cameras: false});
+              for (const part of ['text', 'bar', 'names', 'note', 'legend', 'settings']) document.getElementById(part).style.display = 'none'""", points)
+            begin = page.get("fuse_flow.drawing.drawn")
+            page.run("fuse_flow.drawing.changed = true")
+            page.until(f"fuse_flow.drawing.drawn > {begin}")
+            return read_png(page.driver.get_screenshot_as_png())
+        ours = screenshot(view)
+        page.screenshot("as_the_viewer")
+        file = pathlib.Path(folder) / "viewer.png"
+        command = [*arguments.display, arguments.viewer, str(room), "--offscreen", "--screenshot", str(file), "--width", str(ours.width), "--height", str(ours.height),
+                   "--from", *map(str, view[:3]), "--at", *map(str, view[3:]), "--up", "0", "0", "1", "--zoom", str(zoom), "--point-size", str(points), "--press", "y,t"]
+        run = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=PATIENCE, check=False)
+        check(run.returncode == 0 and file.is_file(), run.stdout)
+        theirs = read_png(file.read_bytes())
+        if page.screenshots:
+            (page.screenshots / "the_viewer.png").write_bytes(file.read_bytes())
+        check((theirs.width, theirs.height) == (ours.width, ours.height), "their sizes differ")
+        theirs_drawn = silhouette(theirs, background)
+        check(0.15 < sum(theirs_drawn) / len(theirs_drawn) < 0.9, "the viewer's picture is of nothing")
+
+        def likeness(picture):
+            return intersection_over_union(silhouette(picture, background), theirs_drawn), color_difference(picture, theirs, background)
+
+        def alike(iou, difference):
+            return iou > 0.97 and difference < 3
+        iou, difference = likeness(ours)
+        print(f"    silhouettes: intersection over union {iou:.4f}; colours differ by {difference:.2f} of 255")
+        check(alike(iou, difference), f"the pictures differ: {iou}, {difference}")
+        # What would be wrong is seen: each of these is told from the viewer's picture.
+        x, y, z = view[0] - view[3], view[1] - view[4], view[2]
+        angle = math.radians(5)
+        orbited = [view[3] + math.cos(angle) * x - math.sin(angle) * y, view[4] + math.sin(angle) * x + math.cos(angle) * y, z, *view[3:]]
+        wrong = {"mirrored": ours.mirrored(), "upside down": ours.upside_down(), "turned by 5 degrees": ours.turned(5, bytes(background)),
+                 "from 5 degrees beside": screenshot(orbited), "red and blue swapped": ours.red_and_blue_swapped(),
+                 "10 pixels beside": ours.moved(10, 0, bytes(background))}
+        for name, picture in wrong.items():
+            iou, difference = likeness(picture)
+            print(f"    {name}: {iou:.4f}; {difference:.2f}")
+            check(not alike(iou, difference), f"a picture that is {name} would pass")
+
+
 def test_the_decoder_gives_the_same_here_as_the_library(page, arguments):
     """For where there is no node."""
     files = sorted(pathlib.Path(arguments.files).glob("*.ffs"))
@@ -494,16 +606,9 @@ def test_fuse_flow_serve_and_the_page_understand_each_other(page, arguments):
     if not arguments.serve:
         print("    not done: no --serve")
         return
-    process = subprocess.Popen([arguments.serve, str(sphere(arguments)), "--port", "0"], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
-    try:
-        link = None
-        for line in process.stdout:
-            link = re.search(r"https?://\S+", line)
-            if link:
-                break
-        check(link, "it prints a link")
+    with served(arguments, sphere(arguments)) as link:
         page.complaints()
-        page.open(link.group())
+        page.open(link)
         page.until_frame(4)
         page.screenshot("fuse_flow_serve")
         seen = page.pixels()
@@ -516,9 +621,6 @@ def test_fuse_flow_serve_and_the_page_understand_each_other(page, arguments):
         page.key(" ")
         page.until_frame(3)
         check(page.complaints() == [], str(page.complaints()))
-    finally:
-        process.terminate()
-        process.wait(30)
 
 
 def main():
@@ -529,6 +631,8 @@ def main():
     parser.add_argument("--driver", default="/usr/bin/chromedriver")
     parser.add_argument("--screenshots")
     parser.add_argument("--serve")
+    parser.add_argument("--viewer")
+    parser.add_argument("--display", type=shlex.split, default=[], help="what gives the viewer a display: 'xvfb-run -a'")
     parser.add_argument("tests", nargs="*")
     arguments = parser.parse_args()
     records(sphere(arguments).read_bytes())

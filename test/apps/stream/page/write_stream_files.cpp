@@ -76,6 +76,41 @@ std::vector<Point> scene(int frame, int points, float size = 1) {
   return cloud;
 }
 
+/** \brief What is not alike from any two sides, in any two colours: on a grey floor of three metres a high red box, a low blue one and a yellow
+ *  ball. So many points that surfaces are closed. */
+std::vector<Point> room() {
+  std::mt19937 random(7);
+  const auto unit = [&] { return static_cast<float>(static_cast<double>(random()) / 4294967296.0); };
+  std::vector<Point> cloud;
+  const auto add = [&](float x, float y, float z, int r, int g, int b) {
+    Point p{};
+    p.x = x;
+    p.y = y;
+    p.z = z;
+    p.bgra[2] = static_cast<std::uint8_t>(r);
+    p.bgra[1] = static_cast<std::uint8_t>(g);
+    p.bgra[0] = static_cast<std::uint8_t>(b);
+    p.confidence = 1;
+    p.view_count = 2;
+    cloud.push_back(p);
+  };
+  const float per_square_metre = 20000;
+  const auto count = [&](float area) { return static_cast<int>(per_square_metre * area); };
+  for (int k = count(9); k > 0; --k) add(3 * unit() - 1.5f, 3 * unit() - 1.5f, 0, 110, 115, 120);
+  const auto box = [&](float x, float y, float w, float d, float h, int r, int g, int b) {
+    for (int k = count(w * d); k > 0; --k) add(x + w * unit(), y + d * unit(), h, r, g, b);
+    for (int k = 2 * count(w * h); k > 0; --k) add(x + w * unit(), y + (k % 2 == 0 ? 0 : d), h * unit(), r, g, b);
+    for (int k = 2 * count(d * h); k > 0; --k) add(x + (k % 2 == 0 ? 0 : w), y + d * unit(), h * unit(), r, g, b);
+  };
+  box(-1.1f, 0.2f, 0.5f, 0.4f, 1.4f, 200, 40, 35);
+  box(0.4f, -1.0f, 0.8f, 0.5f, 0.5f, 40, 70, 210);
+  for (int k = count(4.0f * 3.14159f * 0.09f); k > 0; --k) {
+    const float z = 2 * unit() - 1, angle = 6.2831853f * unit(), r = std::sqrt(1 - z * z);
+    add(0.5f + 0.3f * r * std::cos(angle), 0.8f + 0.3f * r * std::sin(angle), 0.3f + 0.3f * z, 230, 200, 40);
+  }
+  return cloud;
+}
+
 fuse_flow::stream::Description description() {
   Description result;
   result.name = "sphere";
@@ -101,7 +136,7 @@ void put(std::ofstream& file, const std::vector<T>& values) {
 }
 
 void write(const std::string& path, const EncodingOptions& options, int frames, int points, float size,
-           const std::optional<Wishes>& wishes = {}) {
+           const std::optional<Wishes>& wishes = {}, const std::vector<Point>* cloud_of_all = nullptr) {
   FrameEncoder encoder(options);
   FrameDecoder decoder(1);
   StreamWriter writer(path + ".ffs", description());
@@ -111,7 +146,7 @@ void write(const std::string& path, const EncodingOptions& options, int frames, 
     times.number = static_cast<std::uint64_t>(k);
     times.captured = 1'700'000'000'000'000'000 + k * 200'000'000ll;
     times.encoded = times.captured + 40'000'000;
-    const auto frame = encoder.encode(viewOf(scene(k, points, size)), times);
+    const auto frame = encoder.encode(viewOf(cloud_of_all ? *cloud_of_all : scene(k, points, size)), times);
     const std::vector<std::uint8_t> message =
         (wishes ? messageOf(frame, select(*frame, *wishes)) : messageOf(frame)).joined();
     writer.write(message.data(), message.size());
@@ -150,4 +185,8 @@ int main(int argc, char** argv) {
   options.normals = options.view_count = options.confidence = options.camera_masks = false;
   write(folder + "one_layer", options, 1, 3000, 1);
   write(folder + "empty", options, 1, 0, 1);
+  options = {};
+  options.normals = false;
+  const std::vector<Point> in_the_room = room();
+  write(folder + "room", options, 1, 0, 1, {}, &in_the_room);
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <fuse_flow/depth_view.h>
 #include <fuse_flow/stream/description.h>
 #include <fuse_flow/stream/encoded_frame.h>
 
@@ -42,7 +43,8 @@ struct ServerOptions {
   std::size_t connections_per_second{50};  ///< new ones, ≥ 1; more wait
   std::chrono::milliseconds handshake_time{5000};  ///< for TLS, and for each request, > 0
   std::size_t header_bytes{8192};                  ///< of a request, 256 … 1 MB
-  std::size_t messages_per_second{200};            ///< of a client, with pings, ≥ 1; more end its connection
+  /** \brief Of a client, with pings, but for answers to the server's, ≥ 1; more end its connection. */
+  std::size_t messages_per_second{200};
   std::chrono::milliseconds answer_time{
       10'000};  ///< for a client to answer a frame, > 0; longer for many bytes: as for 100 KB/s
   std::size_t held_bytes{std::size_t{512}
@@ -56,7 +58,8 @@ struct ClientReport {
   double seconds{0};                 ///< since it came
   std::uint64_t frames{0};           ///< that it has answered
   std::uint64_t replaced{0};         ///< frames that it was not sent, as a newer one was there
-  std::uint64_t bytes{0};            ///< of the frames that it has answered
+  std::uint64_t images{0};           ///< of cameras, that it has answered
+  std::uint64_t bytes{0};            ///< of the frames and images that it has answered
   double bytes_per_second{0};        ///< that it takes, as measured; 0: not known yet
   double round_trip{0};              ///< seconds; 0: not known yet
   std::uint32_t points{0};           ///< of the frame that was sent last
@@ -65,11 +68,12 @@ struct ClientReport {
 
 struct ServerStatus {
   std::vector<ClientReport> clients;
-  std::size_t connections{0};  ///< with those of clients
-  std::uint64_t published{0};  ///< frames
-  std::uint64_t encoded{0};    ///< of them from clouds, each step that was asked for counts
-  std::uint64_t refused{0};    ///< requests: without the token, of other pages, malformed, too many
-  std::uint64_t dropped{0};    ///< clients that broke the rules or did not answer
+  std::size_t connections{0};       ///< with those of clients
+  std::uint64_t published{0};       ///< frames
+  std::uint64_t encoded{0};         ///< of them from clouds, each step that was asked for counts
+  std::uint64_t encoded_images{0};  ///< of cameras: those that somebody has subscribed to, and had time for
+  std::uint64_t refused{0};         ///< requests: without the token, of other pages, malformed, too many
+  std::uint64_t dropped{0};         ///< clients that broke the rules or did not answer
 };
 
 /** \brief Sends clouds to any number of clients, as doc/reference/stream_format.md has it, and files to browsers. Each client gets the
@@ -109,6 +113,22 @@ class Server {
   void publish(std::shared_ptr<const EncodedFrame> frame);
   /** \brief Whether anybody is connected who would get the next cloud: whoever makes clouds for the server alone need make none. */
   bool watched() const;
+
+  /** \brief An image of a camera, for clients of Foxglove's protocol: `foxglove.CompressedImage` by JPEG, with the frame and the time stamp that
+   *  belong to it, on the channel /cameras/NAME/image, which is there from a camera's first image on. Never waits: the image is encoded on a
+   *  thread of the server, once, if a client that has subscribed can take it, and else replaced by the next one. Each client gets the
+   *  newest; at most two of a camera are on their way to it.
+   *  \param camera its position in the description's cameras
+   *  \param pixels of the size of Camera::color's intrinsics, or of Camera::intrinsics where that is absent: it is what the calibration of the
+   *  camera describes, with its distortion. No image (null) does nothing.
+   *  \param times times.captured, or where that is 0 times.encoded, or now, is the stamp: give those of the cloud
+   *  \param owner of the pixels, which must stay as they are until it is released, some time after the call; null: they are copied before
+   *  the call returns, if somebody has subscribed
+   *  \throws std::invalid_argument if the description has no such camera, or the image not its size, or more than 65500 pixels a side */
+  void publishImage(std::size_t camera, const ImageView<Rgb8>& pixels, const FrameTimes& times,
+                    std::shared_ptr<const void> owner = nullptr);
+  /** \brief Whether anybody has subscribed to the images of a camera; before its first one, nobody can. */
+  bool imageWanted(std::size_t camera) const;
 
   ServerStatus status() const;
   /** \brief What happened since the last call, one line each, without tokens: clients that were refused or let go, and why. */
