@@ -160,6 +160,7 @@ const std::vector<std::pair<std::string, std::string>> kAliases = {
 class UnknownKeys {
  public:
   void look(const Json& object, const std::string& owner, const std::vector<std::string>& known) {
+    if (!object.is_object()) return;
     for (const auto& item : object.items()) {
       if (std::find(known.begin(), known.end(), item.key()) != known.end()) continue;
       const auto found = std::find_if(unknown_.begin(), unknown_.end(),
@@ -181,6 +182,17 @@ class UnknownKeys {
       lines.push_back(line);
     }
     return lines;
+  }
+  /** \brief Behind an error, of which they may be the reason: those that were likely meant for another. */
+  std::string misspelt() const {
+    std::string text;
+    int named = 0;
+    for (const Unknown& u : unknown_) {
+      const std::string meant = likelyMeant(u.key, *u.known, kAliases);
+      if (meant.empty() || named == 3) continue;
+      text += (named++ == 0 ? " (not known there: '" : ", '") + cutShort(u.key) + "', there is " + meant;
+    }
+    return named == 0 ? "" : text + ")";
   }
 
  private:
@@ -347,8 +359,14 @@ RigDescription readRigJson(const std::string& path, bool with_poses) {
     if (!names.insert(name.get<std::string>()).second)
       throw InputError(number + ": name is " + quoted(name) + ", which another camera has");
     const std::string owner = path + ": camera '" + name.get<std::string>() + "'";
-    rig.cameras.push_back(parseCamera(Entry{object, owner}, name.get<std::string>(), with_poses, rig.warnings));
-    checkCameraInput(path, rig.cameras.back().camera);
+    try {
+      rig.cameras.push_back(parseCamera(Entry{object, owner}, name.get<std::string>(), with_poses, rig.warnings));
+      checkCameraInput(path, rig.cameras.back().camera);
+    } catch (const InputError& error) {
+      UnknownKeys of_camera;
+      lookAtKeys(object, owner, of_camera);
+      throw InputError(error.what() + of_camera.misspelt());
+    }
     lookAtKeys(object, owner, unknown);
   }
   for (std::string& line : unknown.warnings()) rig.warnings.push_back(std::move(line));

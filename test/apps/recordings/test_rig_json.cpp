@@ -90,6 +90,24 @@ TEST_F(RigJson, KeysThatAreNotKnownAreNamedWithTheOneThatWasMeant) {
   EXPECT_TRUE(has({"camera 'left' color", "'T_color_depth'", "there is T_depth_color"}));
 }
 
+TEST_F(RigJson, AnErrorNamesTheKeyThatWasMisspelt) {
+  Json json = rig(leftCamera());
+  Json& camera = json["cameras"][0];
+  camera["distorsion"] = camera["distortion"];
+  camera.erase("distortion");
+  camera["distortion_model"] = "equidistant";
+  EXPECT_TRUE(refuses([&] { read(json); }, {"camera 'left': distortion is missing",
+                                            "(not known there: 'distorsion', there is distortion)"}));
+  json = rig(leftCamera());
+  camera.erase("width");
+  camera["widht"] = 640;
+  camera["note"] = "of 2024";
+  EXPECT_TRUE(refuses([&] { read(json); }, {"width is missing", "(not known there: 'widht', there is width)"}));
+  json = rig(leftCamera());
+  camera["color"] = "color/";  // no object, whose keys nobody can know
+  EXPECT_TRUE(refuses([&] { read(json); }, {"color"}));
+}
+
 TEST_F(RigJson, TheScaleOfConfidenceIsReadAndWritten) {
   Json json = rig(leftCamera());
   EXPECT_FALSE(read(json)[0].confidence_scale);
