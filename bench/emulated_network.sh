@@ -46,10 +46,11 @@ cat > "$work/enter" <<END
 while [[ \$1 == -* ]]; do shift; done
 rank=\$((\${1##*.} - 1))
 shift
-exec ip netns exec "$prefix-\$rank" unshare --uts bash -c "hostname computer\$rank; cd '$PWD'; \$*"
+exec ip netns exec "$prefix-\$rank" unshare --uts bash -c "hostname computer\$rank; cd $(printf '%q' "$PWD"); \$*"
 END
 chmod +x "$work/enter"
 
 list=$(IFS=,; echo "${hosts[*]}")
-"$work/enter" 10.213.77.1 mpirun --allow-run-as-root --host "$list" -n "$ranks" --bind-to none --mca plm_rsh_agent "$work/enter" \
-  --mca btl tcp,self --mca pml ob1 --mca btl_tcp_if_include wire --mca oob_tcp_if_include wire "$@"
+# As ssh's, it is a text for a shell.
+"$work/enter" 10.213.77.1 "$(printf '%q ' mpirun --allow-run-as-root --host "$list" -n "$ranks" --bind-to none --mca plm_rsh_agent "$work/enter" \
+  --mca btl tcp,self --mca pml ob1 --mca btl_tcp_if_include wire --mca oob_tcp_if_include wire "$@")"

@@ -252,11 +252,15 @@ class OrbbecDevice : public Device {
         askFrame(ob_pipeline_wait_for_frameset, pipeline_.get(), static_cast<std::uint32_t>(longest.count())));
     if (!frames) return {};
     const OrbbecFrame depth(askFrame(ob_frameset_get_depth_frame, frames.get()));
-    const OrbbecFrame color(askFrame(ob_frameset_get_color_frame, frames.get()));
+    // Depth and colour of an instant may come in a set each.
+    OrbbecFrame color(askFrame(ob_frameset_get_color_frame, frames.get()));
+    if (color && hasColor()) color_ = std::move(color);
     if (!depth) return {};
     const auto images = std::make_shared<LoadedView>();
     copyDepth(depth.get(), images->depth16);
-    if (color && hasColor() && together(depth.get(), color.get())) decode(color.get(), images->color);
+    const bool colored = color_ && together(depth.get(), color_.get());
+    if (colored) decode(color_.get(), images->color);
+    lookAtColors(colored);
     return DeviceImages{stampOf(depth.get()), images};
   }
 
@@ -386,6 +390,18 @@ class OrbbecDevice : public Device {
       waits_for_ = "its synchronisation mode waits for a program that triggers it; set it to standalone";
   }
 
+  /** \brief Says once that many views have none. */
+  void lookAtColors(bool colored) {
+    if (!hasColor() || said_colors_) return;
+    ++views_;
+    if (!colored) ++without_color_;
+    constexpr int enough = 90;  // views, some seconds
+    if (views_ < enough || without_color_ * 4 < views_) return;
+    notice_ = name() + ": " + std::to_string(without_color_) + " of " + std::to_string(views_) +
+              " views had no colour image of their time; its depth and colour should have the same rate";
+    said_colors_ = true;
+  }
+
   /** \brief Where colour is missing, a set may have an older one. */
   bool together(const ob_frame* depth, const ob_frame* color) const {
     const auto a = static_cast<double>(askFrame(ob_frame_get_timestamp_us, depth));
@@ -473,6 +489,9 @@ class OrbbecDevice : public Device {
   bool by_arrival_{false};
   std::vector<std::string> warnings_;
   std::string notice_;
+  OrbbecFrame color_;  ///< the last one
+  int views_{0}, without_color_{0};
+  bool said_colors_{false};
   UnwrappedStamp unwrapped_;
 };
 

@@ -275,16 +275,31 @@ std::vector<std::size_t> withoutCloud(const Options& options, const io::CloudFil
   }
   if (!options.sharesCameras()) return missing;
   distributed::Communicator& ranks = options.ranks->communicator();
+  constexpr std::uint32_t magic =
+      0x46464652;  // "RFFF": where another rank does not resume, no other message of this length begins so
   distributed::Message message;
-  distributed::MessageWriter(message).put(missing.data(), missing.size());
+  distributed::MessageWriter out_of(message);
+  out_of.put(magic);
+  out_of.put(static_cast<std::uint64_t>(missing.size()));
+  out_of.put(missing.data(), missing.size());
   std::vector<distributed::Communicator::Outgoing> out;
   if (options.ranks->isFirst())
     for (const int rank : distributed::otherRanks(ranks)) out.push_back({rank, message.data(), message.size()});
   std::vector<distributed::Message> in;
   ranks.exchange(out, options.ranks->isFirst() ? std::vector<int>() : std::vector<int>{0}, in);
   if (options.ranks->isFirst()) return missing;
-  missing.resize(in[0].size() / sizeof(std::size_t));
-  distributed::MessageReader(in[0], 0).get(missing.data(), missing.size());
+  distributed::MessageReader in_of(in[0], 0);
+  if (in[0].size() < sizeof magic || in_of.get<std::uint32_t>() != magic)
+    throw distributed::RankError(0, "does not --resume: all must, or none");
+  const auto count = static_cast<std::size_t>(in_of.get<std::uint64_t>());
+  const char* numbers = in_of.take(count, sizeof(std::size_t));
+  in_of.finish();
+  missing.resize(count);
+  if (count > 0) std::memcpy(missing.data(), numbers, count * sizeof(std::size_t));
+  for (const std::size_t frame : missing)
+    if (std::find(frames.begin(), frames.end(), frame) == frames.end())
+      throw io::InputError(options.inputs[0] + ": has no frame " + std::to_string(frame) +
+                           ", which rank 0 has: all ranks must have the same recording, and --frames");
   return missing;
 }
 
@@ -306,16 +321,16 @@ int runPlain(const Options& options, const CLI::App& app) {
   std::vector<std::size_t> frames = options.frames.empty() ? all : io::parseRangeOf(options.frames, all, "--frames");
   if (options.normals && !clouds.haveNormals()) throw io::OptionError("--normals: " + options.inputs[0] + " has none");
   const auto files = std::make_shared<io::CloudFiles>(options.output, options.format, frames.size());
+  io::InputFiles inputs(clouds.inputs());
+  inputs.add(options.config);
+  for (const std::size_t frame : frames) inputs.refuseToReplace("-o", files->pathOf(frame));
+  if (!options.report.empty()) inputs.refuseToReplace("--report", options.report);
   if (options.resume) {
     const std::vector<std::size_t> missing = withoutCloud(options, *files, frames);
     for (const std::size_t frame : frames) files->leaveToAnother(frame);
     frames = missing;
     if (frames.empty()) return command_line::kSuccess;
   }
-  io::InputFiles inputs(clouds.inputs());
-  inputs.add(options.config);
-  for (const std::size_t frame : frames) inputs.refuseToReplace("-o", files->pathOf(frame));
-  if (!options.report.empty()) inputs.refuseToReplace("--report", options.report);
   command_line::printWarnings(
       "fuse_flow_fuse",
       {"clouds without their images: the spatial hash alone fuses them, on the CPU; nothing says how sure a "
@@ -430,12 +445,12 @@ int run(Options& options, const command_line::MethodArguments& arguments) {
   std::vector<std::size_t> frames = ownFrames(options, all_frames);
 
   const auto files = std::make_shared<io::CloudFiles>(options.output, options.format, all_frames.size());
+  checkOutputs(options, *recording, *files, frames);
   const std::size_t of_frames = frames.size();
   if (options.resume) {
     frames = withoutCloud(options, *files, frames);
     if (frames.empty()) return command_line::kSuccess;
   }
-  checkOutputs(options, *recording, *files, frames);
   const std::set<std::size_t> own_frames(frames.begin(), frames.end());
   for (const std::size_t frame : all_frames)
     if (own_frames.count(frame) == 0) files->leaveToAnother(frame);

@@ -334,6 +334,42 @@ TEST(DistributedFuseFlow, SaysWhichRankCannotDoItsPartBeforeItSharesWhatItMeasur
   EXPECT_NE(said.find("rank 1 cannot do its part of the frame: "), std::string::npos) << said;
 }
 
+// D^r is shared before the summaries that say which codec a rank has: all must see it, and end the same exchange.
+TEST(DistributedFuseFlow, AnotherCodecIsSeenByAllBeforeTheySharedWhatTheyMeasured) {
+  const Scene scene = noisyRoom(4, 7);
+  FuseFlowParameters agree;
+  agree.agreement.min_views = 1;
+  for (const int n : {2, 3})
+    for (const int odd : {0, n - 1}) {
+      std::mutex mutex;
+      int named = 0;
+      ranks::forEachRank(n, [&](int rank, Communicator& communicator) {
+        Ranks fusion(communicator);
+        fusion.setParameters(agree);
+        const fuse_flow::RigFrame part = ranks::partOf(scene.rig, inTurn(4, n), rank);
+        Cloud cloud;
+        for (const bool other_has_it : {true, false}) {
+          fusion.setCodec((rank == odd) == other_has_it ? std::make_shared<ranks::RunLengths>() : nullptr);
+          try {
+            fusion.fuse(part, cloud);
+            ADD_FAILURE() << "rank " << rank << " of " << n;
+          } catch (const RankError& error) {
+            const std::lock_guard<std::mutex> lock(mutex);
+            named +=
+                std::string(error.what()).find("compresses messages otherwise than rank " + std::to_string(rank)) !=
+                        std::string::npos
+                    ? 1
+                    : 0;
+          }
+        }
+        fusion.setCodec(std::make_shared<ranks::RunLengths>());
+        fusion.fuse(part, cloud);
+        EXPECT_FALSE(cloud.empty());
+      });
+      EXPECT_EQ(named, 2 * n);
+    }
+}
+
 TEST(DistributedFuseFlow, NamesARankThatDoesNotAnswer) {
   const Scene scene = noisyRoom(2, 9);
   try {

@@ -32,14 +32,17 @@ namespace {
 
 /** \brief Each client takes a file descriptor, of which a shell gives a program 1024, and the system more if it asks. */
 void requireDescriptors(std::size_t clients) {
-  const rlim_t wanted = clients + 300;  // connections beyond clients, images, cameras
+  constexpr rlim_t others = 300;  // connections beyond clients, images, cameras
+  const rlim_t wanted = clients + others;
   rlimit files{};
   if (getrlimit(RLIMIT_NOFILE, &files) != 0 || files.rlim_cur >= wanted) return;
+  if (files.rlim_max <= others) return;  // few even for one client: whatever fits
   if (files.rlim_max < wanted)
     throw io::OptionError("--clients " + std::to_string(clients) + ": a process may have " +
-                          std::to_string(files.rlim_max) + " open files here (ulimit -Hn), must be fewer");
+                          std::to_string(files.rlim_max) + " open files here, must be " +
+                          std::to_string(files.rlim_max - others) + " or fewer, or ulimit -Hn raised");
   files.rlim_cur = wanted;
-  setrlimit(RLIMIT_NOFILE, &files);
+  setrlimit(RLIMIT_NOFILE, &files);  // never more than the limit, which needs no right
 }
 
 }  // namespace

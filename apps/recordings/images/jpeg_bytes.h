@@ -4,6 +4,7 @@
 
 #include <cstdio>  // before jpeglib.h, which needs it
 #include <cstdlib>
+#include <memory>
 #include <string>
 
 #include <jpeglib.h>
@@ -20,6 +21,11 @@ inline std::string jpegBytes(const ImageView<Rgb8>& image, int quality, bool hal
       &errors);  // of a whole image in memory nothing can go wrong but memory, and then it ends the program
   jpeg_create_compress(&info);
   unsigned char* bytes = nullptr;
+  const auto release = [&bytes](jpeg_compress_struct* used) {
+    jpeg_destroy_compress(used);
+    std::free(bytes);
+  };
+  const std::unique_ptr<jpeg_compress_struct, decltype(release)> released(&info, release);
   unsigned long size = 0;
   jpeg_mem_dest(&info, &bytes, &size);
   info.image_width = static_cast<JDIMENSION>(image.width);
@@ -35,10 +41,7 @@ inline std::string jpegBytes(const ImageView<Rgb8>& image, int quality, bool hal
     jpeg_write_scanlines(&info, &row, 1);
   }
   jpeg_finish_compress(&info);
-  std::string jpeg(reinterpret_cast<const char*>(bytes), size);
-  jpeg_destroy_compress(&info);
-  std::free(bytes);
-  return jpeg;
+  return std::string(reinterpret_cast<const char*>(bytes), size);
 }
 
 }  // namespace fuse_flow::io

@@ -203,8 +203,11 @@ bool FoxgloveSession::overdue(Clock::time_point now) {
     refuse("it does not answer pings");
     return true;
   }
-  const Unanswered& oldest = unanswered_.front();
-  if (now - std::max(oldest.sent, last_answer_) <= answer_time_ + takes(oldest.bytes)) return false;
+  // The pong that is awaited comes after all that its ping was sent for.
+  std::size_t bytes = 0;
+  for (std::size_t k = 0; k < std::min(std::max<std::size_t>(pinged_for_, 1), unanswered_.size()); ++k)
+    bytes += unanswered_[k].bytes;
+  if (now - std::max(unanswered_.front().sent, last_answer_) <= answer_time_ + takes(bytes)) return false;
   refuse("a frame was not taken in time");
   return true;
 }
@@ -350,8 +353,11 @@ void FoxgloveSession::sendNextCloud() {
 void FoxgloveSession::sendCloud(const std::shared_ptr<const CloudPayload>& payload, Clock::duration time,
                                 bool refines) {
   const std::size_t all = payload->up_to.size();
-  // In the time of a frame as many bytes go to images as went since the last one.
-  const std::size_t images = std::exchange(image_bytes_, 0);
+  // In the time of a frame as many bytes go to images as went in as long since the last cloud, which may be much longer ago.
+  const Clock::time_point now = Clock::now();
+  const double part =
+      std::min(1.0, std::chrono::duration<double>(time) / std::chrono::duration<double>(now - cloud_sent_));
+  const auto images = static_cast<std::size_t>(part * static_cast<double>(image_bytes_));
   std::size_t budget = pace_.budget(time, payload->bytes(all) + images, std::nullopt, refines);
   if (budget > 0) budget = std::max(budget, images + network::Pace::kLeast) - images;
   std::size_t layers = all;
@@ -364,6 +370,8 @@ void FoxgloveSession::sendCloud(const std::shared_ptr<const CloudPayload>& paylo
   }
   sequence_ = payload->sequence;
   layers_ = layers;
+  image_bytes_ = 0;
+  cloud_sent_ = now;
   Outgoing outgoing =
       dataMessage(dataHeader(of_channels_[kPointsChannel].id, payload->time) + payload->beginning(layers), payload,
                   payload->points.data(), payload->stride * payload->up_to[layers - 1]);

@@ -107,6 +107,7 @@ class FoxgloveSession : public network::Session {
   std::size_t layers_{0};         ///< of that
   bool limited_{false};           ///< by its pace
   std::size_t image_bytes_{0};    ///< that were sent since the last cloud
+  Clock::time_point cloud_sent_;  ///< the last one; none yet: long ago
   std::uint32_t last_served_{0};  ///< channel
   std::deque<Unanswered> unanswered_;
   std::size_t handed_over_{0};  ///< of them, the first so many are out

@@ -51,11 +51,13 @@ void ImageFeed::subscribe(std::uint32_t channel, const std::weak_ptr<network::Ch
 }
 
 void ImageFeed::unsubscribe(std::uint32_t channel, const std::weak_ptr<network::Channel>& client) {
+  decltype(slots_)::node_type
+      gone;  // released after the lock: its image is the caller's, whose deleter may ask the server
   const std::lock_guard<std::mutex> lock(mutex_);
   const auto slot = slots_.find(channel);
   if (slot == slots_.end()) return;
   slot->second.subscribers.erase(client);
-  if (slot->second.subscribers.empty()) slots_.erase(slot);
+  if (slot->second.subscribers.empty()) gone = slots_.extract(slot);
 }
 
 bool ImageFeed::wanted(std::uint32_t channel) const {

@@ -30,6 +30,13 @@ class CodedMessage {
     return magic == kMagic;
   }
 
+  /** \brief Codec::format() of one; 0 if it is too short. */
+  static std::uint32_t formatOf(const Message& message) {
+    std::uint32_t format = 0;
+    if (message.size() >= 2 * sizeof format) std::memcpy(&format, message.data() + sizeof format, sizeof format);
+    return format;
+  }
+
   /** \param plain what to code  \param parts what its bytes are, in their order; what they do not reach is of any kind
    *  \param coded receives the message  \param threads as in host::parallelFor() */
   void code(const Codec& codec, const Message& plain, const MessageParts& parts, int threads, Message& coded) {
@@ -73,7 +80,8 @@ class CodedMessage {
       Segment segment{bytes, 0, {}, nullptr};
       std::memcpy(&segment.header, table + s * sizeof(Header), sizeof(Header));
       segment.bytes = segment.header.bytes;
-      if (segment.bytes > kSegment || segment.header.record == 0) in.fail("a segment that cannot be");
+      if (segment.bytes > kSegment || segment.header.record == 0 || segment.header.record > kSegment)
+        in.fail("a segment that cannot be");
       if (segment.bytes > limit - bytes) in.fail("more than the frame has");
       segment.coded = in.take(segment.header.coded, 1);
       bytes += segment.bytes;

@@ -117,6 +117,7 @@ class FuseFlow<PointT, device::Host> {
   void exchange(const std::vector<Message>& out) { exchangeWithAll(*communicator_, out, in_, part_statistics_); }
   void exchangeCoded(const std::vector<Message>& out, const std::vector<MessageParts>& parts);
   void decodeIncoming(const std::vector<int>& from);
+  void checkCodecs(const std::vector<int>& from) const;
 
   Communicator* communicator_;
   detail::OneThread one_thread_;

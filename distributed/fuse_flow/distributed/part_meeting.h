@@ -28,6 +28,11 @@ inline void exchangeWithAll(Communicator& communicator, const std::vector<Messag
   for (const Message& message : in) statistics.bytes_received += message.size();
 }
 
+/** \brief As the rest of a sentence that begins with another rank. */
+inline std::string whyOtherCodec(int own) {
+  return "compresses messages otherwise than rank " + std::to_string(own) + ": all must have the same codec, or none";
+}
+
 /** \brief \throws RankError if another rank could not do its part, or has another rig or other parameters. \param parts by rank */
 inline void checkParts(const std::vector<PartSummary>& parts, int own) {
   const PartSummary& mine = parts[static_cast<std::size_t>(own)];
@@ -38,8 +43,7 @@ inline void checkParts(const std::vector<PartSummary>& parts, int own) {
     if (parts[r].rig != mine.rig)
       throw RankError(rank, "has other cameras" + than + ": all must have the same calibration");
     if (parts[r].parameters != mine.parameters) throw RankError(rank, "has other parameters" + than);
-    if (parts[r].codec != mine.codec)
-      throw RankError(rank, "compresses messages otherwise" + than + ": all must have the same codec, or none");
+    if (parts[r].codec != mine.codec) throw RankError(rank, whyOtherCodec(own));
   }
 }
 

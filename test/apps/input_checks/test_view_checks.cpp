@@ -397,6 +397,8 @@ TEST(EmptyClouds, TheOptionThatLeavesNoPointIsNamedOnce) {
 TEST(UnknownKeys, TheNameThatWasMeantIsOneThatDiffersInALetterOrTwo) {
   const std::vector<std::string> known{"distortion", "depth_scale", "fx", "fy"};
   EXPECT_EQ(io::likelyMeant("distorsion", known), "distortion");
+  EXPECT_EQ(io::likelyMeant("widht", {"height", "width"}), "width") << "two letters in the wrong order";
+  EXPECT_EQ(io::likelyMeant("xf", {"cx", "fx"}), "fx");
   EXPECT_EQ(io::likelyMeant("depthScale", known), "depth_scale");
   EXPECT_EQ(io::likelyMeant("serial_number", known), "");
   EXPECT_EQ(io::likelyMeant("fps", known, {{"fps", "frames_per_second"}}), "frames_per_second");

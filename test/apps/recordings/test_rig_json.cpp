@@ -91,21 +91,20 @@ TEST_F(RigJson, KeysThatAreNotKnownAreNamedWithTheOneThatWasMeant) {
 }
 
 TEST_F(RigJson, AnErrorNamesTheKeyThatWasMisspelt) {
-  Json json = rig(leftCamera());
-  Json& camera = json["cameras"][0];
+  Json camera = leftCamera();
   camera["distorsion"] = camera["distortion"];
   camera.erase("distortion");
   camera["distortion_model"] = "equidistant";
-  EXPECT_TRUE(refuses([&] { read(json); }, {"camera 'left': distortion is missing",
-                                            "(not known there: 'distorsion', there is distortion)"}));
-  json = rig(leftCamera());
+  EXPECT_TRUE(refuses([&] { read(rig(camera)); }, {"camera 'left': distortion is missing",
+                                                   "(not known there: 'distorsion', there is distortion)"}));
+  camera = leftCamera();
   camera.erase("width");
   camera["widht"] = 640;
   camera["note"] = "of 2024";
-  EXPECT_TRUE(refuses([&] { read(json); }, {"width is missing", "(not known there: 'widht', there is width)"}));
-  json = rig(leftCamera());
+  EXPECT_TRUE(refuses([&] { read(rig(camera)); }, {"width is missing", "(not known there: 'widht', there is width)"}));
+  camera = leftCamera();
   camera["color"] = "color/";  // no object, whose keys nobody can know
-  EXPECT_TRUE(refuses([&] { read(json); }, {"color"}));
+  EXPECT_TRUE(refuses([&] { read(rig(camera)); }, {"color"}));
 }
 
 TEST_F(RigJson, TheScaleOfConfidenceIsReadAndWritten) {

@@ -273,6 +273,22 @@ TEST_F(Interrupt, WhatItLeftIsFusedByTheNextRunThatResumes) {
       << "poses are followed from the first frame on";
 }
 
+TEST_F(Interrupt, WhoResumesMayReplaceNoMoreThanOthers) {
+  ASSERT_TRUE(succeeded(fuse({recording(), "-o", out("clouds")})));
+  const std::string first = readText(fs::path(out("clouds")) / "000000.ply");
+  fs::remove(fs::path(out("clouds")) / "000001.ply");
+  const ToolResult report =
+      fuse({recording(), "-o", out("clouds"), "--resume", "--report", out("clouds/000000.ply"), "--no-overlap"});
+  EXPECT_TRUE(isOneLineError(report, 2, {"--report", "a cloud goes to this file"}));
+  EXPECT_EQ(readText(fs::path(out("clouds")) / "000000.ply"), first);
+  // Clouds of scanners, into the folder that they are in.
+  const ToolResult onto =
+      fuse({out("clouds/000000.ply"), out("clouds/000002.ply"), "-o", out("clouds/000000.ply"), "--resume"});
+  EXPECT_NE(onto.exit_code, 0) << onto.out;
+  EXPECT_EQ(onto.err.find("nothing is left to do"), std::string::npos) << onto.err;
+  EXPECT_EQ(readText(fs::path(out("clouds")) / "000000.ply"), first);
+}
+
 /** \brief Side by side, some more frames are at hand: each that the message counts is whole, and no other is there. */
 TEST_F(Interrupt, SideBySideFinishesTheFramesAtHand) {
   const ToolResult result =

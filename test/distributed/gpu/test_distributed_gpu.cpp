@@ -182,6 +182,7 @@ TEST(DistributedGpu, LetsARankThatDoesNotFuseGiveItsViews) {
     if (rank == 0) {
       EXPECT_TRUE(part.empty());
       EXPECT_GT(fusion.getPartStatistics().bytes_sent, 0u);
+      EXPECT_EQ(fusion.getPartStatistics().bytes_plain, fusion.getPartStatistics().bytes_sent);
     } else {
       expectSamePoints(part, fuseOnOne(scene.rig), "all at the other");
       EXPECT_EQ(part.header.stamp, scene.rig.stamp);

@@ -230,6 +230,7 @@ class DevicePartPipeline : public gpu::FramePipeline {
     times.mark("unpack", 2.0 * static_cast<double>(received_.bytesOfMessages()));
     part_statistics.messages += sent_.messages().size();
     part_statistics.bytes_sent += sent_.bytesOfMessages();
+    part_statistics.bytes_plain += sent_.bytesOfMessages();
     part_statistics.bytes_received += received_.bytesOfMessages();
   }
 

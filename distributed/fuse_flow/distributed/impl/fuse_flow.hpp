@@ -18,10 +18,21 @@ void FuseFlow<PointT, device::Host>::exchangeCoded(const std::vector<Message>& o
         coding_.code(*codec_, out[r], parts[r], pipeline_.resolvedThreads(), coded_[r]);
   }
   exchange(codec_ ? coded_ : out);
+  checkCodecs(otherRanks(*communicator_));
   part_statistics_.bytes_plain -= part_statistics_.bytes_sent - before;  // not these, but
   for (const int r : otherRanks(*communicator_))
     part_statistics_.bytes_plain += out[out.size() == 1 ? 0 : static_cast<std::size_t>(r)].size();
   decodeIncoming(otherRanks(*communicator_));
+}
+
+/** \brief Before anything that has come is read: that another rank has another codec all see in the same exchange, so that all end it. */
+template <typename PointT>
+void FuseFlow<PointT, device::Host>::checkCodecs(const std::vector<int>& from) const {
+  for (std::size_t k = 0; k < in_.size(); ++k) {
+    const bool right = CodedMessage::isOne(in_[k]) ? codec_ && CodedMessage::formatOf(in_[k]) == codec_->format()
+                                                   : !codec_ || !RefinedMessages::isOne(in_[k]);
+    if (!right) throw RankError(from[k], whyOtherCodec(own()));
+  }
 }
 
 /** \brief Puts what others have coded back into its place among what came in. */
@@ -46,6 +57,7 @@ template <typename PointT>
 void FuseFlow<PointT, device::Host>::shareRefined() {
   std::vector<Message> out(1);
   RefinedMessages::write(pipeline_, out[0]);
+  if (ranks() == 1) return;
   exchangeCoded(out, {{{out[0].size(), ByteKind::Words}}});
   const std::vector<int> others = otherRanks(*communicator_);
   for (std::size_t k = 0; k < others.size(); ++k) {
