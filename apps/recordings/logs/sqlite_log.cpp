@@ -6,7 +6,10 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <filesystem>
+#include <limits>
 #include <map>
+#include <system_error>
 
 namespace fuse_flow::io {
 
@@ -67,6 +70,12 @@ class SqliteLog : public MessageLog {
     const int result = sqlite3_open_v2(path.c_str(), &database, SQLITE_OPEN_READONLY, nullptr);
     database_.reset(database);
     if (result != SQLITE_OK) throw InputError(path + ": cannot be opened: " + sqlite3_errstr(result));
+    // A row says how long it is, and SQLite takes that memory before it reads: no row is longer than the file. SQLite 3.40 does not look at this limit
+    // here; what it takes then is given back untouched, as there is nothing to read.
+    std::error_code unknown;
+    const std::uintmax_t size = std::filesystem::file_size(path, unknown);
+    constexpr std::uintmax_t most = std::numeric_limits<int>::max();
+    if (!unknown) sqlite3_limit(database_.get(), SQLITE_LIMIT_LENGTH, static_cast<int>(std::min(size, most)));
     readTopics();
     readTimes();
     data_ = std::make_unique<Query>(database, path_, "SELECT data FROM messages WHERE id = ?");

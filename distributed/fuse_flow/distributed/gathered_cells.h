@@ -30,6 +30,7 @@ void writeGathered(const GatheredCells& cells, const pcl::PointCloud<PointT>& pa
   out.put(static_cast<std::uint8_t>(part.is_dense));
   out.put(cells.data(), cells.size());
   parts = {{message.size()}, {part.size() * sizeof(PointT), ByteKind::Words, sizeof(PointT) / sizeof(std::uint32_t)}};
+  if (part.empty()) return;
   std::memcpy(out.room(part.size() * sizeof(PointT)), static_cast<const void*>(part.points.data()),
               part.size() * sizeof(PointT));
 }
@@ -61,7 +62,7 @@ void mergeGathered(const GatheredCells& own, const pcl::PointCloud<PointT>& part
     GatheredCells cells;
     const char* bytes = in.take(cell_count, sizeof(GatheredCell));
     cells.resize(cell_count);
-    std::memcpy(cells.data(), bytes, cell_count * sizeof(GatheredCell));
+    if (cell_count > 0) std::memcpy(cells.data(), bytes, cell_count * sizeof(GatheredCell));
     std::size_t fused = 0;
     for (const GatheredCell& cell : cells) fused += cell.fused;
     if (fused != points) in.fail("cells that do not have its points");
@@ -74,7 +75,7 @@ void mergeGathered(const GatheredCells& own, const pcl::PointCloud<PointT>& part
   char* to = reinterpret_cast<char*>(whole.points.data());
   for (const Piece& piece : pieces) {
     const std::size_t bytes = piece.count * sizeof(PointT);
-    std::memcpy(to, piece.points, bytes);
+    if (bytes > 0) std::memcpy(to, piece.points, bytes);
     to += bytes;
   }
   whole.header = part.header;

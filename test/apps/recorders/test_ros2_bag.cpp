@@ -1,6 +1,7 @@
 #if defined(FUSE_FLOW_WITH_FASTCDR) && defined(FUSE_FLOW_WITH_SQLITE) && defined(FUSE_FLOW_WITH_LZ4)
 
 #include "recordings/files/checksum.h"
+#include "recordings/files/file_io.h"
 #include "recordings/messages/cdr_message.h"
 #include "recordings/messages/image_messages.h"
 #include "recordings/messages/rig_messages.h"
@@ -289,6 +290,30 @@ TEST_F(Ros2Bag, WhatIsNoBagIsRefusedInALine) {
   writeSqlite(path("nothing.db3"), {{"/chatter", "std_msgs/msg/String", std::string(io::CdrMessage().view()), 0}});
   EXPECT_TRUE(refuses([&] { io::openRecording({path("nothing.db3")}); },
                       {"has no images of a depth camera", "std_msgs/String"}));
+}
+
+/** \brief SQLite takes memory for a row before it reads it. Versions differ in what they say of one that cannot be. */
+TEST_F(Ros2Bag, ARowThatIsLongerThanItsFileIsRefused) {
+  std::vector<Sent> messages = rig(1);
+  constexpr std::uint32_t padding =
+      2'200'000;  // lengths of 4 bytes, SQLite's varints: 7 bits each, the first with the most
+  messages[0].bytes += std::string(padding, '\0');
+  writeSqlite(path("rig.db3"), messages);
+  std::string bytes = io::readFile(path("rig.db3"));
+  const auto byte = [&](std::size_t k) { return static_cast<unsigned char>(bytes[k]); };
+  std::size_t found = 0;
+  for (std::size_t k = 0; k + 4 < bytes.size() && found == 0; ++k) {
+    if (byte(k) < 128 || byte(k + 1) < 128 || byte(k + 2) < 128 || byte(k + 3) >= 128) continue;
+    const std::uint32_t length =
+        (byte(k) & 127u) << 21 | (byte(k + 1) & 127u) << 14 | (byte(k + 2) & 127u) << 7 | byte(k + 3);
+    if (length > padding && length < padding + 2000 && byte(k + 4) == 1) found = k;  // and the first row's number
+  }
+  ASSERT_GT(found, 0u);
+  bytes[found] = '\xff';  // some 266 MB
+  write("long.db3", bytes);
+  EXPECT_TRUE(refuses([&] { io::openRecording({path("long.db3")}); }, {"long.db3: is damaged, or no bag of ROS 2"}));
+  write("rig_again.db3", io::readFile(path("rig.db3")));
+  EXPECT_NO_THROW(io::openRecording({path("rig_again.db3")}));
 }
 
 TEST_F(Ros2Bag, ADepthTopicWithoutItsCameraInfoIsRefused) {
