@@ -179,6 +179,8 @@ void compareWithModel(Choices& choices) {
         break;
       case 1:  // the clock of all is set back
         shift += 1000 * static_cast<std::int64_t>(choices.below(65536));
+        // By less it is no new start but a view that is late, and what comes then looks as if frames had been lost.
+        if (shift <= parameters.max_wait.count() + 2 * periods[camera]) break;
         stamps[camera] -= shift;
         pushed[camera] = false;
         break;
