@@ -28,8 +28,8 @@ stream::FrameTimes timesOf(const FusedFrame& frame) {
   return {frame.number, 1000 * static_cast<std::int64_t>(frame.arrived.count()), now()};
 }
 
-StreamSink::StreamSink(std::shared_ptr<stream::Server> server, stream::Description description)
-    : server_(std::move(server)), description_(std::move(description)) {}
+StreamSink::StreamSink(std::shared_ptr<stream::Server> server, stream::Description description, bool images)
+    : server_(std::move(server)), description_(std::move(description)), images_(images) {}
 
 void StreamSink::describe(const std::vector<Camera>& cameras) {
   const auto time = std::chrono::steady_clock::now();
@@ -57,7 +57,7 @@ void StreamSink::publishImages(const std::shared_ptr<const FusedFrame>& frame, c
 void StreamSink::take(const std::shared_ptr<const FusedFrame>& frame) {
   describe(frame->input.rig.cameras);
   const stream::FrameTimes times = frame->encoded ? frame->encoded->times : timesOf(*frame);
-  publishImages(frame, times);  // first: they are encoded while the cloud is
+  if (images_) publishImages(frame, times);  // first: they are encoded while the cloud is
   if (frame->encoded) {
     server_->publish(frame->encoded);
   } else if (frame->has_normals) {

@@ -17,10 +17,10 @@ stream::FrameTimes timesOf(const FusedFrame& frame);
 /** \brief Sends the cloud of each frame to the clients of a server. */
 class StreamSink : public FrameSink {
  public:
-  /** \param description its cameras are those of the first frame */
-  StreamSink(std::shared_ptr<stream::Server> server, stream::Description description);
+  /** \param description its cameras are those of the first frame  \param images whether the cameras' colour images go with the clouds */
+  StreamSink(std::shared_ptr<stream::Server> server, stream::Description description, bool images);
 
-  /** \brief Cameras that have moved are told to the clients, once a second at most. The frame's colour images are sent, too. */
+  /** \brief Cameras that have moved are told to the clients, once a second at most. */
   void take(const std::shared_ptr<const FusedFrame>& frame) override;
   std::vector<std::string> finish() override;
 
@@ -30,6 +30,7 @@ class StreamSink : public FrameSink {
 
   std::shared_ptr<stream::Server> server_;
   stream::Description description_;
+  bool images_;
   bool described_{false};
   std::chrono::steady_clock::time_point described_at_;
 };

@@ -251,56 +251,59 @@ std::string oddCloud(std::size_t points, std::size_t fused) {
          "(--min-cell-size) as large as the distance of the scanners' points";
 }
 
-/** \brief Of \p frames those whose cloud is not there yet. Where ranks share cameras the first says which: the others may have another disk. */
+/** \brief Of \p frames those whose cloud is not there yet. */
 std::vector<std::size_t> withoutCloud(const Options& options, const io::CloudFiles& files,
                                       const std::vector<std::size_t>& frames) {
+  // A pipe is no cloud of before, and an empty file none that was finished.
+  const auto is_there = [&](std::size_t frame) {
+    std::error_code error;
+    const std::string path = files.pathOf(frame);
+    return fs::is_regular_file(path, error) && fs::file_size(path, error) > 0;
+  };
   std::vector<std::size_t> missing;
-  if (options.writes()) {
-    // A pipe is no cloud of before, and an empty file none that was finished.
-    const auto is_there = [&](std::size_t frame) {
-      std::error_code error;
-      const std::string path = files.pathOf(frame);
-      return fs::is_regular_file(path, error) && fs::file_size(path, error) > 0;
-    };
-    std::copy_if(frames.begin(), frames.end(), std::back_inserter(missing),
-                 [&](std::size_t k) { return !is_there(k); });
-    const std::string rank =
-        options.ranks && options.share_frames ? "rank " + std::to_string(options.ranks->rank()) + ": " : "";
-    if (const std::size_t there = frames.size() - missing.size(); there > 0)
-      warnOf(rank + "--resume: " + std::to_string(there) + " of " + std::to_string(frames.size()) +
-             " clouds are there and stay as they are; of other options they would be others" +
-             (missing.empty()          ? "; nothing is left to do"
-              : options.report.empty() ? ""
-                                       : "; --report tells of the rest"));
-  }
-  if (!options.sharesCameras()) return missing;
+  std::copy_if(frames.begin(), frames.end(), std::back_inserter(missing), [&](std::size_t k) { return !is_there(k); });
+  const std::string rank =
+      options.ranks && options.share_frames ? "rank " + std::to_string(options.ranks->rank()) + ": " : "";
+  if (const std::size_t there = frames.size() - missing.size(); there > 0)
+    warnOf(rank + "--resume: " + std::to_string(there) + " of " + std::to_string(frames.size()) +
+           " clouds are there and stay as they are; of other options they would be others" +
+           (missing.empty()          ? "; nothing is left to do"
+            : options.report.empty() ? ""
+                                     : "; --report tells of the rest"));
+  return missing;
+}
+
+/** \brief The first rank's \p missing at all ranks: the others may have another disk. \param frames of the recording, as this rank has it */
+std::vector<std::size_t> asTheFirstRank(const Options& options, const std::vector<std::size_t>& missing,
+                                        const std::vector<std::size_t>& frames) {
   distributed::Communicator& ranks = options.ranks->communicator();
-  constexpr std::uint32_t magic =
-      0x46464652;  // "RFFF": where another rank does not resume, no other message of this length begins so
+  // "RFFF": of a rank that does not resume there comes something else, which does not begin so.
+  constexpr std::uint32_t magic = 0x46464652;
   distributed::Message message;
-  distributed::MessageWriter out_of(message);
-  out_of.put(magic);
-  out_of.put(static_cast<std::uint64_t>(missing.size()));
-  out_of.put(missing.data(), missing.size());
+  distributed::MessageWriter writer(message);
+  writer.put(magic);
+  writer.put(static_cast<std::uint64_t>(missing.size()));
+  writer.put(missing.data(), missing.size());
   std::vector<distributed::Communicator::Outgoing> out;
   if (options.ranks->isFirst())
     for (const int rank : distributed::otherRanks(ranks)) out.push_back({rank, message.data(), message.size()});
   std::vector<distributed::Message> in;
   ranks.exchange(out, options.ranks->isFirst() ? std::vector<int>() : std::vector<int>{0}, in);
   if (options.ranks->isFirst()) return missing;
-  distributed::MessageReader in_of(in[0], 0);
-  if (in[0].size() < sizeof magic || in_of.get<std::uint32_t>() != magic)
+  distributed::MessageReader reader(in[0], 0);
+  if (in[0].size() < sizeof magic || reader.get<std::uint32_t>() != magic)
     throw distributed::RankError(0, "does not --resume: all must, or none");
-  const auto count = static_cast<std::size_t>(in_of.get<std::uint64_t>());
-  const char* numbers = in_of.take(count, sizeof(std::size_t));
-  in_of.finish();
-  missing.resize(count);
-  if (count > 0) std::memcpy(missing.data(), numbers, count * sizeof(std::size_t));
-  for (const std::size_t frame : missing)
-    if (std::find(frames.begin(), frames.end(), frame) == frames.end())
+  const auto count = static_cast<std::size_t>(reader.get<std::uint64_t>());
+  const char* numbers = reader.take(count, sizeof(std::size_t));
+  reader.finish();
+  std::vector<std::size_t> first(count);
+  if (count > 0) std::memcpy(first.data(), numbers, count * sizeof(std::size_t));
+  const std::set<std::size_t> known(frames.begin(), frames.end());
+  for (const std::size_t frame : first)
+    if (known.count(frame) == 0)
       throw io::InputError(options.inputs[0] + ": has no frame " + std::to_string(frame) +
                            ", which rank 0 has: all ranks must have the same recording, and --frames");
-  return missing;
+  return first;
 }
 
 /** \brief Clouds of scanners, whose images nobody has: the spatial hash alone fuses them. */
@@ -448,7 +451,9 @@ int run(Options& options, const command_line::MethodArguments& arguments) {
   checkOutputs(options, *recording, *files, frames);
   const std::size_t of_frames = frames.size();
   if (options.resume) {
-    frames = withoutCloud(options, *files, frames);
+    const std::vector<std::size_t> all_own = frames;
+    frames = options.writes() ? withoutCloud(options, *files, all_own) : all_own;
+    if (options.sharesCameras()) frames = asTheFirstRank(options, frames, all_own);
     if (frames.empty()) return command_line::kSuccess;
   }
   const std::set<std::size_t> own_frames(frames.begin(), frames.end());

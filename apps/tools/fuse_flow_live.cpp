@@ -192,8 +192,8 @@ int run(const Options& options, const command_line::LiveArguments& live, const S
     description.cameras = rig->cameras();
     server->describe(description);
     // One cloud waits: who looks at a stream wants the newest.
-    sinks.push_back(std::make_shared<io::BackgroundSink>(std::make_shared<io::StreamSink>(server, description), 1,
-                                                         io::BackgroundSink::WhenFull::Drop));
+    sinks.push_back(std::make_shared<io::BackgroundSink>(
+        std::make_shared<io::StreamSink>(server, description, stream.images()), 1, io::BackgroundSink::WhenFull::Drop));
     command_line::printLink("fuse_flow_live", *server);
   }
 #endif

@@ -69,8 +69,8 @@ int serve(const Options& options, const command_line::LiveArguments& live,
   description.step = arguments.step();
   description.cameras = rig->cameras();
   server->describe(description);
-  const auto sink = std::make_shared<io::BackgroundSink>(std::make_shared<io::StreamSink>(server, description), 1,
-                                                         io::BackgroundSink::WhenFull::Drop);
+  const auto sink = std::make_shared<io::BackgroundSink>(
+      std::make_shared<io::StreamSink>(server, description, arguments.images()), 1, io::BackgroundSink::WhenFull::Drop);
   command_line::LivePump::Options pump_options;
   pump_options.stereo = stereo.get();
   pump_options.tool = kTool;

@@ -79,6 +79,8 @@ StreamArguments::StreamArguments(CLI::App& app) {
       ->capture_default_str();
   app.add_flag("!--no-confidence", options_.encoding.confidence, "stream no confidence of each point");
   app.add_flag("!--no-view-count", options_.encoding.view_count, "stream no number of cameras of each point");
+  app.add_flag("!--no-images", images_,
+               "keep the cameras' images to yourself: without it Foxglove's clients may have them");
 }
 
 std::shared_ptr<stream::Server> StreamArguments::open(const std::string& method) const {

@@ -27,10 +27,13 @@ class StreamArguments {
   std::shared_ptr<stream::Server> open(const std::string& method) const;
   /** \brief Metres, see EncodingOptions::step. */
   double step() const { return 1e-3 * step_mm_; }
+  /** \brief Whether clients may see the images of the cameras, too. */
+  bool images() const { return images_; }
 
  private:
   stream::ServerOptions options_;
   double step_mm_{1};
+  bool images_{true};
   std::string token_file_, certificate_, key_;
 };
 

@@ -1,5 +1,7 @@
 #include "stream/foxglove/feed.h"
 
+#include "stream/foxglove/end_thread.h"
+
 #include <algorithm>
 #include <stdexcept>
 #include <utility>
@@ -23,14 +25,7 @@ Feed::~Feed() { stop(); }
 
 void Feed::stop() {
   images_.stop();
-  std::thread thread;
-  {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    stopped_ = true;
-    thread.swap(thread_);
-  }
-  wanted_.notify_all();
-  if (thread.joinable()) thread.join();
+  endThread(mutex_, stopped_, wanted_, thread_);
 }
 
 void Feed::describe(const Description& description) {

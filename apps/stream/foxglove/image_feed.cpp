@@ -1,6 +1,7 @@
 #include "stream/foxglove/image_feed.h"
 
 #include "recordings/images/jpeg_bytes.h"
+#include "stream/foxglove/end_thread.h"
 #include "stream/foxglove/protobuf_writer.h"
 
 #include <algorithm>
@@ -34,16 +35,7 @@ RawImage copyOf(const RawImage& image) {
 
 }  // namespace
 
-void ImageFeed::stop() {
-  std::thread thread;
-  {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    stopped_ = true;
-    thread.swap(thread_);
-  }
-  wanted_.notify_all();
-  if (thread.joinable()) thread.join();
-}
+void ImageFeed::stop() { endThread(mutex_, stopped_, wanted_, thread_); }
 
 void ImageFeed::subscribe(std::uint32_t channel, const std::weak_ptr<network::Channel>& client) {
   const std::lock_guard<std::mutex> lock(mutex_);

@@ -114,7 +114,9 @@ class FuseFlow<PointT, device::Host> {
   void shareRefined();
   void exchangeWindows();
   void fuseCells(PointCloud& output);
-  void exchange(const std::vector<Message>& out) { exchangeWithAll(*communicator_, out, in_, part_statistics_); }
+  void exchange(const std::vector<Message>& out, const std::vector<Message>& plain) {
+    exchangeWithAll(*communicator_, out, plain, in_, part_statistics_);
+  }
   void exchangeCoded(const std::vector<Message>& out, const std::vector<MessageParts>& parts);
   void decodeIncoming(const std::vector<int>& from);
   void checkCodecs(const std::vector<int>& from) const;

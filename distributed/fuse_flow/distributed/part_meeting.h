@@ -12,16 +12,17 @@ namespace fuse_flow {
 namespace distributed {
 
 /** \brief Sends a message to every other rank, and waits for theirs. \param out one for all, or one for each by rank
- *  \param in receives them in the order of otherRanks()  \param statistics counts the bytes */
-inline void exchangeWithAll(Communicator& communicator, const std::vector<Message>& out, std::vector<Message>& in,
-                            PartStatistics& statistics) {
+ *  \param plain what they were before they were coded, or the same  \param in receives them in the order of otherRanks()
+ *  \param statistics counts the bytes */
+inline void exchangeWithAll(Communicator& communicator, const std::vector<Message>& out,
+                            const std::vector<Message>& plain, std::vector<Message>& in, PartStatistics& statistics) {
   const std::vector<int> others = otherRanks(communicator);
   std::vector<Communicator::Outgoing> outgoing;
   for (const int r : others) {
-    const Message& message = out[out.size() == 1 ? 0 : static_cast<std::size_t>(r)];
-    outgoing.push_back({r, message.data(), message.size()});
-    statistics.bytes_sent += message.size();
-    statistics.bytes_plain += message.size();
+    const std::size_t k = out.size() == 1 ? 0 : static_cast<std::size_t>(r);
+    outgoing.push_back({r, out[k].data(), out[k].size()});
+    statistics.bytes_sent += out[k].size();
+    statistics.bytes_plain += plain[k].size();
     ++statistics.messages;
   }
   communicator.exchange(outgoing, others, in);

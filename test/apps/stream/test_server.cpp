@@ -361,6 +361,7 @@ TEST(StreamServer, OptionsThatAreWrongAreNamed) {
   refused("key", [](auto& options) { options.certificate = "a.pem"; });
   refused("threads", [](auto& options) { options.threads = 0; });
   refused("clients", [](auto& options) { options.clients = 0; });
+  refused("connections", [](auto& options) { options.connections = options.clients - 1; });
   refused("header_bytes", [](auto& options) { options.header_bytes = 10; });
   refused("step", [](auto& options) { options.encoding.step = -1; });
 }

@@ -118,6 +118,20 @@ TEST_F(Serve, FoxgloveGetsTheImagesOfTheCamerasWithTheStampsOfTheClouds) {
   EXPECT_TRUE(ended(served));
 }
 
+TEST_F(Serve, ImagesStayAtHomeIfTheyAreAskedTo) {
+  const ToolResult served = serve({recording(), "--no-images"}, [&](const std::string& link) {
+    const auto port = static_cast<std::uint16_t>(std::stoi(link.substr(link.find(':', link.find("//")) + 1)));
+    fuse_flow::test::FoxgloveClient client(port);
+    client.subscribe(1, client.channels().at("/points"));
+    for (int clouds = 0; clouds < 3; ++clouds) client.nextData();  // each comes after the images of its frame
+    fuse_flow::test::FoxgloveClient later(port);
+    const std::map<std::string, std::uint32_t> channels = later.channels();
+    EXPECT_EQ(channels.count("/cameras/camera_0/calibration"), 1u);
+    EXPECT_EQ(channels.count("/cameras/camera_0/image"), 0u);
+  });
+  EXPECT_TRUE(ended(served));
+}
+
 TEST_F(Serve, ATokenIsNeededBeyondThisMachineAndKeepsOthersOut) {
   const ToolResult open = runProgram(FUSE_FLOW_SERVE_TOOL, {recording(), "--port", "0", "--address", "0.0.0.0"});
   EXPECT_NE(open.exit_code, 0);

@@ -105,7 +105,7 @@ class DevicePartPipeline : public gpu::FramePipeline {
     part_statistics.views = summary().views.size();
     out_.resize(1);
     summary().write(out_[0]);
-    exchangeWithAll(*communicator, out_, in_, part_statistics);
+    exchangeWithAll(*communicator, out_, out_, in_, part_statistics);
     if (failure) std::rethrow_exception(failure);
     const std::vector<int> others = otherRanks(*communicator);
     for (std::size_t k = 0; k < others.size(); ++k)
@@ -209,7 +209,7 @@ class DevicePartPipeline : public gpu::FramePipeline {
                  windows_);
     times.mark("windows");
     WindowTables::write(windows_, own_views_, own(), ranks(), out_, windows_to_send_);
-    exchangeWithAll(*communicator, out_, in_, part_statistics);
+    exchangeWithAll(*communicator, out_, out_, in_, part_statistics);
     WindowTables::read(in_, otherRanks(*communicator), views_, origin_, windows_to_receive_);
     sent_.layOut(run, windows_to_send_, planes_);
     received_.layOut(run, windows_to_receive_, planes_);

@@ -10,19 +10,16 @@ namespace distributed {
 template <typename PointT>
 void FuseFlow<PointT, device::Host>::exchangeCoded(const std::vector<Message>& out,
                                                    const std::vector<MessageParts>& parts) {
-  const std::size_t before = part_statistics_.bytes_sent;
   if (codec_) {
     coded_.resize(out.size());
     for (std::size_t r = 0; r < out.size(); ++r)
       if (out.size() == 1 || static_cast<int>(r) != own())
         coding_.code(*codec_, out[r], parts[r], pipeline_.resolvedThreads(), coded_[r]);
   }
-  exchange(codec_ ? coded_ : out);
-  checkCodecs(otherRanks(*communicator_));
-  part_statistics_.bytes_plain -= part_statistics_.bytes_sent - before;  // not these, but
-  for (const int r : otherRanks(*communicator_))
-    part_statistics_.bytes_plain += out[out.size() == 1 ? 0 : static_cast<std::size_t>(r)].size();
-  decodeIncoming(otherRanks(*communicator_));
+  exchange(codec_ ? coded_ : out, out);
+  const std::vector<int> others = otherRanks(*communicator_);
+  checkCodecs(others);
+  decodeIncoming(others);
 }
 
 /** \brief Before anything that has come is read: that another rank has another codec all see in the same exchange, so that all end it. */
@@ -96,7 +93,7 @@ void FuseFlow<PointT, device::Host>::meet(const RigFrame& frame) {
   part_statistics_.views = summary.views.size();
   std::vector<Message> out(1);
   summary.write(out[0]);
-  exchange(out);
+  exchange(out, out);
   if (failure) std::rethrow_exception(failure);  // and where it did not come to shareRefined(), this stood for it
   const std::vector<int> others = otherRanks(*communicator_);
   for (std::size_t k = 0; k < others.size(); ++k)
