@@ -37,6 +37,18 @@ std::optional<Nanoseconds> nanoseconds(std::int64_t time, const AVStream& stream
   return std::abs(stamp) <= kLatestTime / 2 ? std::optional(stamp) : std::nullopt;
 }
 
+/** \brief How its pictures are to be turned, or nullptr. */
+const std::int32_t* displayMatrix(const AVStream& stream) {
+#if LIBAVCODEC_VERSION_INT >= AV_VERSION_INT(60, 31, 0)  // since FFmpeg 6.1
+  const AVCodecParameters& parameters = *stream.codecpar;
+  const AVPacketSideData* const data =
+      av_packet_side_data_get(parameters.coded_side_data, parameters.nb_coded_side_data, AV_PKT_DATA_DISPLAYMATRIX);
+  return data == nullptr ? nullptr : reinterpret_cast<const std::int32_t*>(data->data);
+#else
+  return reinterpret_cast<const std::int32_t*>(av_stream_get_side_data(&stream, AV_PKT_DATA_DISPLAYMATRIX, nullptr));
+#endif
+}
+
 }  // namespace
 
 struct DecodedVideo::Decoder {
@@ -105,8 +117,8 @@ DecodedVideo::DecodedVideo(const std::string& path) : path_(path), decoder_(std:
   decoding.apply_cropping = 1;
   if (const int opened = avcodec_open2(&decoding, codec, nullptr); opened < 0)
     throw InputError(path + ": cannot be decoded: " + libavReason(opened));
-  if (const std::uint8_t* matrix = av_stream_get_side_data(decoder_->stream, AV_PKT_DATA_DISPLAYMATRIX, nullptr)) {
-    const double degrees = av_display_rotation_get(reinterpret_cast<const std::int32_t*>(matrix));
+  if (const std::int32_t* const matrix = displayMatrix(*decoder_->stream)) {
+    const double degrees = av_display_rotation_get(matrix);
     if (std::isfinite(degrees) && std::lround(degrees) % 360 != 0)
       warnings_.push_back(path + ": is to be shown turned by " + std::to_string(std::lround(-degrees)) +
                           " degrees; its pictures are taken as they are stored, " + std::to_string(width_) + "x" +

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <limits>
+#include <string_view>
 
 namespace fuse_flow::stream {
 
@@ -17,9 +18,9 @@ constexpr int kLargestImage = 65536;  // pixels, wide or high
 
 [[noreturn]] void fail(const std::string& what) { throw FormatError("description: " + what); }
 
-const Json& at(const Json& json, const char* key, const std::string& of) {
+const Json& at(const Json& json, const char* key, std::string_view of) {
   const auto found = json.find(key);
-  if (found == json.end()) fail(of + "'" + key + "' is missing");
+  if (found == json.end()) fail(std::string(of) + "'" + key + "' is missing");
   return *found;
 }
 
