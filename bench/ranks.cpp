@@ -1,17 +1,21 @@
 // How the work of a frame and what is sent divide among ranks, which are threads of this process: processor time, bytes and messages are
-// counted, not time, so that there may be more ranks than cores. fuse_flow_ranks_bench [WIDTH HEIGHT]
+// counted, not time, so that there may be more ranks than cores. fuse_flow_ranks_bench [--poses] [WIDTH HEIGHT]
 
 #include "median.h"
 #include "room.h"
 
+#include <fuse_flow/distributed/calibration/extrinsic_tracking.h>
 #include <fuse_flow/distributed/fuse_flow.h>
 #include <fuse_flow/distributed/thread_ranks.h>
 #include <fuse_flow/point_types.h>
 
 #include <ctime>
 
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
+#include <numeric>
 #include <thread>
 
 namespace {
@@ -36,10 +40,14 @@ class InTurn : public fuse_flow::distributed::Communicator {
   int size() const override { return ranks_.size(); }
   void exchange(const std::vector<Outgoing>& out, const std::vector<int>& from,
                 std::vector<fuse_flow::distributed::Message>& in) override {
+    for (const Outgoing& message : out) bytes_sent += message.size;
+    messages += out.size();
     lock_.unlock();
     ranks_.exchange(out, from, in);
     lock_.lock();
   }
+
+  std::size_t bytes_sent{0}, messages{0};
 
  private:
   fuse_flow::distributed::Communicator& ranks_;
@@ -154,11 +162,66 @@ void weak(int width, int height) {
   }
 }
 
+/** \brief Poses, followed from frame to frame; cameras around one room, more and more ranks. */
+void poses(int cameras, int width, int height) {
+  const bench::Room room(cameras, width, height);
+  std::vector<char> memory(room.bytes());
+  const RigFrame frame = room.render(memory.data(), 1);
+  std::printf(
+      "\n%d cameras around one room, poses followed: of one frame\n\n| ranks | work a rank, ms | most | over the ideal "
+      "| MB sent a rank | most | messages, at most |\n|---|---|---|---|---|---|---|\n",
+      cameras);
+  double alone = 0;
+  for (const int ranks : {1, 2, 4, 8}) {
+    fuse_flow::distributed::ThreadRanks group(ranks, 600);
+    std::vector<double> work(static_cast<std::size_t>(ranks)), sent = work, messages = work;
+    std::vector<std::thread> threads;
+    std::mutex turn;
+    std::vector<int> rank_of;
+    for (int i = 0; i < cameras; ++i) rank_of.push_back(i * ranks / cameras);
+    for (int r = 0; r < ranks; ++r)
+      threads.emplace_back([&, r] {
+        InTurn communicator(group.communicator(r), turn);
+        fuse_flow::distributed::ExtrinsicTracking tracking(communicator, frame.cameras);
+        tracking.setNumberOfThreads(1);
+        tracking.setMinInterval(0);
+        const RigFrame part = partOf(frame, rank_of, r);
+        tracking.push(part);  // lays out memory
+        std::vector<double> times;
+        constexpr int frames = 5;
+        communicator.bytes_sent = communicator.messages = 0;
+        for (int k = 0; k < frames; ++k) {
+          const double start = processorTime();
+          tracking.push(part);
+          times.push_back(processorTime() - start);
+        }
+        const auto rank = static_cast<std::size_t>(r);
+        work[rank] = bench::median(times);
+        sent[rank] = 1e-6 * static_cast<double>(communicator.bytes_sent) / frames;
+        messages[rank] = static_cast<double>(communicator.messages) / frames;
+      });
+    for (std::thread& thread : threads) thread.join();
+    const auto mean = [&](const std::vector<double>& of) { return std::accumulate(of.begin(), of.end(), 0.0) / ranks; };
+    const auto most = [](const std::vector<double>& of) { return *std::max_element(of.begin(), of.end()); };
+    if (ranks == 1) alone = work[0];
+    std::printf("| %d | %.1f | %.1f | %.2f | %.2f | %.2f | %.0f |\n", ranks, mean(work), most(work),
+                mean(work) * ranks / alone, mean(sent), most(sent), most(messages));
+    std::fflush(stdout);
+  }
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
+  const bool only_poses = argc > 1 && std::strcmp(argv[1], "--poses") == 0;
+  argc -= only_poses;
+  argv += only_poses;
   const int width = argc > 2 ? std::atoi(argv[1]) : 320, height = argc > 2 ? std::atoi(argv[2]) : 240;
   std::printf("Images of %dx%d; one thread a rank\n", width, height);
+  if (only_poses) {
+    poses(8, width, height);
+    return 0;
+  }
   strong(8, width, height, false, Ownership::Curve,
          "8 cameras around one room, neighbours at one rank, cells by the curve");
   strong(64, width, height, false, Ownership::Curve,
@@ -166,4 +229,5 @@ int main(int argc, char** argv) {
   strong(64, width, height, true, Ownership::Curve, "The same, neighbours at different ranks");
   strong(64, width, height, false, Ownership::Hash, "Neighbours at one rank, cells by the hash");
   weak(width, height);
+  poses(8, width, height);
 }

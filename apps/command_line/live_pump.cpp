@@ -1,5 +1,6 @@
 #include "command_line/live_pump.h"
 
+#include "calibration/shared_poses.h"
 #include "command_line/arguments/recording_arguments.h"
 #include "command_line/message_of.h"
 #include "recordings/files/file_io.h"
@@ -19,6 +20,12 @@ std::vector<bool> estimatedBy(const io::ViewStereo* stereo, const io::LiveRig& r
   std::vector<bool> estimated;
   for (std::size_t k = 0; k < rig.cameras().size(); ++k) estimated.push_back(stereo && stereo->estimates(k));
   return estimated;
+}
+
+/** \brief Of ranks: frames wait while they search for poses together, so not in each. */
+io::PoseMakers sharedPoses(distributed::Communicator& communicator, const io::MethodOptions& options) {
+  constexpr std::uint64_t interval = 250'000;  // microseconds
+  return io::makersOfSharedPoses(communicator, options.threads, interval);
 }
 
 double secondsSince(std::chrono::steady_clock::time_point start) {
@@ -54,7 +61,9 @@ LivePump::LivePump(Options options, io::LiveRig& rig, std::vector<std::shared_pt
     : options_(std::move(options)),
       rig_(rig),
       sinks_(std::move(sinks)),
-      extrinsics_(options_.method_options.device, options_.method_options.warn),
+      extrinsics_(
+          options_.method_options.device, options_.method_options.warn,
+          options_.leader ? sharedPoses(options_.leader->communicator(), options_.method_options) : io::PoseMakers()),
       checks_(options_.method, options_.method_options.parameters, estimatedBy(options_.stereo, rig),
               options_.leader == nullptr),
       empty_(options_.method, options_.method_options),
@@ -156,13 +165,13 @@ void LivePump::fuse(const io::LiveInstant& instant) {
   frame->live = instant.held;
   if (instant.estimated) frame->live.emplace_back(instant.estimated, &instant.estimated->images[0]);  // it stays
   frame->input.images.assign(instant.held.size(), {});
+  if (options_.leader) options_.leader->fuse(instant, options_.refine_extrinsics);  // what follows all ranks do
   if (options_.refine_extrinsics) extrinsics_.place(frame->input.rig);
   for (const CameraMotion& motion : extrinsics_.moved())
     std::cerr << io::describe(motion, frame->input.rig.cameras) << std::endl;
   const bool look = checks_.look(instant, frame->input);
   const std::chrono::steady_clock::time_point start = std::chrono::steady_clock::now();
   try {
-    if (options_.leader) options_.leader->fuse(instant);
     frame->encoded = nullptr;
 #ifdef FUSE_FLOW_WITH_STREAM
     if (options_.method_options.encoding) frame->encoded = method_->fuseEncoded(frame->input.rig, io::timesOf(*frame));
@@ -216,12 +225,10 @@ std::unique_ptr<io::ViewStereo> stereoOf(const std::string& tool, const io::Live
   return stereo;
 }
 
-void requireOfLiveRanks(const std::string& method, const io::MethodOptions& options, bool refine_extrinsics) {
+void requireOfLiveRanks(const std::string& method, const io::MethodOptions& options) {
   if (method != "fuse_flow") throw io::OptionError("--method " + method + ": runs in one process only");
   if (options.device == "gpu")
     throw io::OptionError("--device gpu: ranks that share the cameras of a frame fuse on their CPUs");
-  if (refine_extrinsics)
-    throw io::OptionError("--refine-extrinsics: needs the images of all cameras, must be one process");
 }
 
 void followLiveRank(const std::string& tool, Ranks& ranks, const LiveArguments& live,
@@ -231,13 +238,15 @@ void followLiveRank(const std::string& tool, Ranks& ranks, const LiveArguments& 
   const std::unique_ptr<io::FollowingRank> rank = live.join(tool + ", " + name, inputs, recording, ranks);
   const auto method = io::makeDistributedFusion(ranks.communicator(), options, share);
   LiveChecks checks("fuse_flow", options.parameters, std::vector<bool>(rank->cameras().size(), false), false);
+  io::LiveExtrinsics extrinsics(options.device, {}, sharedPoses(ranks.communicator(), options));
   io::LoadedFrame frame;
   io::Method::Cloud nothing;  // rank 0 gets the clouds
-  rank->run([&](const io::LiveInstant& instant) {
+  rank->run([&](const io::LiveInstant& instant, bool refines) {
     frame.rig = instant.rig;
     frame.images.assign(instant.held.size(), {});
+    if (refines) extrinsics.place(frame.rig);
     checks.look(instant, frame);
-    method->fuse(instant.rig, nothing);
+    method->fuse(frame.rig, nothing);
   });
   method->summary();
   for (const std::string& line : checks.complaints()) std::cout << "  " << name << ": " << line << "\n";

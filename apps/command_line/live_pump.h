@@ -132,7 +132,7 @@ io::StereoOptions stereoOfLive(const std::string& tool, const StereoArguments& s
                                MethodArguments& method, io::MethodOptions& options);
 
 /** \brief Throws OptionError for what ranks that share the cameras of a live rig cannot do. */
-void requireOfLiveRanks(const std::string& method, const io::MethodOptions& options, bool refine_extrinsics);
+void requireOfLiveRanks(const std::string& method, const io::MethodOptions& options);
 
 /** \brief At a rank that is not the first: opens its cameras, joins, and fuses its part until rank 0 ends. */
 void followLiveRank(const std::string& tool, Ranks& ranks, const LiveArguments& live,

@@ -22,7 +22,7 @@ using distributed::MessageReader;
 using distributed::MessageWriter;
 
 /** \brief Of what is sent here; changes with every change of it. */
-constexpr std::uint32_t kVersion = 2;
+constexpr std::uint32_t kVersion = 3;
 
 /** \brief What all ranks do next. */
 enum class Order : std::uint8_t { Report, Fuse, Stop };
@@ -179,11 +179,12 @@ void LeadingRank::poll() {
     if (others_[k].source != nullptr) others_[k].source->take(in_[k]);
 }
 
-void LeadingRank::fuse(const LiveInstant& instant) {
+void LeadingRank::fuse(const LiveInstant& instant, bool refines) {
   std::vector<Message> out(others_.size());
   for (std::size_t k = 0; k < others_.size(); ++k) {
     MessageWriter writer(out[k]);
     writer.put(Order::Fuse);
+    writer.put(static_cast<std::uint8_t>(refines));
     writer.put(instant.rig.stamp);
     for (std::size_t c = 0; c < others_[k].cameras; ++c) {
       const std::optional<std::uint64_t>& stamp = instant.stamps[others_[k].first + c];
@@ -317,6 +318,7 @@ void FollowingRank::report() {
 LiveInstant FollowingRank::instantOf(const Message& order) {
   MessageReader in(order, 0);
   in.get<Order>();
+  in.get<std::uint8_t>();  // see run()
   LiveInstant instant;
   instant.rig.stamp = in.get<std::uint64_t>();
   instant.rig.cameras = cameras_;
@@ -346,22 +348,23 @@ LiveInstant FollowingRank::instantOf(const Message& order) {
   return instant;
 }
 
-void FollowingRank::run(const std::function<void(const LiveInstant& instant)>& fuse) {
+void FollowingRank::run(const std::function<void(const LiveInstant& instant, bool refines)>& fuse) {
   std::vector<Message> in;
   for (;;) {
     communicator_.exchange({}, {0}, in);
-    switch (MessageReader(in[0], 0).get<Order>()) {
+    MessageReader order(in[0], 0);
+    switch (order.get<Order>()) {
       case Order::Report:
         report();
         break;
       case Order::Fuse:
-        fuse(instantOf(in[0]));
+        fuse(instantOf(in[0]), order.get<std::uint8_t>() != 0);
         break;
       case Order::Stop:
         stop();
         return;
       default:
-        MessageReader(in[0], 0).fail("an order that is none");
+        order.fail("an order that is none");
     }
   }
 }

@@ -54,8 +54,8 @@ class LeadingRank {
   /** \brief Asks the others what came, and hands it to the LiveRig, whose LiveRig::start() was called. Often: what is not asked for is late.
    *  \throws distributed::RankError */
   void poll();
-  /** \brief All ranks fuse this instant, each with its own images. Before Method::fuse(). */
-  void fuse(const LiveInstant& instant);
+  /** \brief All ranks fuse this instant, each with its own images. Before Method::fuse(). \param refines whether all search for poses before that */
+  void fuse(const LiveInstant& instant, bool refines = false);
   /** \brief The others end. */
   void stop();
 
@@ -89,9 +89,9 @@ class FollowingRank {
   /** \brief Of all ranks, as rank 0 has them. */
   const std::vector<Camera>& cameras() const { return cameras_; }
 
-  /** \brief Until rank 0 ends. \param fuse is given each instant, with the images that are here; must call Method::fuse()
-   *  \throws distributed::RankError, and what \p fuse throws */
-  void run(const std::function<void(const LiveInstant& instant)>& fuse);
+  /** \brief Until rank 0 ends. \param fuse is given each instant, with the images that are here, and whether all ranks search for poses; must call
+   *  Method::fuse()  \throws distributed::RankError, and what \p fuse throws */
+  void run(const std::function<void(const LiveInstant& instant, bool refines)>& fuse);
 
  private:
   struct Kept;  ///< what has come of the cameras here

@@ -1,6 +1,6 @@
 // Fuses a recording of several depth cameras, frame by frame.
 
-#include "calibration/live_extrinsics.h"
+#include "calibration/shared_poses.h"
 #include "clouds/plain_clouds.h"
 #include "command_line/arguments/method_arguments.h"
 #include "command_line/arguments/option_checks.h"
@@ -396,9 +396,6 @@ void prepareRanks(Options& options, const std::string& spec) {
     if (options.method_options.device == "gpu")
       throw io::OptionError(
           "--device gpu: ranks that share the cameras of a frame fuse on their CPUs; --ranks frames uses GPUs");
-    if (options.refine_extrinsics)
-      throw io::OptionError(
-          "--refine-extrinsics: needs the images of all cameras, must be --ranks frames, or one process");
     if (spec == "stereo")
       throw io::OptionError(
           "--depth-source stereo: needs the images of all cameras, must be --ranks frames, or one process");
@@ -418,6 +415,12 @@ std::vector<std::size_t> ownFrames(const Options& options, const std::vector<std
        k += static_cast<std::size_t>(options.ranks->size()))
     own.push_back(all[k]);
   return own;
+}
+
+io::PoseMakers poseMakers(const Options& options) {
+  constexpr std::uint64_t interval = 30'000;  // microseconds, as in one process: ranks give the same clouds
+  if (!options.sharesCameras()) return {};
+  return io::makersOfSharedPoses(options.ranks->communicator(), options.method_options.threads, interval);
 }
 
 int run(Options& options, const command_line::MethodArguments& arguments) {
@@ -470,7 +473,7 @@ int run(Options& options, const command_line::MethodArguments& arguments) {
                  host::resolveThreads(static_cast<int>(options.method_options.threads)));
 
   io::FramePool pool;
-  io::LiveExtrinsics extrinsics(options.method_options.device, options.method_options.warn);
+  io::LiveExtrinsics extrinsics(options.method_options.device, options.method_options.warn, poseMakers(options));
   io::catchInterrupts();
   Progress progress(frames.size());
   const auto start = std::chrono::steady_clock::now();
@@ -498,7 +501,7 @@ int run(Options& options, const command_line::MethodArguments& arguments) {
       if (!options.writes())
         for (const io::DamagedView& view : frame->input.damaged)
           std::cerr << "fuse_flow_fuse, rank " << options.ranks->rank() << ": " << view.message << std::endl;
-      for (const CameraMotion& motion : extrinsics.moved())
+      for (const CameraMotion& motion : options.writes() ? extrinsics.moved() : std::vector<CameraMotion>())
         std::cerr << io::describe(motion, frame->input.rig.cameras) << std::endl;
       method->fuse(frame->input.rig, frame->cloud);
     } catch (const io::InputError&) {

@@ -341,7 +341,7 @@ int main(int argc, char** argv) {
       options.stereo =
           command_line::stereoOfLive("fuse_flow_live", stereo, ranks != nullptr, method, options.method_options);
       if (!ranks) return run(options, live, stream);
-      command_line::requireOfLiveRanks(options.method, options.method_options, options.refine_extrinsics);
+      command_line::requireOfLiveRanks(options.method, options.method_options);
       if (options.window)
         throw io::OptionError(
             "the window: no rank has the images of all cameras; must be --no-window, and --serve shows the clouds in a "

@@ -195,7 +195,7 @@ int main(int argc, char** argv) {
         return replay(options, live, live.loops(), stream);
       }
       if (!ranks) return serve(options, live, stream);
-      command_line::requireOfLiveRanks(options.method, options.method_options, options.refine_extrinsics);
+      command_line::requireOfLiveRanks(options.method, options.method_options);
       options.share = rank_share.of(ranks->rank());
       if (ranks->isFirst()) return serve(options, live, stream);
       command_line::followLiveRank(kTool, *ranks, live, options.inputs, options.recording, options.method_options,

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <fuse_flow/calibration/extrinsic_parameters.h>
 #include <fuse_flow/fusion/parameters.h>
 #include <fuse_flow/rig_frame.h>
 
@@ -25,6 +26,15 @@ class FrameDigest {
     if (crop_box)
       for (int k = 0; k < 3; ++k) addAll(crop_box->min()[k], crop_box->max()[k]);
     return *this;
+  }
+
+  FrameDigest& add(const ExtrinsicParameters& p) {
+    const auto& [preprocessing, smoothing, max_speckle, noise, reduction, coarse_above, samples, max_neighbours,
+                 max_distance, min_distance, max_angle, min_information, residual_multipath, use_color, max_iterations,
+                 gauge] = p;
+    add(preprocessing).add(smoothing).add(noise);
+    return addAll(max_speckle, reduction, coarse_above, samples, max_neighbours, max_distance, min_distance, max_angle,
+                  min_information, residual_multipath, use_color, max_iterations, gauge);
   }
 
   /** \brief Of the calibration; not of the images. */

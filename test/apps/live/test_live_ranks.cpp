@@ -30,6 +30,7 @@ class LiveRanks : public testing::Test {
   struct Other {
     HandFedCameras* cameras{nullptr};
     std::vector<io::LiveInstant> fused;  ///< when its thread has ended
+    std::vector<bool> refined;           ///< whether poses were to be searched in it
     std::vector<Camera> told;
     std::thread thread;
   };
@@ -54,7 +55,10 @@ class LiveRanks : public testing::Test {
         io::FollowingRank rank(communicator, std::move(its));
         rank.meet(communicator);
         other.told = rank.cameras();
-        rank.run([&](const io::LiveInstant& instant) { other.fused.push_back(instant); });
+        rank.run([&](const io::LiveInstant& instant, bool refines) {
+          other.fused.push_back(instant);
+          other.refined.push_back(refines);
+        });
       });
     }
     leader_ = std::make_unique<io::LeadingRank>(ranks_->communicator(0));
@@ -89,6 +93,19 @@ TEST_F(LiveRanks, CamerasWithoutDepthAreKnownOfAllRanks) {
   start({{"a"}, {"rgb", "c"}});
   EXPECT_EQ(rig_->lacksDepth(), (std::vector<bool>{false, true, false}));
   stop();
+}
+
+TEST_F(LiveRanks, TheFirstSaysInWhichInstantsPosesAreSearched) {
+  start({{"a"}, {"b"}});
+  for (const std::uint64_t k : {1, 2, 3}) {
+    first_->deliver(0, 1000000 * k, 7);
+    others_[0].cameras->deliver(0, 1000000 * k, 7);
+    leader_->poll();
+    ASSERT_TRUE(rig_->next(0ms, instant_));
+    leader_->fuse(instant_, k == 2);
+  }
+  stop();
+  EXPECT_EQ(others_[0].refined, (std::vector<bool>{false, true, false}));
 }
 
 TEST_F(LiveRanks, EachFusesTheImagesThatAreThereOfOneInstant) {

@@ -1,13 +1,17 @@
 #include "../seeds.h"
+#include "../small_pose_rig.h"
 
 #include <fuse_flow/distributed/camera_message.h>
 #include <fuse_flow/distributed/gathered_cells.h>
 #include <fuse_flow/distributed/part_summary.h>
+#include <fuse_flow/distributed/thread_ranks.h>
 #include <fuse_flow/point_types.h>
 
 #if defined(FUSE_FLOW_WITH_ZSTD)
 #include <fuse_flow/distributed/zstd_codec.h>
 #endif
+
+#include <thread>
 
 namespace fuse_flow_fuzz {
 namespace {
@@ -50,6 +54,42 @@ Message gathered(MessageParts& parts) {
   return message;
 }
 
+/** \brief Keeps what comes in. */
+class Recorder : public Communicator {
+ public:
+  explicit Recorder(Communicator& rank) : rank_(rank), heard_(1, static_cast<char>(rank.rank())) {}
+  int rank() const override { return rank_.rank(); }
+  int size() const override { return rank_.size(); }
+  void exchange(const std::vector<Outgoing>& out, const std::vector<int>& from, std::vector<Message>& in) override {
+    rank_.exchange(out, from, in);
+    for (const Message& message : in) {
+      for (int k = 0; k < 3; ++k) heard_ += static_cast<char>(message.size() >> 8 * k);
+      heard_.append(message.begin(), message.end());
+    }
+  }
+  const std::string& heard() const { return heard_; }
+
+ private:
+  Communicator& rank_;
+  std::string heard_;
+};
+
+/** \brief What each of two ranks hears from the other. */
+std::vector<std::string> searches() {
+  const SmallPoseRig rig;
+  ThreadRanks ranks(2);
+  std::vector<std::string> heard(2);
+  const auto run = [&](int rank) {
+    Recorder recorder(ranks.communicator(rank));
+    rig.estimate(recorder);
+    heard[static_cast<std::size_t>(rank)] = recorder.heard();
+  };
+  std::thread other([&] { run(1); });
+  run(0);
+  other.join();
+  return heard;
+}
+
 }  // namespace
 
 void addRankSeeds(Seeds& seeds) {
@@ -67,6 +107,7 @@ void addRankSeeds(Seeds& seeds) {
   CodedMessage().code(ZstdCodec(), noise, {{30, ByteKind::Words}, {30, ByteKind::Colors}}, 1, coded);
   all.push_back(seed(3, coded));
 #endif
+  seeds["pose_search"] = searches();
 }
 
 }  // namespace fuse_flow_fuzz

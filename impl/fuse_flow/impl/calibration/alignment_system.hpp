@@ -80,11 +80,16 @@ class AlignmentSystem : public RigCorrespondences {
 
   const std::vector<AlignmentCluster>& clusters() override { return clusters_; }
 
- private:
+ protected:
   bool missing(std::size_t instant, std::size_t camera) const override { return view(instant, camera).missing(); }
   float normalNoiseOf(std::size_t instant, std::size_t camera) const override {
     return view(instant, camera).normalNoise();
   }
+
+  int threads() const { return threads_; }
+  /** \brief Of all views, one instant after the other; empty where there is none. */
+  std::vector<std::vector<AlignmentSample>>& allSamples() { return samples_; }
+  std::vector<AlignmentCluster>& allClusters() { return clusters_; }
 
   static void sampleView(const AlignmentView& view, const RigidTransform& T, int count,
                          std::vector<AlignmentSample>& out) {
@@ -183,6 +188,7 @@ class AlignmentSystem : public RigCorrespondences {
     }
   }
 
+ private:
   void place(const std::vector<Eigen::Isometry3d>& poses) {
     places_.resize(cameras_);
     for (std::size_t i = 0; i < cameras_; ++i)

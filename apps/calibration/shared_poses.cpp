@@ -1,0 +1,59 @@
+#include "calibration/shared_poses.h"
+
+#include <fuse_flow/distributed/calibration/extrinsic_tracking.h>
+
+namespace fuse_flow::io {
+namespace {
+
+class SharedPoseEstimation : public PoseEstimation {
+ public:
+  SharedPoseEstimation(distributed::Communicator& communicator, const ExtrinsicParameters& parameters,
+                       unsigned int threads)
+      : estimation_(communicator) {
+    estimation_.setParameters(parameters);
+    estimation_.setNumberOfThreads(threads);
+  }
+  void addFrame(const RigFrame& frame) override { estimation_.addFrame(frame); }
+  ExtrinsicResult estimate(const std::vector<Eigen::Isometry3d>& initial) override {
+    return estimation_.estimate(initial);
+  }
+
+ private:
+  distributed::ExtrinsicEstimation estimation_;
+};
+
+class SharedPoseTracking : public PoseTracking {
+ public:
+  SharedPoseTracking(distributed::Communicator& communicator, const std::vector<Camera>& cameras, double deviation,
+                     unsigned int threads, std::uint64_t min_interval)
+      : tracking_(communicator, cameras, deviation) {
+    tracking_.setNumberOfThreads(threads);
+    tracking_.setMinInterval(min_interval);
+  }
+  bool push(const RigFrame& frame) override { return tracking_.push(frame); }
+  void finish() override {}  // push() has
+  std::shared_ptr<const TrackedPoses> poses() const override {
+    return std::make_shared<const TrackedPoses>(tracking_.poses());
+  }
+  void apply(RigFrame& frame) const override { tracking_.apply(frame); }
+
+ private:
+  distributed::ExtrinsicTracking tracking_;
+};
+
+}  // namespace
+
+PoseMakers makersOfSharedPoses(distributed::Communicator& communicator, unsigned int threads,
+                               std::uint64_t min_interval) {
+  PoseMakers makers;
+  makers.estimation = [&communicator, threads](const std::string&, const ExtrinsicParameters& parameters) {
+    return std::make_unique<SharedPoseEstimation>(communicator, parameters, threads);
+  };
+  makers.tracking = [&communicator, threads, min_interval](const std::string&, const std::vector<Camera>& cameras,
+                                                           double deviation) {
+    return std::make_unique<SharedPoseTracking>(communicator, cameras, deviation, threads, min_interval);
+  };
+  return makers;
+}
+
+}  // namespace fuse_flow::io
