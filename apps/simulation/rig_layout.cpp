@@ -20,8 +20,10 @@ using Eigen::Vector3d;
 
 constexpr double kFromWall = 0.15;        // a camera's own depth, metres
 constexpr double kSurroundRadius = 0.15;  // of cameras that look outward, metres
+constexpr double kRowStep = 0.12;         // from one camera of a row to the next, metres
+constexpr int kLongestRow = 8;            // cameras; more would not fit into the rooms
 
-enum class Shape { Ring, Walls, Arc, Surround };
+enum class Shape { Ring, Walls, Arc, Row, Surround };
 
 struct Layout {
   Shape shape;
@@ -32,14 +34,17 @@ struct Layout {
 
 std::optional<Layout> parse(const std::string& rig) {
   std::smatch match;
-  if (!std::regex_match(rig, match, std::regex("(ring|walls|arc|surround)-([0-9]{1,2})(-narrow)?(-level)?")))
+  if (!std::regex_match(rig, match, std::regex("(ring|walls|arc|row|surround)-([0-9]{1,2})(-narrow)?(-level)?")))
     return std::nullopt;
-  const std::map<std::string, Shape> shapes = {
-      {"ring", Shape::Ring}, {"walls", Shape::Walls}, {"arc", Shape::Arc}, {"surround", Shape::Surround}};
+  const std::map<std::string, Shape> shapes = {{"ring", Shape::Ring},
+                                               {"walls", Shape::Walls},
+                                               {"arc", Shape::Arc},
+                                               {"row", Shape::Row},
+                                               {"surround", Shape::Surround}};
   const Shape shape = shapes.at(match[1]);
   const bool around_subject = shape == Shape::Ring || shape == Shape::Walls;
   const int cameras = std::stoi(match[2]);
-  if (cameras < (around_subject ? 1 : 2) || cameras > 64) return std::nullopt;
+  if (cameras < (around_subject ? 1 : 2) || cameras > (shape == Shape::Row ? kLongestRow : 64)) return std::nullopt;
   if ((match[3].matched && !around_subject) || (match[4].matched && shape != Shape::Arc)) return std::nullopt;
   return Layout{shape, cameras, match[3].matched, match[4].matched};
 }
@@ -138,7 +143,7 @@ bool isRigName(const std::string& rig) { return parse(rig).has_value(); }
 
 std::string rigNames() {
   return "ring-N or walls-N, N from 1 to 64, or with -narrow behind it; or arc-N, N from 2 to 64, or with -level; or "
-         "surround-N, N from 2 to 64";
+         "row-N, N from 2 to 8; or surround-N, N from 2 to 64";
 }
 
 namespace {
@@ -150,6 +155,20 @@ std::vector<Eigen::Isometry3d> lookingOutward(int cameras, const Vector3d& middl
     const Vector3d outward(portable::cos(angle), portable::sin(angle), 0);
     const Vector3d place = middle + kSurroundRadius * outward;
     poses.push_back(lookAt(place, place + outward));
+  }
+  return poses;
+}
+
+/** \brief From left to right, with one orientation: their images are rectified as they are. */
+std::vector<Eigen::Isometry3d> inRow(int cameras, const AlignedBox3d& subject, const Vector3d& low,
+                                     const Vector3d& high) {
+  const Layout middle_of_arc{Shape::Arc, 1, false, true};
+  const double radius = arcRadius(middle_of_arc, subject, low, high);
+  const Eigen::Isometry3d middle = lookAt(subject.center() + radius * arcDirection(middle_of_arc, 0), subject.center());
+  std::vector<Eigen::Isometry3d> poses;
+  for (int k = 0; k < cameras; ++k) {
+    poses.push_back(middle);
+    poses.back().translation() += kRowStep * (k - 0.5 * (cameras - 1)) * middle.linear().col(0);
   }
   return poses;
 }
@@ -168,6 +187,7 @@ std::vector<Eigen::Isometry3d> placeCameras(const std::string& rig, const Scene&
   const AlignedBox3d subject = scene.subject().cast<double>();
   const AlignedBox3d room = scene.room().cast<double>();
   const Vector3d low = room.min().array() + kFromWall, high = room.max().array() - kFromWall;
+  if (layout.shape == Shape::Row) return inRow(layout.cameras, subject, low, high);
   const double arc_radius = layout.shape == Shape::Arc ? arcRadius(layout, subject, low, high) : 0;
   const auto placeOf = [&](int k) -> Vector3d {
     switch (layout.shape) {

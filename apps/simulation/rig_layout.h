@@ -17,6 +17,8 @@ namespace fuse_flow::simulation {
  *    middle, in turn lower and higher; from one to the next are 6° of azimuth (less where N of them would not fit on a
  *    circle). Seen from the middle of the subject, neighbours and second neighbours are 10 to 12° apart. In a level rig
  *    all have the same height; neighbours are 6° apart, and all baselines are parallel to the floor.
+ *  - row-N, N from 2 to 8: side by side, 12 cm from one to the next, from left to right, all with the orientation of one that looks at the
+ *    middle of the subject: their images are rectified as they are.
  *  - surround-N, N from 2: on a circle of 15 cm radius around the scene's lookout(), as on a robot or a car, looking outward
  *    and level, 360° / N from one to the next. Neighbours overlap by what a sensor sees horizontally less that: "active_stereo"
  *    (90°) by 18° at five cameras, "time_of_flight" (65°) by 20° at eight and 5° at six, "structured_light" (58°) not at six.

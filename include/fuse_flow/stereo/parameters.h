@@ -43,9 +43,10 @@ struct StereoParameters {
   float geometric_limit{3};
   /** \brief Smallest cosine of the angle between a ray and the normal of the surface; [0, 1). */
   float min_incidence{0.15f};
-  /** \brief Share of the depth by which a surface must end before what lies behind it, for pixels up to half a window beside that edge to be
-   *  doubted that look more as what lies beyond the edge than as the surface: windows there find the nearer surface, and surfaces grow. Their
-   *  confidence is halved. [0, 1), 0: edges are not looked for. Less is more exact, but hands and other small things lose points. */
+  /** \brief Share of the depth, but at least a pixel of the widest baseline, by which a surface must end before what lies behind it, for pixels
+   *  up to half a window beside that edge to be doubted that look more as what lies beyond the edge than as the surface: windows there find the
+   *  nearer surface, and surfaces grow. Their confidence is halved. [0, 1), 0: edges are not looked for. Less is more exact, but hands and other
+   *  small things lose points. */
   float edge_step{0.015f};
   /** \brief How far other depths are looked for that match as well as the one found, because a pattern repeats itself; pixels of the widest
    *  baseline, 0 … 256, 0: they are not looked for. The confidence of such pixels is halved. */

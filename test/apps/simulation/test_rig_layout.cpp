@@ -174,11 +174,47 @@ TEST(RigLayout, LooksOutwardOnlyWhereAPlaceIsFree) {
   EXPECT_THROW(placeCameras("surround-6", EmptyRoom()), fuse_flow::io::InputError);
 }
 
+TEST(RigLayout, ARowStandsSideBySideFromLeftToRight) {
+  const EmptyRoom scene;
+  for (const int count : {2, 3, 8}) {
+    const auto poses = placeCameras("row-" + std::to_string(count), scene);
+    ASSERT_EQ(poses.size(), static_cast<std::size_t>(count));
+    Vector3d middle = Vector3d::Zero();
+    for (std::size_t k = 0; k < poses.size(); ++k) {
+      EXPECT_TRUE(scene.room().cast<double>().contains(poses[k].translation()));
+      EXPECT_EQ(poses[k].linear(), poses[0].linear()) << "one orientation";
+      const Vector3d place = poses[0].inverse() * poses[k].translation();
+      EXPECT_LT((place - Vector3d(0.12 * static_cast<double>(k), 0, 0)).norm(), 1e-9) << "along the rows of the images";
+      middle += poses[k].translation() / count;
+    }
+    const Vector3d to_subject = scene.subject().center().cast<double>() - middle;
+    EXPECT_LT(to_subject.cross(poses[0].linear().col(2)).norm(), 1e-9);
+  }
+}
+
 TEST(RigLayout, RefusesAnotherName) {
   const EmptyRoom scene;
-  for (const std::string rig : {"", "ring", "ring-0", "ring-65", "ring-4-wide", "sphere-4", "ring-100", "arc-1",
-                                "arc-65", "arc-4-narrow", "ring-4-level", "arc-4-level-narrow", "arc-", "surround-1",
-                                "surround-65", "surround-6-narrow", "surround-6-level", "surround"})
+  for (const std::string rig : {"",
+                                "ring",
+                                "ring-0",
+                                "ring-65",
+                                "ring-4-wide",
+                                "sphere-4",
+                                "ring-100",
+                                "arc-1",
+                                "arc-65",
+                                "arc-4-narrow",
+                                "ring-4-level",
+                                "arc-4-level-narrow",
+                                "arc-",
+                                "surround-1",
+                                "row-1",
+                                "row-9",
+                                "row-4-level",
+                                "surround-65",
+                                "surround-6-narrow",
+                                "surround-6-level",
+                                "surround"})
     EXPECT_THROW(placeCameras(rig, scene), fuse_flow::io::InputError) << rig;
 }
 

@@ -89,10 +89,12 @@ struct StereoForm {
   float min_incidence;
 };
 
-/** \brief Within what two views say the same: as in AgreementParameters. */
+/** \brief Within what two views say the same. */
 struct AgreementLimits {
   float pixels{1.0f};     ///< there and back
-  float relative{0.01f};  ///< of the depth
+  float relative{0.01f};  ///< of the depth …
+  /** \brief … or this many pixels of the widest baseline, where that is more: cameras that stand near each other cannot tell depth better. */
+  float disparity{0.5f};
 };
 
 /** \brief A pixel whose planes are compared. */
@@ -131,7 +133,8 @@ struct StereoCandidate {
     const InversePlane& plane =
         other.before[other.indexOf(static_cast<int>(warp.u + 0.5f), static_cast<int>(warp.v + 0.5f))];
     const Vec3 p = source.T_reference_source * pointOnRay(there, 1.0f / inverseDepth(plane, there));
-    return std::fabs(p.z * w - 1) <= agreement.relative;
+    const float share = agreement.disparity / (level.pixels_per_inverse_depth * w);
+    return std::fabs(p.z * w - 1) <= (agreement.relative > share ? agreement.relative : share);
   }
   FUSE_FLOW_HD LocalWarp warpOf(const StereoSource& source, const InversePlane& plane) const {
     return localWarp(source.warp, plane, ray, level.pixel_x, level.pixel_y);
@@ -470,7 +473,9 @@ struct MarkRepetition {
   }
 
  private:
-  static constexpr float kAsGood = 0.1f;   ///< of the cost: no worse by more
+  static constexpr float kAsGood = 0.1f;  ///< of the cost: no worse by more …
+  static constexpr float kAsGoodOfOne =
+      0.03f;  ///< … where one view alone agrees, in which more resembles by chance than in the mean of several
   static constexpr float kAlike = 0.3f;    ///< cost below which windows are alike: others resemble each other by chance
   static constexpr float kBetween = 0.5f;  ///< by how much worse depths between both are
 
@@ -489,7 +494,8 @@ struct MarkRepetition {
         agreeing |= 1u << static_cast<unsigned int>(k);
     if (agreeing == 0) return false;
     const float found = costOver(candidate, agreeing, plane, 2 * kWorstCost);
-    const float alike = found + kAsGood < kAlike ? found + kAsGood : kAlike, different = found + kBetween;
+    const float as_good = (agreeing & (agreeing - 1)) == 0 ? kAsGoodOfOne : kAsGood;
+    const float alike = found + as_good < kAlike ? found + as_good : kAlike, different = found + kBetween;
     const float step = 1.0f / level.pixels_per_inverse_depth;
     for (const float direction : {step, -step}) {
       bool between = false;
@@ -593,6 +599,9 @@ struct WriteStereoDepth {
                           static_cast<std::uint32_t>(at.u / kRepetitionBlock)] != 0;
   }
 
+  /** \brief A step of fewer pixels of the widest baseline is noise of the matches: it is a sum of four depths of some 0.25 pixels. */
+  static constexpr float kEdgeDisparity = 1.0f;
+
   /** \brief Whether the surface of a pixel ends within half a window, and the pixel looks more as what lies beyond than as the surface. A window
    *  that shows the edge of a surface looks most alike at that surface's depth even where its middle lies beyond the edge: so surfaces grow, in all
    *  views alike, and these agree. */
@@ -600,13 +609,15 @@ struct WriteStereoDepth {
     if (!(edge_step > 0)) return false;
     const int reach = kWindowRadius * form.window.spacing;
     const float here = inverseDepthAt(level, at.u, at.v);
+    const float noise = kEdgeDisparity / (level.pixels_per_inverse_depth * here);
+    const float step = edge_step > noise ? edge_step : noise;
     bool edge = false;
     for (int k = 0; k < 4; ++k) {  // along the row, the column and both diagonals
       const int a = k == 1 ? 0 : reach, b = k == 0 ? 0 : k == 3 ? -reach : reach;
       if (!isInside(level, at.u + a, at.v + b) || !isInside(level, at.u - a, at.v - b)) continue;
       const float one = inverseDepthAt(level, at.u + a, at.v + b), other = inverseDepthAt(level, at.u - a, at.v - b);
-      edge = edge || (surfaceEnds(here, one, other, edge_step) && looksAsBeyond(level.image, at, a, b)) ||
-             (surfaceEnds(here, other, one, edge_step) && looksAsBeyond(level.image, at, -a, -b));
+      edge = edge || (surfaceEnds(here, one, other, step) && looksAsBeyond(level.image, at, a, b)) ||
+             (surfaceEnds(here, other, one, step) && looksAsBeyond(level.image, at, -a, -b));
     }
     return edge;
   }
