@@ -80,12 +80,6 @@ Depth ours(const Pair& pair, bool confident) {
   for (DepthView& view : frame.views) view.depth16 = {}, view.depth32 = {};
   MultiViewStereo<> stereo;
   stereo.setNumberOfThreads(2);
-  {
-    StereoParameters p = stereo.getParameters();
-    if (getenv("REACH")) p.repetition_reach = atoi(getenv("REACH"));
-    if (getenv("EDGE")) p.edge_step = static_cast<float>(atof(getenv("EDGE")));
-    stereo.setParameters(p);
-  }
   StereoFrame found;
   stereo.estimate(frame, found);
   Depth depth = found.views[0].depth;

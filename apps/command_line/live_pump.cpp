@@ -233,7 +233,7 @@ void requireOfLiveRanks(const std::string& method, const io::MethodOptions& opti
 
 void followLiveRank(const std::string& tool, Ranks& ranks, const LiveArguments& live,
                     const std::vector<std::string>& inputs, const io::RecordingOptions& recording,
-                    const io::MethodOptions& options, const io::RankShare& share) {
+                    const io::MethodOptions& options, const io::RankShare& share, bool refine_extrinsics) {
   const std::string name = "rank " + std::to_string(ranks.rank());
   const std::unique_ptr<io::FollowingRank> rank = live.join(tool + ", " + name, inputs, recording, ranks);
   const auto method = io::makeDistributedFusion(ranks.communicator(), options, share);
@@ -244,6 +244,8 @@ void followLiveRank(const std::string& tool, Ranks& ranks, const LiveArguments& 
   rank->run([&](const io::LiveInstant& instant, bool refines) {
     frame.rig = instant.rig;
     frame.images.assign(instant.held.size(), {});
+    if (std::exchange(refine_extrinsics, false) && !refines)
+      printWarnings(tool + ", " + name, {"--refine-extrinsics has no effect here: rank 0 must be given it"});
     if (refines) extrinsics.place(frame.rig);
     checks.look(instant, frame);
     method->fuse(frame.rig, nothing);

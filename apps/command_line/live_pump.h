@@ -134,9 +134,10 @@ io::StereoOptions stereoOfLive(const std::string& tool, const StereoArguments& s
 /** \brief Throws OptionError for what ranks that share the cameras of a live rig cannot do. */
 void requireOfLiveRanks(const std::string& method, const io::MethodOptions& options);
 
-/** \brief At a rank that is not the first: opens its cameras, joins, and fuses its part until rank 0 ends. */
+/** \brief At a rank that is not the first: opens its cameras, joins, and fuses its part until rank 0 ends.
+ *  \param refine_extrinsics whether this rank was given it: rank 0 decides, which is said */
 void followLiveRank(const std::string& tool, Ranks& ranks, const LiveArguments& live,
                     const std::vector<std::string>& inputs, const io::RecordingOptions& recording,
-                    const io::MethodOptions& options, const io::RankShare& share);
+                    const io::MethodOptions& options, const io::RankShare& share, bool refine_extrinsics);
 
 }  // namespace fuse_flow::command_line

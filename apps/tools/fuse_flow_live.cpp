@@ -351,7 +351,7 @@ int main(int argc, char** argv) {
       options.share = rank_share.of(ranks->rank());
       if (ranks->isFirst()) return run(options, live, stream);
       command_line::followLiveRank("fuse_flow_live", *ranks, live, options.inputs, options.recording,
-                                   options.method_options, options.share);
+                                   options.method_options, options.share, options.refine_extrinsics);
       return static_cast<int>(command_line::kSuccess);
     };
     return ranks ? ranks->guard("fuse_flow_live", runRank, command_line::Ranks::Commands::Own) : runRank();

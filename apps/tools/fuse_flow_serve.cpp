@@ -199,7 +199,7 @@ int main(int argc, char** argv) {
       options.share = rank_share.of(ranks->rank());
       if (ranks->isFirst()) return serve(options, live, stream);
       command_line::followLiveRank(kTool, *ranks, live, options.inputs, options.recording, options.method_options,
-                                   options.share);
+                                   options.share, options.refine_extrinsics);
       return static_cast<int>(command_line::kSuccess);
     };
     return ranks ? ranks->guard(kTool, run, command_line::Ranks::Commands::Own) : run();

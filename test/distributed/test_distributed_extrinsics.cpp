@@ -216,6 +216,59 @@ TEST(DistributedExtrinsics, ARankThatCannotTakePartEndsTheSearchAtAll) {
   });
 }
 
+/** \brief Cuts the last byte off what a rank sends in its n-th exchange that sends something. */
+class Cutting : public Communicator {
+ public:
+  Cutting(Communicator& rank, int n) : rank_(rank), left_(n) {}
+  int rank() const override { return rank_.rank(); }
+  int size() const override { return rank_.size(); }
+  void exchange(const std::vector<Outgoing>& out, const std::vector<int>& from, std::vector<Message>& in) override {
+    std::vector<Outgoing> sent = out;
+    if (!out.empty() && left_-- == 0)
+      for (Outgoing& message : sent) --message.size;
+    rank_.exchange(sent, from, in);
+  }
+
+ private:
+  Communicator& rank_;
+  int left_;
+};
+
+// All ranks end the search in the same exchange, or the next one would find messages of this one.
+TEST(DistributedExtrinsics, WhatIsWrongInTheMiddleOfASearchEndsItAtAllRanks) {
+  const Rig rig;
+  const std::vector<int> rank_of = inTurn(5, 3);
+  const std::vector<char> one = bytesOf(alone({rig.scene.rig}, rig.initial, {}));
+  for (const int culprit : {0, 1, 2})
+    for (const int n : {1, 2, 3, 5}) {  // 0 is what they tell each other before the search
+      std::vector<std::string> messages(3);
+      forEachRank(3, [&](int rank, Communicator& communicator) {
+        const RigFrame frame = partOf(rig.scene.rig, rank_of, rank);
+        Cutting cutting(communicator, rank == culprit ? n : -1);
+        ExtrinsicEstimation estimation(cutting);
+        estimation.addFrame(frame);
+        try {
+          (void)estimation.estimate(rig.initial);
+        } catch (const pcl::PCLException& error) {
+          messages[static_cast<std::size_t>(rank)] = error.what();
+        }
+        EXPECT_EQ(bytesOf(estimation.estimate(rig.initial)), one) << culprit << " " << n;
+      });
+      for (const std::string& message : messages) {
+        EXPECT_FALSE(message.empty()) << culprit << " " << n;
+        EXPECT_EQ(message.find("has not answered"), std::string::npos) << message;
+      }
+    }
+}
+
+TEST(DistributedExtrinsics, TheWorldsOriginMayBeFarAway) {
+  Rig rig;
+  const Eigen::Vector3d away(4.5e6, 5.4e6, 300);  // as of a map
+  for (Camera& camera : rig.scene.rig.cameras) camera.T_world_camera.pretranslate(away);
+  for (Eigen::Isometry3d& T : rig.initial) T.pretranslate(away);
+  expectSame({rig.scene.rig}, rig.initial, {}, inTurn(5, 2), 2);
+}
+
 TEST(DistributedExtrinsics, ACameraThatOneRankAloneHasGivesTheSameAsOneProcess) {
   std::vector<Camera> cameras = scenes::cornerCameras(1);
   const Scene scene = scenes::makeScene(cameras, scenes::cornerAndBall());
@@ -226,7 +279,7 @@ TEST(DistributedExtrinsics, ACameraThatOneRankAloneHasGivesTheSameAsOneProcess) 
   });
 }
 
-// What a rank sends may be anything. Whatever bytes of it are wrong or missing, nothing but RankError comes of it.
+// What a rank sends may be anything. Where bytes are missing RankError comes of it, and where they are wrong nothing but that.
 TEST(DistributedExtrinsics, DamagedMessagesAreRefused) {
   const Rig rig;
   const ExtrinsicResult result = alone({rig.scene.rig}, rig.initial, {});

@@ -35,7 +35,8 @@ StereoArguments::StereoArguments(CLI::App& app, bool may_be_off) {
   add("--stereo-window", "window_spacing", parameters_.window_spacing,
       "between the 5 x 5 samples that are compared, 1-8 pixels; more blurs details");
   add("--stereo-edge-step", "edge_step", parameters_.edge_step,
-      "doubt pixels that look as what lies beyond an edge of at least this share of the depth, 0-0.99, 0: none; more "
+      "doubt pixels that look as what lies beyond an edge of at least this share of the depth, and a pixel, 0-0.99, 0: "
+      "none; more "
       "keeps thin things whole, and wrong points");
   add("--stereo-repetition-reach", "repetition_reach", parameters_.repetition_reach,
       "doubt patterns that look the same at another depth, up to so many pixels of the widest baseline away, 0-256, 0: "

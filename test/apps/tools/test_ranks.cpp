@@ -196,7 +196,8 @@ TEST_F(PosesUnderMpirun, RanksOfCamerasThatRunFollowThem) {
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_TRUE(fs::exists(fs::path(out("live")) / "timestamps.txt"));
   const std::vector<std::string> clouds = listing(out_);
-  if (!fs::exists(fs::path(out("live")) / clouds.back())) GTEST_SKIP() << "frames were skipped on a busy machine";
+  if (result.out.find("camera_00: 7 views came, 0 were lost before, 7 are in frames") == std::string::npos)
+    GTEST_SKIP() << "frames were skipped on a busy machine: " << result.out;
   EXPECT_NE(result.err.find("camera 'camera_02' has moved by"), std::string::npos) << result.err;
   for (const std::string& name : clouds)
     EXPECT_EQ(readText(fs::path(out("live")) / name), readText(out_ / name)) << name;

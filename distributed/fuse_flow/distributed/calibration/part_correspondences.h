@@ -103,7 +103,9 @@ class PartCorrespondences : public host::AlignmentSystem {
       PoseMessages::put(out, poses);
       out.put(static_cast<std::int32_t>(count));
     });
-    shareSamples(poses, count);
+    Message own;
+    writeAnswer(own, [&](MessageWriter& out) { writeSamples(poses, count, out); });
+    takeSamples(own, exchangeWithAll(own));
   }
 
   const std::vector<host::AlignmentCluster>& clusters() override {
@@ -240,35 +242,48 @@ class PartCorrespondences : public host::AlignmentSystem {
   }
   void reply(const std::function<void(MessageWriter&)>& write) {
     Message message;
-    writeAnswer(message, write);
+    if (unusable_.empty()) {
+      writeAnswer(message, write);
+    } else {
+      MessageWriter(message).put(unusable_);
+    }
     std::vector<Message> none;
     communicator_.exchange({{0, message.data(), message.size()}}, {}, none);
   }
 
   void serveSamples(MessageReader& order) {
-    const std::vector<Eigen::Isometry3d> poses = PoseMessages::getPoses(order, cameras_);
-    const int count = order.get<std::int32_t>();
-    order.finish();
+    Message own;
+    writeAnswer(own, [&](MessageWriter& out) {
+      const std::vector<Eigen::Isometry3d> poses = PoseMessages::getPoses(order, cameras_);
+      const int count = order.get<std::int32_t>();
+      order.finish();
+      writeSamples(poses, count, out);
+    });
+    const std::vector<Message> in = exchangeWithAll(own);
     try {
-      shareSamples(poses, count);
-    } catch (const RankError&) {  // rank 0 has the same answers, and says that it gives up
+      takeSamples(own, in);
+      unusable_.clear();
+    } catch (const RankError& error) {
+      unusable_ = error.what();  // rank 0 gives up now, or hears of it when it asks for more
     }
   }
 
-  /** \brief Samples of the own views, and then of all. */
-  void shareSamples(const std::vector<Eigen::Isometry3d>& poses, int count) {
-    Message own;
-    writeAnswer(own, [&](MessageWriter& out) {
-      AlignmentSystem::sample(poses, count);
-      for (std::size_t t = 0; t < instants_; ++t)
-        for (std::size_t i = 0; i < cameras_; ++i) {
-          if (!isOwn(t, i)) continue;
-          const std::vector<AlignmentSample>& its = samples(t, i);
-          out.put(static_cast<std::uint32_t>(its.size()));
-          out.put(its.data(), its.size());
-        }
-    });
-    const std::vector<Message> in = exchangeWithAll(own);
+  /** \brief Samples of the own views. */
+  void writeSamples(const std::vector<Eigen::Isometry3d>& poses, int count, MessageWriter& out) {
+    AlignmentSystem::sample(poses, count);
+    for (std::size_t t = 0; t < instants_; ++t)
+      for (std::size_t i = 0; i < cameras_; ++i) {
+        if (!isOwn(t, i)) continue;
+        const std::vector<AlignmentSample>& its = samples(t, i);
+        if (!std::all_of(its.begin(), its.end(), canBe))  // or the others would refuse them, and this rank not
+          throw pcl::PCLException("fuse_flow::distributed::ExtrinsicEstimation: points that cannot be");
+        out.put(static_cast<std::uint32_t>(its.size()));
+        out.put(its.data(), its.size());
+      }
+  }
+
+  /** \brief Samples of the views of others. \param own answer \param in theirs */
+  void takeSamples(const Message& own, const std::vector<Message>& in) {
     skipError(own, communicator_.rank());
     const std::vector<int> others = otherRanks(communicator_);
     for (std::size_t k = 0; k < in.size(); ++k) {
@@ -438,6 +453,7 @@ class PartCorrespondences : public host::AlignmentSystem {
 
   Communicator& communicator_;
   std::vector<ViewOfRank> views_of_ranks_;  ///< see index()
+  std::string unusable_;                    ///< why the samples are; empty: they can be used
 };
 
 }  // namespace distributed

@@ -29,7 +29,7 @@ class PoseMessages {
   }
   /** \throws RankError for what is no pose, or of a place that no camera is at: sums of that would not be numbers */
   static std::vector<Eigen::Isometry3d> getPoses(MessageReader& in, std::size_t cameras) {
-    constexpr double farthest = 1e6;  // metres
+    constexpr double farthest = 1e15;  // metres: coordinates of maps are some 10⁷
     std::vector<Eigen::Isometry3d> poses(cameras);
     for (Eigen::Isometry3d& T : poses) {
       T = getPose(in);

@@ -95,6 +95,7 @@ struct AgreementLimits {
   float relative{0.01f};  ///< of the depth …
   /** \brief … or this many pixels of the widest baseline, where that is more: cameras that stand near each other cannot tell depth better. */
   float disparity{0.5f};
+  float most{0.05f};  ///< of the depth, whatever the baseline
 };
 
 /** \brief A pixel whose planes are compared. */
@@ -133,7 +134,8 @@ struct StereoCandidate {
     const InversePlane& plane =
         other.before[other.indexOf(static_cast<int>(warp.u + 0.5f), static_cast<int>(warp.v + 0.5f))];
     const Vec3 p = source.T_reference_source * pointOnRay(there, 1.0f / inverseDepth(plane, there));
-    const float share = agreement.disparity / (level.pixels_per_inverse_depth * w);
+    const float of_disparity = agreement.disparity / (level.pixels_per_inverse_depth * w);
+    const float share = of_disparity < agreement.most ? of_disparity : agreement.most;
     return std::fabs(p.z * w - 1) <= (agreement.relative > share ? agreement.relative : share);
   }
   FUSE_FLOW_HD LocalWarp warpOf(const StereoSource& source, const InversePlane& plane) const {
@@ -474,8 +476,8 @@ struct MarkRepetition {
 
  private:
   static constexpr float kAsGood = 0.1f;  ///< of the cost: no worse by more …
-  static constexpr float kAsGoodOfOne =
-      0.03f;  ///< … where one view alone agrees, in which more resembles by chance than in the mean of several
+  /** \brief … of a view that is matched with one other: that matches a wrong depth by chance more often than the mean of several. */
+  static constexpr float kAsGoodOfOne = 0.03f;
   static constexpr float kAlike = 0.3f;    ///< cost below which windows are alike: others resemble each other by chance
   static constexpr float kBetween = 0.5f;  ///< by how much worse depths between both are
 
@@ -494,7 +496,7 @@ struct MarkRepetition {
         agreeing |= 1u << static_cast<unsigned int>(k);
     if (agreeing == 0) return false;
     const float found = costOver(candidate, agreeing, plane, 2 * kWorstCost);
-    const float as_good = (agreeing & (agreeing - 1)) == 0 ? kAsGoodOfOne : kAsGood;
+    const float as_good = level.sources == 1 ? kAsGoodOfOne : kAsGood;
     const float alike = found + as_good < kAlike ? found + as_good : kAlike, different = found + kBetween;
     const float step = 1.0f / level.pixels_per_inverse_depth;
     for (const float direction : {step, -step}) {
@@ -601,6 +603,7 @@ struct WriteStereoDepth {
 
   /** \brief A step of fewer pixels of the widest baseline is noise of the matches: it is a sum of four depths of some 0.25 pixels. */
   static constexpr float kEdgeDisparity = 1.0f;
+  static constexpr float kLargestNoise = 0.1f;  ///< of the depth: a larger step is an edge, whatever the baseline
 
   /** \brief Whether the surface of a pixel ends within half a window, and the pixel looks more as what lies beyond than as the surface. A window
    *  that shows the edge of a surface looks most alike at that surface's depth even where its middle lies beyond the edge: so surfaces grow, in all
@@ -609,7 +612,8 @@ struct WriteStereoDepth {
     if (!(edge_step > 0)) return false;
     const int reach = kWindowRadius * form.window.spacing;
     const float here = inverseDepthAt(level, at.u, at.v);
-    const float noise = kEdgeDisparity / (level.pixels_per_inverse_depth * here);
+    const float of_disparity = kEdgeDisparity / (level.pixels_per_inverse_depth * here);
+    const float noise = of_disparity < kLargestNoise ? of_disparity : kLargestNoise;
     const float step = edge_step > noise ? edge_step : noise;
     bool edge = false;
     for (int k = 0; k < 4; ++k) {  // along the row, the column and both diagonals
