@@ -278,7 +278,7 @@ TEST(LiveRankMessages, AnotherVersionAndGarbageAreRefusedWithTheRank) {
   MessageWriter(other_version).put(std::uint32_t{99});
   Message many;
   MessageWriter writer(many);
-  writer.put(std::uint32_t{2});  // as it should be
+  writer.put(std::uint32_t{3});  // as it should be
   writer.put(std::uint32_t{4000000000u});
   for (const Message& message : {Message(), other_version, many}) {
     try {
@@ -289,7 +289,7 @@ TEST(LiveRankMessages, AnotherVersionAndGarbageAreRefusedWithTheRank) {
     }
   }
   EXPECT_TRUE(refuses<distributed::RankError>([&] { meetWith({other_version}); },
-                                              {"rank 1", "another version", "99", "must be 2"}));
+                                              {"rank 1", "another version", "99", "must be 3"}));
 }
 
 }  // namespace
