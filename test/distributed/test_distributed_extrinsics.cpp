@@ -187,7 +187,7 @@ TEST(DistributedExtrinsics, ARankThatCannotTakePartEndsTheSearchAtAll) {
                                                                    e.addFrame(frame);
                                                                  }}}) {
     std::vector<std::string> messages(3);
-    forEachRank(3, [&, &said = said, &fault = fault](int rank, Communicator& communicator) {
+    forEachRank(3, [&, &fault = fault](int rank, Communicator& communicator) {
       ExtrinsicEstimation estimation(communicator);
       RigFrame frame = partOf(rig.scene.rig, inTurn(5, 3), rank);
       if (rank == 1) fault(frame, estimation);
