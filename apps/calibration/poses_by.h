@@ -10,7 +10,9 @@ namespace fuse_flow::io {
 template <typename Estimation>
 class PoseEstimationBy : public PoseEstimation {
  public:
-  PoseEstimationBy(const ExtrinsicParameters& parameters, unsigned int threads) {
+  /** \param more that the class itself asks for */
+  template <typename... More>
+  PoseEstimationBy(const ExtrinsicParameters& parameters, unsigned int threads, More&... more) : estimation_(more...) {
     estimation_.setParameters(parameters);
     estimation_.setNumberOfThreads(threads);
   }

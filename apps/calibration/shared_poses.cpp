@@ -1,26 +1,11 @@
 #include "calibration/shared_poses.h"
 
+#include "calibration/poses_by.h"
+
 #include <fuse_flow/distributed/calibration/extrinsic_tracking.h>
 
 namespace fuse_flow::io {
 namespace {
-
-class SharedPoseEstimation : public PoseEstimation {
- public:
-  SharedPoseEstimation(distributed::Communicator& communicator, const ExtrinsicParameters& parameters,
-                       unsigned int threads)
-      : estimation_(communicator) {
-    estimation_.setParameters(parameters);
-    estimation_.setNumberOfThreads(threads);
-  }
-  void addFrame(const RigFrame& frame) override { estimation_.addFrame(frame); }
-  ExtrinsicResult estimate(const std::vector<Eigen::Isometry3d>& initial) override {
-    return estimation_.estimate(initial);
-  }
-
- private:
-  distributed::ExtrinsicEstimation estimation_;
-};
 
 class SharedPoseTracking : public PoseTracking {
  public:
@@ -47,7 +32,7 @@ PoseMakers makersOfSharedPoses(distributed::Communicator& communicator, unsigned
                                std::uint64_t min_interval) {
   PoseMakers makers;
   makers.estimation = [&communicator, threads](const std::string&, const ExtrinsicParameters& parameters) {
-    return std::make_unique<SharedPoseEstimation>(communicator, parameters, threads);
+    return std::make_unique<PoseEstimationBy<distributed::ExtrinsicEstimation>>(parameters, threads, communicator);
   };
   makers.tracking = [&communicator, threads, min_interval](const std::string&, const std::vector<Camera>& cameras,
                                                            double deviation) {

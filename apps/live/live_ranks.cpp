@@ -48,10 +48,7 @@ RankPart partOfPlayed(Communicator& patient, const std::string& played) {
   Message own;
   MessageWriter(own).put(played);
   const std::vector<int> others = distributed::otherRanks(patient);
-  std::vector<Communicator::Outgoing> out;
-  for (const int rank : others) out.push_back({rank, own.data(), own.size()});
-  std::vector<Message> in;
-  patient.exchange(out, others, in);
+  const std::vector<Message> in = distributed::exchangeWithOthers(patient, own);
   std::vector<std::string> all(static_cast<std::size_t>(patient.size()));  // by rank
   all[static_cast<std::size_t>(patient.rank())] = played;
   for (std::size_t k = 0; k < others.size(); ++k) {

@@ -76,6 +76,28 @@ TEST(MultiViewStereo, CamerasBesideEachOtherAreSureOfWhatTheyFind) {
   EXPECT_LT(sure_and_wrong, 0.03 * sure);
 }
 
+// What lies beyond the range is found at its end, by all views alike: by itself the range ends where the images move by two pixels.
+TEST(MultiViewStereo, WhatLiesBeyondTheRangeIsNotSure) {
+  Rig rig = textured::onArc(2, 160);
+  StereoParameters to_before_it;
+  to_before_it.max_depth = 1.6f;
+  for (const auto& [baseline, parameters] : {std::pair<double, StereoParameters>{0.02, {}}, {0.06, to_before_it}}) {
+    rig.frame.cameras[1] = rig.frame.cameras[0];
+    rig.frame.cameras[1].T_world_camera.translate(Eigen::Vector3d(baseline, 0, 0));
+    rig.render(scenes::plane(Eigen::Vector3d(0, 0, 1), 2.6), textured::noise(0.06));
+    const StereoFrame found = estimate(rig, parameters);
+    double pixels = 0, sure = 0;
+    for (const StereoView& view : found.views)
+      for (const float confidence : view.confidence) {
+        pixels += 1;
+        sure += confidence > 0.5f ? 1 : 0;
+      }
+    EXPECT_LT(found.views[0].geometry.max_depth, 2) << "the wall is farther";
+    EXPECT_GT(found.views[0].depth[80 * 60 + 80], 0) << "it was looked for";
+    EXPECT_LT(sure, 0.02 * pixels) << baseline;
+  }
+}
+
 TEST(MultiViewStereo, WhereASurfaceGrewOverItsEdgeItIsDoubtful) {
   // A board before a wall. Beside it the wall is seen, and windows that show the board's edge find the board.
   Rig rig = textured::onArc(4, 160);

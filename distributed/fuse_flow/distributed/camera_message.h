@@ -1,7 +1,7 @@
 #pragma once
 
 #include <fuse_flow/camera.h>
-#include <fuse_flow/distributed/message.h>
+#include <fuse_flow/distributed/pose_message.h>
 
 #include <cstdint>
 #include <cstring>
@@ -45,17 +45,6 @@ class CameraMessage {
     return K;
   }
 
-  static void put(MessageWriter& out, const Eigen::Isometry3d& T) {
-    for (int row = 0; row < 3; ++row)
-      for (int column = 0; column < 4; ++column) out.put(T.matrix()(row, column));
-  }
-  static Eigen::Isometry3d getPose(MessageReader& in) {
-    Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
-    for (int row = 0; row < 3; ++row)
-      for (int column = 0; column < 4; ++column) T.matrix()(row, column) = in.get<double>();
-    return T;
-  }
-
   static void put(MessageWriter& out, const std::vector<float>& values) {
     out.put(static_cast<std::uint32_t>(values.size()));
     out.put(values.data(), values.size());
@@ -73,11 +62,11 @@ class CameraMessage {
     out.put(name);
     put(out, intrinsics);
     out.put(depth_scale);
-    put(out, pose);
+    PoseMessage::put(out, pose);
     out.put(static_cast<std::uint8_t>(color.has_value()));
     if (color) {
       put(out, color->intrinsics);
-      put(out, color->T_depth_color);
+      PoseMessage::put(out, color->T_depth_color);
     }
     const auto& [columns, rows, relative, per_metre] = correction;
     out.put(columns);
@@ -98,11 +87,11 @@ class CameraMessage {
     name = in.getText();
     intrinsics = getIntrinsics(in);
     depth_scale = in.get<float>();
-    pose = getPose(in);
+    pose = PoseMessage::get(in);
     if (in.get<std::uint8_t>() != 0) {
       color.emplace();
       color->intrinsics = getIntrinsics(in);
-      color->T_depth_color = getPose(in);
+      color->T_depth_color = PoseMessage::get(in);
     }
     auto& [columns, rows, relative, per_metre] = correction;
     columns = in.get<int>();

@@ -81,5 +81,23 @@ inline std::vector<int> otherRanks(const Communicator& communicator) {
   return others;
 }
 
+/** \brief Sends one message to all other ranks, and waits for none. */
+inline void sendToOthers(Communicator& communicator, const Message& message) {
+  std::vector<Communicator::Outgoing> out;
+  for (const int r : otherRanks(communicator)) out.push_back({r, message.data(), message.size()});
+  std::vector<Message> none;
+  communicator.exchange(out, {}, none);
+}
+
+/** \brief Every rank sends one message to all others. \returns theirs, in the order of otherRanks() */
+inline std::vector<Message> exchangeWithOthers(Communicator& communicator, const Message& own) {
+  const std::vector<int> others = otherRanks(communicator);
+  std::vector<Communicator::Outgoing> out;
+  for (const int r : others) out.push_back({r, own.data(), own.size()});
+  std::vector<Message> in;
+  communicator.exchange(out, others, in);
+  return in;
+}
+
 }  // namespace distributed
 }  // namespace fuse_flow

@@ -17,7 +17,7 @@ struct StereoParameters {
   int best_sources{2};
   /** \brief Smallest depth that is looked for, metres; 0: from the cameras, the depth from which on two views see the same at less than 45°. */
   float min_depth{0};
-  /** \brief Largest depth that is looked for, metres; 0: from the cameras, that at which the widest baseline shifts the image by two
+  /** \brief Largest depth that is looked for, metres; what lies beyond has no confidence; 0: from the cameras, that at which the widest baseline shifts the image by two
    *  pixels. */
   float max_depth{0};
   /** \brief Sizes of the images, each half of the one before: coarse to fine; 1 … kMaxStereoLevels. */

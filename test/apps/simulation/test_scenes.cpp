@@ -85,7 +85,8 @@ TEST_P(EveryScene, IsTheSameForTheSameSeedOnly) {
 TEST_P(EveryScene, LeavesRoomForTheCameras) {
   RayScene rays;
   rays.setFixed(scene().fixedObjects());
-  std::vector<std::string> rigs{"arc-17", "arc-24", "arc-32", "arc-48", "arc-64", "arc-64-level"};
+  std::vector<std::string> rigs{"arc-17",       "arc-24", "arc-32", "arc-48", "arc-64",
+                                "arc-64-level", "row-2",  "row-5",  "row-8"};
   for (int count = 1; count <= 16; ++count)
     for (const std::string layout : {"ring-", "walls-"}) rigs.push_back(layout + std::to_string(count));
   for (int count = 2; count <= 16; ++count)

@@ -92,15 +92,13 @@ class ExtrinsicTracking {
   /** \brief From rank 0 to all others. */
   template <typename Write, typename Read>
   void share(const Write& write, const Read& read) {
-    std::vector<Message> in;
     if (communicator_->rank() == 0) {
       Message message;
       MessageWriter writer(message);
       write(writer);
-      std::vector<Communicator::Outgoing> out;
-      for (const int r : otherRanks(*communicator_)) out.push_back({r, message.data(), message.size()});
-      communicator_->exchange(out, {}, in);
+      sendToOthers(*communicator_, message);
     } else {
+      std::vector<Message> in;
       communicator_->exchange({}, {0}, in);
       MessageReader reader(in[0], 0);
       read(reader);

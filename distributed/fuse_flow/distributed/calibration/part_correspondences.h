@@ -1,11 +1,11 @@
 #pragma once
 
+#include <fuse_flow/distributed/calibration/alignment_messages.h>
 #include <fuse_flow/distributed/calibration/pose_messages.h>
 #include <fuse_flow/distributed/frame_digest.h>
 #include <fuse_flow/impl/calibration/alignment_system.hpp>
 
 #include <algorithm>
-#include <cmath>
 #include <cstring>
 #include <exception>
 #include <functional>
@@ -47,7 +47,7 @@ class PartCorrespondences : public host::AlignmentSystem {
         }
     out.put(static_cast<std::uint32_t>(entries.size()));
     out.put(entries.data(), entries.size());
-    const std::vector<Message> in = exchangeWithAll(own);
+    const std::vector<Message> in = exchangeWithOthers(communicator_, own);
     const std::vector<int> others = otherRanks(communicator_);
     for (std::size_t k = 0; k < others.size(); ++k) takeOthers(in[k], others[k], digest);
   }
@@ -105,7 +105,7 @@ class PartCorrespondences : public host::AlignmentSystem {
     });
     Message own;
     writeAnswer(own, [&](MessageWriter& out) { writeSamples(poses, count, out); });
-    takeSamples(own, exchangeWithAll(own));
+    takeSamples(own, exchangeWithOthers(communicator_, own));
   }
 
   const std::vector<host::AlignmentCluster>& clusters() override {
@@ -172,7 +172,7 @@ class PartCorrespondences : public host::AlignmentSystem {
     for (std::uint32_t k = 0; k < count; ++k) {
       const auto entry = in.get<Entry>();
       if (entry.view >= views_of_ranks_.size()) in.fail("a view of a camera that the rig does not have");
-      if (!areBelow(1, entry.normal_noise)) in.fail("normals that cannot be");
+      if (!AlignmentMessages::areBelow(1, entry.normal_noise)) in.fail("normals that cannot be");
       for (std::size_t t = 0; t < instants_; ++t) {
         const int other = views_of_ranks_[index(t, entry.view % cameras_)].rank;
         if (other >= 0 && other != from)
@@ -184,25 +184,13 @@ class PartCorrespondences : public host::AlignmentSystem {
     in.finish();
   }
 
-  std::vector<Message> exchangeWithAll(const Message& own) {
-    const std::vector<int> others = otherRanks(communicator_);
-    std::vector<Communicator::Outgoing> out;
-    for (const int r : others) out.push_back({r, own.data(), own.size()});
-    std::vector<Message> in;
-    communicator_.exchange(out, others, in);
-    return in;
-  }
-
   /** \brief Rank 0 to all others. */
   void send(Order order, const std::function<void(MessageWriter&)>& write) {
     Message message;
     MessageWriter out(message);
     out.put(order);
     write(out);
-    std::vector<Communicator::Outgoing> outgoing;
-    for (const int r : otherRanks(communicator_)) outgoing.push_back({r, message.data(), message.size()});
-    std::vector<Message> none;
-    communicator_.exchange(outgoing, {}, none);
+    sendToOthers(communicator_, message);
   }
 
   /** \brief Rank 0 has all others do something, and does its own part meanwhile. \returns what they answer: a text, empty where all is well, and
@@ -259,7 +247,7 @@ class PartCorrespondences : public host::AlignmentSystem {
       order.finish();
       writeSamples(poses, count, out);
     });
-    const std::vector<Message> in = exchangeWithAll(own);
+    const std::vector<Message> in = exchangeWithOthers(communicator_, own);
     try {
       takeSamples(own, in);
       unusable_.clear();
@@ -275,7 +263,8 @@ class PartCorrespondences : public host::AlignmentSystem {
       for (std::size_t i = 0; i < cameras_; ++i) {
         if (!isOwn(t, i)) continue;
         const std::vector<AlignmentSample>& its = samples(t, i);
-        if (!std::all_of(its.begin(), its.end(), canBe))  // or the others would refuse them, and this rank not
+        if (!std::all_of(its.begin(), its.end(),
+                         AlignmentMessages::canBe))  // or the others would refuse them, and this rank not
           throw pcl::PCLException("fuse_flow::distributed::ExtrinsicEstimation: points that cannot be");
         out.put(static_cast<std::uint32_t>(its.size()));
         out.put(its.data(), its.size());
@@ -296,7 +285,7 @@ class PartCorrespondences : public host::AlignmentSystem {
           std::vector<AlignmentSample>& its = allSamples()[index(t, i)];
           its.resize(size);
           if (size > 0) std::memcpy(static_cast<void*>(its.data()), bytes, size * sizeof(AlignmentSample));
-          if (!std::all_of(its.begin(), its.end(), canBe)) reader.fail("points that cannot be");
+          if (!std::all_of(its.begin(), its.end(), AlignmentMessages::canBe)) reader.fail("points that cannot be");
         }
       reader.finish();
     }
@@ -323,7 +312,7 @@ class PartCorrespondences : public host::AlignmentSystem {
   }
   void serveSeen(MessageReader& order, MessageWriter& out) {
     const std::vector<Eigen::Isometry3d> poses = PoseMessages::getPoses(order, cameras_);
-    const AlignmentGates gates = getGates(order);
+    const AlignmentGates gates = AlignmentMessages::getGates(order);
     order.finish();
     std::vector<Seen> seen(cameras_ * cameras_);
     AlignmentSystem::countSeen(poses, gates, seen);
@@ -354,8 +343,8 @@ class PartCorrespondences : public host::AlignmentSystem {
       for (std::uint32_t& residuals : residuals_) residuals += reader.get<std::uint32_t>();
       for (host::PairSums& pair : pairs_) {
         if (ownerOf(pair.j) != others[k]) continue;
-        pair.geometry = getSums(reader);
-        pair.color = getSums(reader);
+        pair.geometry = AlignmentMessages::getSums(reader);
+        pair.color = AlignmentMessages::getSums(reader);
       }
       reader.finish();
     }
@@ -363,8 +352,8 @@ class PartCorrespondences : public host::AlignmentSystem {
   void serveSums(MessageReader& order, MessageWriter& out) {
     const std::vector<Eigen::Isometry3d> poses = PoseMessages::getPoses(order, cameras_);
     const auto per_radius = order.get<float>();
-    const AlignmentGates gates = getGates(order);
-    if (!areBelow(1e6f, per_radius)) order.fail("a scene that cannot be");
+    const AlignmentGates gates = AlignmentMessages::getGates(order);
+    if (!AlignmentMessages::areBelow(1e6f, per_radius)) order.fail("a scene that cannot be");
     const auto count = order.get<std::uint32_t>();
     if (count > cameras_ * cameras_) order.fail("more pairs of cameras than the rig has");
     pairs_.clear();
@@ -379,7 +368,7 @@ class PartCorrespondences : public host::AlignmentSystem {
       while (begin_.size() <= pair.i) begin_.push_back(pairs_.size());
       pairs_.push_back(pair);
       offsets_.push_back(order.get<float>());
-      if (!areBelow(1e6f, offsets_.back())) order.fail("grey levels that cannot be");
+      if (!AlignmentMessages::areBelow(1e6f, offsets_.back())) order.fail("grey levels that cannot be");
     }
     while (begin_.size() <= cameras_) begin_.push_back(pairs_.size());
     order.finish();
@@ -399,7 +388,7 @@ class PartCorrespondences : public host::AlignmentSystem {
   }
   void readClusters(const Message& message, int from) {
     MessageReader in = skipError(message, from);
-    forEachCluster(from, [&](AlignmentSums& sums) { sums = getSums(in); });
+    forEachCluster(from, [&](AlignmentSums& sums) { sums = AlignmentMessages::getSums(in); });
     in.finish();
   }
   /** \brief Of what lies in a rank's views. */
@@ -411,44 +400,6 @@ class PartCorrespondences : public host::AlignmentSystem {
           visit(cluster.geometry[slot]);
           visit(cluster.color[slot]);
         }
-  }
-
-  static AlignmentGates getGates(MessageReader& in) {
-    AlignmentGates gates;
-    std::memcpy(static_cast<void*>(&gates), in.take(1, sizeof gates), sizeof gates);
-    unsigned char color = 0;  // what is no bool may not be read as one
-    std::memcpy(&color, &gates.color, 1);
-    const bool can_be = gates.scale < static_cast<std::size_t>(kLumaScales) && gates.stride > 0 &&
-                        gates.stride <= host::kClusterSamples && color <= 1 &&
-                        areBelow(1e10f, gates.distance, gates.deviations, gates.normal_cosine, gates.tukey, gates.reach,
-                                 gates.color_tukey);
-    if (!can_be) in.fail("gates that cannot be");
-    return gates;
-  }
-
-  // What comes from others is added up, and projected: numbers that are none, or far too large, would go on into poses.
-  template <typename... Numbers>
-  static bool areBelow(float limit, const Numbers&... numbers) {
-    return ((std::abs(numbers) <= limit) && ...);  // NaN is not
-  }
-  static bool canBe(const AlignmentSample& sample) {
-    constexpr float limit = 1e6f;
-    const auto is_small = [](const Vec3& x) { return areBelow(limit, x.x, x.y, x.z); };
-    for (int scale = 0; scale < kLumaScales; ++scale)
-      if (!areBelow(limit, sample.luma[scale], sample.slope[scale].per_u, sample.slope[scale].per_v)) return false;
-    return is_small(sample.p) && is_small(sample.n) && sample.p.z > 0 && sample.noise > 0 &&
-           areBelow(limit, sample.noise, sample.smooth_ratio) &&
-           areBelow(1e9f, sample.pixels_per_metre_x, sample.pixels_per_metre_y);
-  }
-  static AlignmentSums getSums(MessageReader& in) {
-    static_assert(sizeof(AlignmentSums) % sizeof(double) == 0, "numbers alone");
-    const auto sums = in.get<AlignmentSums>();
-    double numbers[sizeof(AlignmentSums) / sizeof(double)];
-    std::memcpy(numbers, &sums, sizeof sums);
-    for (const double number : numbers)
-      if (!areBelow(1e30f, number)) in.fail("sums that cannot be");
-    if (sums.count < 0) in.fail("sums that cannot be");
-    return sums;
   }
 
   Communicator& communicator_;

@@ -1,7 +1,7 @@
 #pragma once
 
 #include <fuse_flow/calibration/extrinsic_tracking.h>
-#include <fuse_flow/distributed/message.h>
+#include <fuse_flow/distributed/pose_message.h>
 
 #include <cstdint>
 #include <vector>
@@ -13,26 +13,15 @@ namespace distributed {
  *  name, so that one that is added later does not compile until it is here. */
 class PoseMessages {
  public:
-  static void put(MessageWriter& out, const Eigen::Isometry3d& T) {
-    for (int row = 0; row < 3; ++row)
-      for (int column = 0; column < 4; ++column) out.put(T.matrix()(row, column));
-  }
-  static Eigen::Isometry3d getPose(MessageReader& in) {
-    Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
-    for (int row = 0; row < 3; ++row)
-      for (int column = 0; column < 4; ++column) T.matrix()(row, column) = in.get<double>();
-    return T;
-  }
-
   static void put(MessageWriter& out, const std::vector<Eigen::Isometry3d>& poses) {
-    for (const Eigen::Isometry3d& T : poses) put(out, T);
+    for (const Eigen::Isometry3d& T : poses) PoseMessage::put(out, T);
   }
   /** \throws RankError for what is no pose, or of a place that no camera is at: sums of that would not be numbers */
   static std::vector<Eigen::Isometry3d> getPoses(MessageReader& in, std::size_t cameras) {
     constexpr double farthest = 1e15;  // metres: coordinates of maps are some 10⁷
     std::vector<Eigen::Isometry3d> poses(cameras);
     for (Eigen::Isometry3d& T : poses) {
-      T = getPose(in);
+      T = PoseMessage::get(in);
       const Eigen::Matrix3d R = T.linear();
       const bool turns = ((R.transpose() * R - Eigen::Matrix3d::Identity()).cwiseAbs().array() <= 1e-3).all();
       if (!turns || !(T.translation().cwiseAbs().array() <= farthest).all()) in.fail("a pose that cannot be");
@@ -93,7 +82,7 @@ class PoseMessages {
     for (const CameraMotion& motion : moved) {
       const auto& [camera, T, translation, rotation] = motion;
       putCount(out, camera);
-      put(out, T);
+      PoseMessage::put(out, T);
       out.put(translation);
       out.put(rotation);
     }
@@ -112,7 +101,7 @@ class PoseMessages {
       CameraMotion motion;
       auto& [camera, T, translation, rotation] = motion;
       camera = getCount(in);
-      T = getPose(in);
+      T = PoseMessage::get(in);
       translation = in.get<double>();
       rotation = in.get<double>();
       if (camera >= cameras) in.fail("a motion of a camera that the rig does not have");
@@ -129,7 +118,7 @@ class PoseMessages {
   static void put(MessageWriter& out, const CameraCorrection& correction) {
     const auto& [T, translation, rotation, translation_deviation, rotation_deviation, covariance, neighbours,
                  constrained, free_directions] = correction;
-    put(out, T);
+    PoseMessage::put(out, T);
     for (const double value : {translation, rotation, translation_deviation, rotation_deviation}) out.put(value);
     out.put(covariance.data(), 36);
     putCount(out, neighbours);
@@ -141,7 +130,7 @@ class PoseMessages {
     CameraCorrection correction;
     auto& [T, translation, rotation, translation_deviation, rotation_deviation, covariance, neighbours, constrained,
            free_directions] = correction;
-    T = getPose(in);
+    T = PoseMessage::get(in);
     for (double* value : {&translation, &rotation, &translation_deviation, &rotation_deviation})
       *value = in.get<double>();
     in.get(covariance.data(), 36);

@@ -86,7 +86,6 @@ class AlignmentSystem : public RigCorrespondences {
     return view(instant, camera).normalNoise();
   }
 
-  int threads() const { return threads_; }
   /** \brief Of all views, one instant after the other; empty where there is none. */
   std::vector<std::vector<AlignmentSample>>& allSamples() { return samples_; }
   std::vector<AlignmentCluster>& allClusters() { return clusters_; }

@@ -577,11 +577,17 @@ struct WriteStereoDepth {
   }
 
  private:
+  /** \brief So near to an end of the depths that are looked for, in pixels of the widest baseline, is found what lies beyond it, by all views
+   *  alike: nobody knows its depth. */
+  static constexpr float kEndOfRange = 0.5f;
+
   /** \brief The root of how alike the windows are, halved if only one of several other views agrees, if the surface ends beside the pixel, or if its
-   *  pattern repeats itself; 0 if no view agrees. The root, so that a threshold of a half takes what correlates by a quarter: where two other views agree, most of that is right. */
+   *  pattern repeats itself; 0 if no view agrees, and at the ends of the range. The root, so that a threshold of a half takes what correlates by a quarter: where two other views agree, most of that is right. */
   FUSE_FLOW_HD float confidenceOf(const StereoCandidate& candidate, const StereoPixel& at, const InversePlane& plane,
                                   float w) const {
     const StereoLevel& level = candidate.level;
+    const float end = kEndOfRange / level.pixels_per_inverse_depth;
+    if (w - level.min_inverse_depth < end || level.max_inverse_depth - w < end) return 0;
     int agreeing = 0;
     for (int k = 0; k < level.sources; ++k) {
       const StereoSource& source = level.source[k];
