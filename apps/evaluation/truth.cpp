@@ -306,6 +306,8 @@ void writeTruth(const std::string& recording, const Simulator& simulator) {
                {"drop_rate", o.faults.drop_rate},
                {"out_of_sync", o.faults.out_of_sync},
                {"out_of_step", o.faults.out_of_step},
+               {"readout_time", o.faults.readout_time},
+               {"exposure_time", o.faults.exposure_time},
                {"image_noise", o.faults.image.noise},
                {"exposure", o.faults.image.exposure},
                {"vignetting", o.faults.image.vignetting},

@@ -40,7 +40,7 @@ float returnedLight(const RayScene& scene, const SurfacePoint& surface, const Ve
          (squared * std::sqrt(squared));
 }
 
-IndirectLight::IndirectLight(const RayScene& scene, const Intrinsics& K, const Eigen::Isometry3d& T_world_camera,
+IndirectLight::IndirectLight(const Exposure& exposure, const Intrinsics& K, const Eigen::Isometry3d& T_world_camera,
                              float period, std::uint64_t seed, int threads)
     : width_(K.width),
       height_(K.height),
@@ -50,14 +50,17 @@ IndirectLight::IndirectLight(const RayScene& scene, const Intrinsics& K, const E
   host::parallelFor(threads, static_cast<std::size_t>(K.height), [&](std::size_t row, int) {
     for (int u = 0; u < K.width; ++u)
       receivers_[row * static_cast<std::size_t>(width_) + static_cast<std::size_t>(u)] =
-          receive(scene, rays, u, static_cast<int>(row), seed);
+          receive(exposure, rays, u, static_cast<int>(row), seed);
   });
 }
 
-IndirectLight::Receiver IndirectLight::receive(const RayScene& scene, const PixelRays& rays, int u, int v,
+IndirectLight::Receiver IndirectLight::receive(const Exposure& exposure, const PixelRays& rays, int u, int v,
                                                std::uint64_t seed) const {
   Receiver receiver;
-  const RayHit hit = scene.intersect(rays.origin(), rays.direction(static_cast<float>(u), static_cast<float>(v)));
+  const RayScene& scene = exposure.scene();
+  const float moment = exposure.moment(v, height_);
+  const RayHit hit =
+      scene.intersect(rays.origin(), rays.direction(static_cast<float>(u), static_cast<float>(v)), moment);
   if (!hit) return receiver;
   const Vector3f back = rays.origin() - hit.position;
   const Vector3f normal = towards(hit.normal, back), tangent = normal.unitOrthogonal(), other = normal.cross(tangent);
@@ -75,9 +78,10 @@ IndirectLight::Receiver IndirectLight::receive(const RayScene& scene, const Pixe
     const float radius = std::sqrt(squared_radius);
     const Vector3f direction = radius * portable::cos(angle) * tangent + radius * portable::sin(angle) * other +
                                std::sqrt(std::max(1 - squared_radius, 0.0f)) * normal;
-    const RayHit bounce = scene.intersect(hit.position + 1e-3f * normal, direction);
+    const RayHit bounce = scene.intersect(hit.position + 1e-3f * normal, direction, moment);
     // The sensor lights what it sees, and little beyond.
-    if (!bounce || !rays.reach(bounce.position) || scene.occluded(rays.origin(), bounce.position, 2e-3f)) continue;
+    if (!bounce || !rays.reach(bounce.position) || scene.occluded(rays.origin(), bounce.position, 2e-3f, moment))
+      continue;
     const float light = returnedLight(scene, bounce, rays.origin()) / static_cast<float>(kStrata * kStrata);
     const float phase = radians_per_metre_ * ((bounce.position - rays.origin()).norm() + bounce.t);
     receiver.real += light * portable::cos(phase);

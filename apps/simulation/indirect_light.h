@@ -15,8 +15,9 @@ namespace fuse_flow::simulation {
  *  A few alone would leave noise that no sensor has. */
 class IndirectLight {
  public:
-  /** \param period depth at which the phase begins again, metres  \param seed of the directions */
-  IndirectLight(const RayScene& scene, const Intrinsics& K, const Eigen::Isometry3d& T_world_camera, float period,
+  /** \brief Of what stands there in the middle of the exposure. \param period depth at which the phase begins again, metres
+   *  \param seed of the directions */
+  IndirectLight(const Exposure& exposure, const Intrinsics& K, const Eigen::Isometry3d& T_world_camera, float period,
                 std::uint64_t seed, int threads);
 
   /** \brief Of the indirect light on what a pixel sees: in phase with the direct light, and a quarter of a period
@@ -36,7 +37,7 @@ class IndirectLight {
     float real{0}, imaginary{0};
   };
 
-  Receiver receive(const RayScene& scene, const PixelRays& rays, int u, int v, std::uint64_t seed) const;
+  Receiver receive(const Exposure& exposure, const PixelRays& rays, int u, int v, std::uint64_t seed) const;
   const Receiver& receiver(int u, int v) const {
     return receivers_[static_cast<std::size_t>(v) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(u)];
   }

@@ -61,9 +61,9 @@ class IdealSensor : public Sensor {
   float minRange() const override { return 0.1f; }
   float maxRange() const override { return 6.5f; }  // of what 16 bits hold
 
-  void measure(const RayScene& scene, const Eigen::Isometry3d& T_world_camera, const ShotNumber&, int threads,
+  void measure(const Exposure& exposure, const Eigen::Isometry3d& T_world_camera, const ShotNumber&, int threads,
                io::FloatImage& depth) const override {
-    depth = renderTrueView(scene, K_, T_world_camera, Vector3f::Zero(), threads).depth;
+    depth = renderTrueView(exposure, K_, T_world_camera, Vector3f::Zero(), threads).depth;
   }
 
  private:
@@ -75,7 +75,8 @@ class IdealSensor : public Sensor {
  *  Axial noise as Nguyen, Izadi and Lovell measured it (3DIMPVT 2012): 1.2 mm + 1.9 mm (z − 0.4)² + 0.1 mm / √z · θ² /
  *  (π/2 − θ)² at incidence θ. Of its variance we give half to an error that neighbours share, since matching windows
  *  overlap; their paper does not say how much is. A pixel's measurement comes from half a pixel beside it (Barron and Malik,
- *  CVPR 2013: σ = 0.5 pixels). Holes: in the projector's shadow, at grazing angles, where little light comes back. */
+ *  CVPR 2013: σ = 0.5 pixels). Holes: in the projector's shadow, at grazing angles, where little light comes back. Where a pixel
+ *  sees another surface for a share of its exposure, the pattern of both is blurred: that share of the measurements is lost. */
 class StructuredLight : public Sensor {
  public:
   explicit StructuredLight(double scale) : K_(scaledIntrinsics(640, 480, 575.8f, scale)) {}
@@ -83,9 +84,9 @@ class StructuredLight : public Sensor {
   float minRange() const override { return 0.5f; }
   float maxRange() const override { return 4.5f; }
 
-  void measure(const RayScene& scene, const Eigen::Isometry3d& T_world_camera, const ShotNumber& shot, int threads,
+  void measure(const Exposure& exposure, const Eigen::Isometry3d& T_world_camera, const ShotNumber& shot, int threads,
                io::FloatImage& depth) const override {
-    const TrueView truth = renderTrueView(scene, K_, T_world_camera, Vector3f(kBaseline, 0, 0), threads);
+    const TrueView truth = renderTrueView(exposure, K_, T_world_camera, Vector3f(kBaseline, 0, 0), threads);
     const io::FloatImage shared = correlatedNoise(K_.width, K_.height, 1.5f, imageSeed(shot, 1), threads);
     depth.resize(K_.width, K_.height);
     forEachPixel(K_, shot, threads, [&](int u, int v, Random& random) {
@@ -121,7 +122,8 @@ class StructuredLight : public Sensor {
     const float z = truth.depth.at(u, v);
     if (!(z > 0) || truth.seen_twice.at(u, v) == 0) return 1;
     const float light = truth.infrared.at(u, v) * truth.cosine.at(u, v) / (z * z);
-    return std::max(smoothStep(1.22f, 1.48f, theta), 1 - smoothStep(0.002f, 0.01f, light));  // 70° … 85°
+    const float unclear = 1 - truth.steadiness.at(u, v);
+    return std::max({smoothStep(1.22f, 1.48f, theta), 1 - smoothStep(0.002f, 0.01f, light), unclear});  // 70° … 85°
   }
 
   /** \brief Depth of the surface where the measurement really comes from. Across an edge mostly of one side, at times a
@@ -158,14 +160,14 @@ class TimeOfFlight : public Sensor {
   float maxRange() const override { return 3.86f; }
   float modulationFrequency() const override { return multipath_ ? kModulationFrequency : 0; }
 
-  void measure(const RayScene& scene, const Eigen::Isometry3d& T_world_camera, const ShotNumber& shot, int threads,
+  void measure(const Exposure& exposure, const Eigen::Isometry3d& T_world_camera, const ShotNumber& shot, int threads,
                io::FloatImage& depth) const override {
     const PixelRays rays(K_, T_world_camera);
     std::optional<IndirectLight> indirect;
-    if (multipath_) indirect.emplace(scene, K_, T_world_camera, kModulationPeriod, imageSeed(shot, 1), threads);
+    if (multipath_) indirect.emplace(exposure, K_, T_world_camera, kModulationPeriod, imageSeed(shot, 1), threads);
     depth.resize(K_.width, K_.height);
     forEachPixel(K_, shot, threads, [&](int u, int v, Random& random) {
-      depth.at(u, v) = decide(gather(scene, rays, indirect, u, v), random);
+      depth.at(u, v) = decide(expose(exposure, rays, indirect, u, v), random);
     });
   }
 
@@ -186,32 +188,66 @@ class TimeOfFlight : public Sensor {
     float farthest{0};
   };
 
-  static Echo gather(const RayScene& scene, const PixelRays& rays, const std::optional<IndirectLight>& indirect, int u,
-                     int v) {
+  /** \brief The phase of the modulation is measured as three images, a third of a period apart, one after the other. What moves
+   *  meanwhile gives each another depth: at its edges, and along its way, the phase is that of neither (Lindner and Kolb,
+   *  Compensation of Motion Artifacts for Time-of-Flight Cameras, Dyn3D 2009). */
+  static Echo expose(const Exposure& exposure, const PixelRays& rays, const std::optional<IndirectLight>& indirect,
+                     int u, int v) {
+    if (exposure.instant()) return gather(exposure, rays, indirect, u, v, 0);
+    constexpr int images = 3;
+    Echo echo[images], all;
+    for (int image = 0; image < images; ++image) {
+      echo[image] = gather(exposure, rays, indirect, u, v, Exposure::middleOf(image, images));
+      all.light += echo[image].light / images;
+      all.light_depth += echo[image].light_depth / images;
+      all.in_phase += echo[image].in_phase / images;
+      all.behind += echo[image].behind / images;
+      all.nearest = std::min(all.nearest, echo[image].nearest);
+      all.farthest = std::max(all.farthest, echo[image].farthest);
+    }
+    all.length_per_depth = echo[0].length_per_depth;
+    if (!(all.light > 0)) return all;
+    // Beside the phase of the mean depth.
+    all.in_phase -= all.light;
+    for (int image = 0; image < images; ++image) {
+      if (!(echo[image].light > 0)) continue;
+      const float further = echo[image].light_depth / echo[image].light - all.light_depth / all.light;
+      const float phase = 2 * kPiF / kModulationPeriod * further * all.length_per_depth;
+      const float shift = 2 * kPiF / images * static_cast<float>(image);
+      const float sample = 2.0f / images * echo[image].light * portable::cos(phase - shift);
+      all.in_phase += sample * portable::cos(shift);
+      all.behind += sample * portable::sin(shift);
+    }
+    return all;
+  }
+
+  static Echo gather(const Exposure& exposure, const PixelRays& rays, const std::optional<IndirectLight>& indirect,
+                     int u, int v, float part) {
     // The lens blurs a little beyond the pixel's own square.
     constexpr float offsets[5][2] = {{0, 0}, {-0.45f, -0.3f}, {0.45f, 0.3f}, {-0.3f, 0.45f}, {0.3f, -0.45f}};
+    const RayScene& scene = exposure.scene();
+    const float moment = exposure.moment(v, rays.rows(), part);
     Echo echo;
+    echo.length_per_depth = rays.direction(static_cast<float>(u), static_cast<float>(v)).norm();
     for (const auto& offset : offsets) {
       const Vector3f direction = rays.direction(static_cast<float>(u) + offset[0], static_cast<float>(v) + offset[1]);
-      const RayHit hit = scene.intersect(rays.origin(), direction);
+      const RayHit hit = scene.intersect(rays.origin(), direction, moment);
       if (!hit) continue;
       const float light = returnedLight(scene, hit, rays.origin());
       echo.light += light;
       echo.light_depth += light * hit.t;
       echo.nearest = std::min(echo.nearest, hit.t);
       echo.farthest = std::max(echo.farthest, hit.t);
-      if (indirect && &offset == &offsets[0]) addIndirect(scene, hit, indirect->at(u, v), direction.norm(), echo);
+      if (indirect && &offset == &offsets[0]) addIndirect(scene, hit, indirect->at(u, v), echo);
     }
     return echo;
   }
 
   /** \brief Five times the central ray's, like the direct light. */
-  static void addIndirect(const RayScene& scene, const RayHit& hit, const IndirectLight::Light& light,
-                          float length_per_depth, Echo& echo) {
+  static void addIndirect(const RayScene& scene, const RayHit& hit, const IndirectLight::Light& light, Echo& echo) {
     const float returned = 5 * scene.object(hit.object).material.infrared;
     echo.in_phase = returned * light.in_phase;
     echo.behind = returned * light.behind;
-    echo.length_per_depth = length_per_depth;
   }
 
   static float decide(const Echo& echo, Random& random) {
@@ -234,7 +270,7 @@ class TimeOfFlight : public Sensor {
  *  The error of the disparity is 0.08 pixels RMS, within what Intel gives for textured scenes (Grunnet-Jepsen et al.,
  *  Best-Known-Methods for Tuning RealSense D400: z error = z² · subpixel / (f · baseline)), shared by neighbours, as matching windows
  *  overlap. Windows that reach over an edge take the nearer surface: objects grow by up to three pixels. Beside nearer
- *  objects lies a band that the second imager does not see. */
+ *  objects lies a band that the second imager does not see. What moves while a pixel is exposed is lost as with structured light. */
 class ActiveStereo : public Sensor {
  public:
   explicit ActiveStereo(double scale) : K_(scaledIntrinsics(848, 480, 424.0f, scale)) {}
@@ -242,9 +278,9 @@ class ActiveStereo : public Sensor {
   float minRange() const override { return 0.28f; }
   float maxRange() const override { return 6.0f; }
 
-  void measure(const RayScene& scene, const Eigen::Isometry3d& T_world_camera, const ShotNumber& shot, int threads,
+  void measure(const Exposure& exposure, const Eigen::Isometry3d& T_world_camera, const ShotNumber& shot, int threads,
                io::FloatImage& depth) const override {
-    const TrueView truth = renderTrueView(scene, K_, T_world_camera, Vector3f(kBaseline, 0, 0), threads);
+    const TrueView truth = renderTrueView(exposure, K_, T_world_camera, Vector3f(kBaseline, 0, 0), threads);
     const io::FloatImage shared = correlatedNoise(K_.width, K_.height, 2.0f, imageSeed(shot, 1), threads);
     const io::FloatImage ragged = correlatedNoise(K_.width, K_.height, 3.0f, imageSeed(shot, 2), threads);
     depth.resize(K_.width, K_.height);
@@ -255,8 +291,9 @@ class ActiveStereo : public Sensor {
       const double doubt = random.uniform(), own = random.gaussian();
       const bool fattened = z < 0.97f * truth.depth.at(u, v);
       const bool unseen = truth.seen_twice.at(u, v) == 0 && doubt < 0.9;
+      const double unclear = static_cast<double>(1 - truth.steadiness.at(u, v));
       depth.at(u, v) = 0;
-      if (!(z > 0) || (unseen && !fattened) || doubt < smoothStep(1.22f, 1.48f, theta)) return;
+      if (!(z > 0) || (unseen && !fattened) || doubt < smoothStep(1.22f, 1.48f, theta) || doubt < unclear) return;
       const float disparity =
           424.0f * kBaseline / z + 0.08f * (0.95f * shared.at(u, v) + 0.31f * static_cast<float>(own));
       const float rounded = std::floor(disparity * 32 + 0.5f) / 32;  // five bits below the pixel
@@ -314,18 +351,25 @@ Vector3f litColor(const Material& material, const Vector3f& n, const Vector3f& r
   return (light * albedo(material, rest)).cwiseMin(255.0f);
 }
 
-void renderColor(const RayScene& scene, const Intrinsics& K, const Eigen::Isometry3d& T_world_camera,
+void renderColor(const Exposure& exposure, const Intrinsics& K, const Eigen::Isometry3d& T_world_camera,
                  const ShotNumber& shot, int threads, const ImageErrors& errors, io::ColorImage& color) {
   color.resize(K.width, K.height);
+  const RayScene& scene = exposure.scene();
   const PixelRays rays(K, T_world_camera);
+  const int parts = exposure.parts();
   ShotNumber own = shot;
   own.seed += 0x5bd1e995;  // not the depth image's noise
   // Variances of independent noise add up; 2 grey levels are every camera's.
   const float deviation = std::sqrt(2.0f * 2.0f + errors.noise * errors.noise);
   forEachPixel(K, own, threads, [&](int u, int v, Random& random) {
-    const RayHit hit = scene.intersect(rays.origin(), rays.direction(static_cast<float>(u), static_cast<float>(v)));
-    const Vector3f c =
-        hit ? litColor(scene.object(hit.object).material, hit.normal, hit.rest) : Vector3f(Vector3f::Zero());
+    const Vector3f direction = rays.direction(static_cast<float>(u), static_cast<float>(v));
+    Vector3f c = Vector3f::Zero();
+    for (int part = 0; part < parts; ++part) {
+      const float moment = exposure.moment(v, K.height, Exposure::middleOf(part, parts));
+      const RayHit hit = scene.intersect(rays.origin(), direction, moment);
+      if (hit) c += litColor(scene.object(hit.object).material, hit.normal, hit.rest);
+    }
+    c /= static_cast<float>(parts);
     const float factor = errors.gain * errors.fallOff(K, u, v);
     const auto channel = [&](float value) {
       const float level = factor * value + errors.black_level + deviation * static_cast<float>(random.gaussian());

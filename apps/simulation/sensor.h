@@ -1,7 +1,7 @@
 #pragma once
 
+#include "simulation/exposure.h"
 #include "simulation/image_errors.h"
-#include "simulation/surfaces/ray_scene.h"
 
 #include <fuse_flow/camera.h>
 #include <fuse_flow/recordings/image.h>
@@ -37,7 +37,7 @@ class Sensor {
 
   /** \brief What it measures from a pose: metres, 0 where nothing. The same shot gives the same image for any number of
    *  threads. */
-  virtual void measure(const RayScene& scene, const Eigen::Isometry3d& T_world_camera, const ShotNumber& shot,
+  virtual void measure(const Exposure& exposure, const Eigen::Isometry3d& T_world_camera, const ShotNumber& shot,
                        int threads, io::FloatImage& depth) const = 0;
 };
 
@@ -51,8 +51,9 @@ std::vector<std::string> sensorNames();
 /** \brief Colour of a surface point under the scene's light, which does not depend on who looks: channels 0 … 255. */
 Eigen::Vector3f litColor(const Material& material, const Eigen::Vector3f& normal, const Eigen::Vector3f& rest);
 
-/** \brief The colour image that is registered to a depth camera. Its noise has 2 grey levels, and what the errors say. */
-void renderColor(const RayScene& scene, const Intrinsics& intrinsics, const Eigen::Isometry3d& T_world_camera,
+/** \brief The colour image that is registered to a depth camera. Its noise has 2 grey levels, and what the errors say. What moves
+ *  is blurred: the mean over the exposure. */
+void renderColor(const Exposure& exposure, const Intrinsics& intrinsics, const Eigen::Isometry3d& T_world_camera,
                  const ShotNumber& shot, int threads, const ImageErrors& errors, io::ColorImage& color);
 
 }  // namespace fuse_flow::simulation

@@ -10,12 +10,17 @@
 
 #include <cmath>
 #include <sstream>
+#include <utility>
 
 namespace fuse_flow::simulation {
 namespace {
 
 // What is drawn once a camera has a frame number that no frame reaches.
 constexpr std::uint64_t kOnce = ~std::uint64_t{0};
+
+/** \brief Between two steps of a motion vertices move on straight lines: at 200 m/s², more than any of the scenes has, within 0.4 mm
+ *  of the true way. Seconds. */
+constexpr double kMotionStep = 0.004;
 
 void require(bool good, const std::string& name, double value, const std::string& range) {
   if (good) return;
@@ -44,6 +49,10 @@ void check(const SimulationOptions& o) {
           "in [0, 1]");
   require(o.faults.out_of_step >= 0 && o.faults.out_of_step <= 1, "time out of step in seconds", o.faults.out_of_step,
           "in [0, 1]");
+  require(o.faults.readout_time >= 0 && o.faults.readout_time <= 0.1, "readout time in seconds", o.faults.readout_time,
+          "in [0, 0.1]");
+  require(o.faults.exposure_time >= 0 && o.faults.exposure_time <= 0.1, "exposure time in seconds",
+          o.faults.exposure_time, "in [0, 0.1]");
   const ImageErrorSpread& image = o.faults.image;
   require(image.noise >= 0 && image.noise <= 100, "image noise in grey levels", image.noise, "in [0, 100]");
   require(image.exposure >= 0 && image.exposure <= 0.9, "spread of the exposure", image.exposure, "in [0, 0.9]");
@@ -152,10 +161,23 @@ std::vector<Object> Simulator::movingObjects(std::size_t frame) const {
   return objects;
 }
 
-void Simulator::moveTo(double time) {
-  if (time == at_) return;
-  rays_.setMoving(objectsAt(time));
+void Simulator::moveTo(double time, double span) {
+  if (time == at_ && span == span_) return;
+  std::vector<std::vector<Object>> steps;
+  const int count = span > 0 ? static_cast<int>(std::ceil(span / kMotionStep)) + 1 : 1;
+  for (int step = 0; step < count; ++step)
+    steps.push_back(objectsAt(count > 1 ? time + span * (static_cast<double>(step) / (count - 1) - 0.5) : time));
+  rays_.setMotion(std::move(steps));
   at_ = time;
+  span_ = span;
+}
+
+Shutter Simulator::shutter() const {
+  const double span = shutterSpan();
+  if (!(span > 0)) return {};
+  const auto share = [&](double seconds) { return static_cast<float>(seconds / span); };
+  const double exposure = options_.faults.exposure_time;
+  return {share(0.5 * exposure), share(0.5 * exposure + options_.faults.readout_time), share(exposure)};
 }
 
 void Simulator::measure(std::size_t frame, io::LoadedFrame& out) {
@@ -167,16 +189,17 @@ void Simulator::measure(std::size_t frame, io::LoadedFrame& out) {
   for (std::size_t k = 0; k < cameras_.size(); ++k) {
     Random random(options_.seed, frame, k, kOnce);
     if (random.uniform() < options_.faults.drop_rate) continue;
-    moveTo(time(frame) + delay_[k]);
+    moveTo(time(frame) + delay_[k], shutterSpan());
+    const Exposure exposure(rays_, shutter());
     const ShotNumber shot{options_.seed, frame, k};
     const Eigen::Isometry3d& pose = truePose(frame, k);
-    sensor_->measure(rays_, pose, shot, options_.threads, metres);
+    sensor_->measure(exposure, pose, shot, options_.threads, metres);
     io::LoadedView& images = out.images[k];
     encode(metres, bias_[k], true_cameras_[k].depth_correction, *sensor_, images.depth16);
     DepthView& view = out.rig.views[k];
     view.depth16 = images.depth16.view();
     if (!options_.color) continue;
-    renderColor(rays_, true_cameras_[k].intrinsics, pose, shot, options_.threads, image_errors_[k], images.color);
+    renderColor(exposure, true_cameras_[k].intrinsics, pose, shot, options_.threads, image_errors_[k], images.color);
     view.color = images.color.view();
   }
 }

@@ -38,6 +38,11 @@ struct Faults {
   /** \brief The exposures of a frame are spread evenly over this, seconds: the first camera's is half of it before the frame's
    *  nominal time, the last one's half of it after. As of cameras that nothing synchronises. */
   double out_of_step{0};
+  /** \brief From the first to the last row's exposure, seconds; [0, 0.1]. 0: a global shutter, all rows at once. A rolling one exposes
+   *  the row in the middle at the image's time. */
+  double readout_time{0};
+  /** \brief How long each row is exposed, about its time, seconds; [0, 0.1]. 0: an instant, nothing is blurred. */
+  double exposure_time{0};
   /** \brief Of the colour images. */
   ImageErrorSpread image;
 };
@@ -92,7 +97,11 @@ class Simulator {
  private:
   std::vector<Object> objectsAt(double time) const;
   double time(std::size_t frame) const { return static_cast<double>(frame) / options_.frames_per_second; }
-  void moveTo(double time);
+  /** \brief What moves, from half a span before a time to half of it after. */
+  void moveTo(double time, double span = 0);
+  /** \brief How long a camera takes for an image, seconds. */
+  double shutterSpan() const { return options_.faults.readout_time + options_.faults.exposure_time; }
+  Shutter shutter() const;
 
   SimulationOptions options_;
   std::unique_ptr<Scene> scene_;
@@ -106,6 +115,7 @@ class Simulator {
   std::vector<Object> fixed_;
   RayScene rays_;
   double at_{-1e9};
+  double span_{0};
 };
 
 }  // namespace fuse_flow::simulation

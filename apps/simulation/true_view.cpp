@@ -5,6 +5,8 @@
 
 #include <fuse_flow/impl/host/parallel.hpp>
 
+#include <array>
+#include <limits>
 #include <vector>
 
 namespace fuse_flow::simulation {
@@ -25,26 +27,70 @@ float filtered(const std::vector<float>& kernel, int radius, const float* row, s
   return sum / std::sqrt(squares);
 }
 
+constexpr float kNowhere = std::numeric_limits<float>::infinity();
+
+/** \brief What a pixel sees in each part of an exposure. */
+using Sightings = std::array<RayHit, Exposure::kParts>;
+
+/** \brief The surface that is seen the longest. */
+struct Longest {
+  int part{0};  ///< in which it is seen
+  int count{1};
+  float depth{0};
+};
+
+/** \brief Depths within a twentieth of each other are of one surface, as at the edges of the sensors. */
+Longest longestSeen(const Sightings& seen, int parts) {
+  const auto same = [&](int a, int b) {
+    const float s = seen[static_cast<std::size_t>(a)].t, t = seen[static_cast<std::size_t>(b)].t;
+    return s == t || std::fabs(s - t) < 0.05f * std::min(s, t);
+  };
+  Longest longest;
+  for (int part = 0; part < parts; ++part) {
+    const float own = seen[static_cast<std::size_t>(part)].t;
+    int count = 0;
+    float further = 0;  // than it, of those together: 0 for what stands still
+    for (int other = 0; other < parts; ++other) {
+      if (!same(part, other)) continue;
+      ++count;
+      if (other != part) further += seen[static_cast<std::size_t>(other)].t - own;
+    }
+    const float depth = own < kNowhere ? own + further / static_cast<float>(count) : kNowhere;
+    if (part == 0 || count > longest.count || (count == longest.count && depth < longest.depth))
+      longest = {part, count, depth};
+  }
+  return longest;
+}
+
 }  // namespace
 
-TrueView renderTrueView(const RayScene& scene, const Intrinsics& K, const Eigen::Isometry3d& T_world_camera,
+TrueView renderTrueView(const Exposure& exposure, const Intrinsics& K, const Eigen::Isometry3d& T_world_camera,
                         const Eigen::Vector3f& second_eye, int threads) {
   TrueView view;
-  for (io::FloatImage* image : {&view.depth, &view.cosine, &view.infrared, &view.seen_twice})
+  for (io::FloatImage* image : {&view.depth, &view.cosine, &view.infrared, &view.seen_twice, &view.steadiness})
     image->resize(K.width, K.height);
+  const RayScene& scene = exposure.scene();
   const PixelRays rays(K, T_world_camera);
   const Eigen::Vector3f eye = rays.toWorld(second_eye);
   const bool has_eye = second_eye.norm() > 0;
+  const int parts = exposure.parts();
   parallelFor(threads, static_cast<std::size_t>(K.height), [&](std::size_t row, int) {
     const int v = static_cast<int>(row);
+    const auto moment = [&](int part) { return exposure.moment(v, K.height, Exposure::middleOf(part, parts)); };
     for (int u = 0; u < K.width; ++u) {
       const Eigen::Vector3f direction = rays.direction(static_cast<float>(u), static_cast<float>(v));
-      const RayHit hit = scene.intersect(rays.origin(), direction);
-      view.depth.at(u, v) = hit ? hit.t : 0.0f;
+      Sightings seen;
+      for (int part = 0; part < parts; ++part)
+        seen[static_cast<std::size_t>(part)] = scene.intersect(rays.origin(), direction, moment(part));
+      const Longest longest = longestSeen(seen, parts);
+      const RayHit& hit = seen[static_cast<std::size_t>(longest.part)];
+      view.depth.at(u, v) = hit ? longest.depth : 0.0f;
+      view.steadiness.at(u, v) = static_cast<float>(longest.count) / static_cast<float>(parts);
       if (!hit) continue;
       view.cosine.at(u, v) = std::fabs(hit.normal.dot(direction.normalized()));
       view.infrared.at(u, v) = scene.object(hit.object).material.infrared;
-      view.seen_twice.at(u, v) = has_eye && scene.occluded(eye, hit.position, 2e-3f) ? 0.0f : 1.0f;
+      const bool hidden = has_eye && scene.occluded(eye, hit.position, 2e-3f, moment(longest.part));
+      view.seen_twice.at(u, v) = hidden ? 0.0f : 1.0f;
     }
   });
   return view;

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "simulation/surfaces/ray_scene.h"
+#include "simulation/exposure.h"
 
 #include <fuse_flow/camera.h>
 #include <fuse_flow/recordings/image.h>
@@ -16,6 +16,8 @@ class PixelRays {
       : K_(K), R_(T_world_camera.linear().cast<float>()), origin_(T_world_camera.translation().cast<float>()) {}
 
   const Eigen::Vector3f& origin() const { return origin_; }
+  /** \brief Of the image. */
+  int rows() const { return K_.height; }
   /** \brief Through a position in the image, world frame, of depth 1 along the optical axis: lengths along it are
    *  depths. */
   Eigen::Vector3f direction(float u, float v) const {
@@ -37,7 +39,8 @@ class PixelRays {
   Eigen::Vector3f origin_;
 };
 
-/** \brief What a perfect sensor would see; the depth image's size, depth 0 where there is nothing. */
+/** \brief What a perfect sensor would see; the depth image's size, depth 0 where there is nothing. Where something moves while a pixel
+ *  is exposed: the surface that it saw the longest, at its mean depth; of two the nearer one. */
 struct TrueView {
   /** \brief Along the optical axis, metres. */
   io::FloatImage depth;
@@ -47,10 +50,12 @@ struct TrueView {
   io::FloatImage infrared;
   /** \brief 0 where a second eye (projector or imager) at an offset cannot see the surface, else 1. */
   io::FloatImage seen_twice;
+  /** \brief Share of the exposure in which the pixel saw this surface; (0, 1]. */
+  io::FloatImage steadiness;
 };
 
 /** \brief \param second_eye in the camera's frame, metres; zero: seen_twice is 1 everywhere. */
-TrueView renderTrueView(const RayScene& scene, const Intrinsics& K, const Eigen::Isometry3d& T_world_camera,
+TrueView renderTrueView(const Exposure& exposure, const Intrinsics& K, const Eigen::Isometry3d& T_world_camera,
                         const Eigen::Vector3f& second_eye, int threads);
 
 /** \brief White noise of unit variance, smoothed by a Gaussian of sigma pixels and scaled to unit variance again: how

@@ -50,6 +50,14 @@ SimulationArguments::SimulationArguments(CLI::App& app) {
   given_.push_back(
       app.add_option("--out-of-step", out_of_step_ms_, "the cameras expose one after the other within this, ms")
           ->check(nonNegativeNumber()));
+  given_.push_back(app.add_option("--readout-time", readout_time_ms_,
+                                  "rolling shutter: from the first to the last row's exposure, ms, [0, 100]; 0: all "
+                                  "rows at once")
+                       ->check(numberFromTo(0, 100)));
+  given_.push_back(app.add_option("--exposure-time", exposure_time_ms_,
+                                  "how long each row is exposed, ms, [0, 100]: what moves meanwhile is blurred, in "
+                                  "depth as each sensor does it; 0: an instant")
+                       ->check(numberFromTo(0, 100)));
   given_.push_back(app.add_option("--image-noise", options_.faults.image.noise,
                                   "standard deviation of further noise of the colour images, grey levels, [0, 100]")
                        ->check(numberFromTo(0, 100)));
@@ -81,6 +89,8 @@ simulation::SimulationOptions SimulationArguments::options() const {
   result.faults.bump_rotation = bump_deg_ * 3.14159265358979323846 / 180;
   result.faults.out_of_sync = 0.001 * out_of_sync_ms_;
   result.faults.out_of_step = 0.001 * out_of_step_ms_;
+  result.faults.readout_time = 0.001 * readout_time_ms_;
+  result.faults.exposure_time = 0.001 * exposure_time_ms_;
   return result;
 }
 

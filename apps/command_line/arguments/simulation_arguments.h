@@ -36,6 +36,8 @@ class SimulationArguments {
   double bump_deg_{0};
   double out_of_sync_ms_{0};
   double out_of_step_ms_{0};
+  double readout_time_ms_{0};
+  double exposure_time_ms_{0};
   bool no_color_{false};
   std::vector<CLI::Option*> given_;
 };

@@ -14,6 +14,7 @@
 #include <cmath>
 #include <new>
 #include <stdexcept>
+#include <utility>
 
 namespace fuse_flow::simulation {
 namespace {
@@ -39,8 +40,8 @@ using QueryContext = RTCIntersectContext;
 
 /** \brief A ray on its way through Embree: what it met first up to now. */
 struct RayQuery : QueryContext {
-  RayQuery(const Vector3f& origin, const Vector3f& direction, double near, double far)
-      : ray(origin, direction), nearest(near), t(far) {
+  RayQuery(const Vector3f& origin, const Vector3f& direction, const BetweenSteps& when, double near, double far)
+      : ray(origin, direction), moment(when), nearest(near), t(far) {
 #if RTC_VERSION_MAJOR >= 4
     rtcInitRayQueryContext(this);
 #else
@@ -52,7 +53,7 @@ struct RayQuery : QueryContext {
    *  Embree: rounding can put what is met of a triangle that is seen nearly edge-on outside of it, where Embree would not always
    *  look for it. */
   bool meets(const Triangles& triangles, std::uint32_t number, double& where, Barycentric& on) const {
-    const Triangle& corners = triangles.all[number];
+    const Triangle corners = triangles.at(number, moment);
     if (!ray.meets(corners, where, on) || !(where >= nearest && where <= t)) return false;
     const float half = 0.5f * triangles.margin;
     for (int axis = 0; axis < 3; ++axis) {
@@ -64,6 +65,7 @@ struct RayQuery : QueryContext {
   }
 
   WatertightRay ray;
+  BetweenSteps moment;
   double nearest;
   double t;
   std::uint32_t triangle{RTC_INVALID_GEOMETRY_ID};
@@ -71,8 +73,9 @@ struct RayQuery : QueryContext {
 };
 
 void boundTriangle(const RTCBoundsFunctionArguments* arguments) {
-  const auto& triangles = *static_cast<const Triangles*>(arguments->geometryUserPtr);
-  const Triangle& t = triangles.all[arguments->primID];
+  const auto& part = *static_cast<const TriangleRange*>(arguments->geometryUserPtr);
+  const Triangles& triangles = *part.triangles;
+  const Triangle& t = triangles.at(part.first + arguments->primID, std::size_t{arguments->timeStep});
   const Vector3f low = t[0].cwiseMin(t[1]).cwiseMin(t[2]).array() - triangles.margin;
   const Vector3f high = t[0].cwiseMax(t[1]).cwiseMax(t[2]).array() + triangles.margin;
   RTCBounds& bounds = *arguments->bounds_o;
@@ -86,12 +89,11 @@ void boundTriangle(const RTCBoundsFunctionArguments* arguments) {
 
 void intersectTriangle(const RTCIntersectFunctionNArguments* arguments) {
   auto& query = *static_cast<RayQuery*>(arguments->context);
-  const std::uint32_t number = arguments->primID;
+  const auto& part = *static_cast<const TriangleRange*>(arguments->geometryUserPtr);
+  const std::uint32_t number = part.first + arguments->primID;
   double t;
   Barycentric at;
-  if (arguments->valid[0] == 0 ||
-      !query.meets(*static_cast<const Triangles*>(arguments->geometryUserPtr), number, t, at))
-    return;
+  if (arguments->valid[0] == 0 || !query.meets(*part.triangles, number, t, at)) return;
   if (t >= query.t && number >= query.triangle) return;
   query.t = t;
   query.triangle = number;
@@ -101,14 +103,14 @@ void intersectTriangle(const RTCIntersectFunctionNArguments* arguments) {
 
 void occludeByTriangle(const RTCOccludedFunctionNArguments* arguments) {
   const auto& query = *static_cast<const RayQuery*>(arguments->context);
+  const auto& part = *static_cast<const TriangleRange*>(arguments->geometryUserPtr);
   double t;
   Barycentric at;
-  if (arguments->valid[0] != 0 &&
-      query.meets(*static_cast<const Triangles*>(arguments->geometryUserPtr), arguments->primID, t, at))
+  if (arguments->valid[0] != 0 && query.meets(*part.triangles, part.first + arguments->primID, t, at))
     RTCRayN_tfar(arguments->ray, 1, 0) = -std::numeric_limits<float>::infinity();  // Embree's mark of an occluded ray
 }
 
-RTCRay makeRay(const Vector3f& origin, const Vector3f& direction, float near, float far) {
+RTCRay makeRay(const Vector3f& origin, const Vector3f& direction, float moment, float near, float far) {
   RTCRay ray{};
   ray.org_x = origin.x();
   ray.org_y = origin.y();
@@ -116,6 +118,7 @@ RTCRay makeRay(const Vector3f& origin, const Vector3f& direction, float near, fl
   ray.dir_x = direction.x();
   ray.dir_y = direction.y();
   ray.dir_z = direction.z();
+  ray.time = moment;
   ray.tnear = near;
   ray.tfar = far;
   ray.mask = 0xffffffffu;
@@ -135,6 +138,7 @@ constexpr float kTouching = 1e-6f;
 
 struct NearestQuery {
   const Triangles* triangles;
+  const std::vector<TriangleRange>* parts;
   Vector3d point;
   double touching;
   double best;
@@ -143,8 +147,9 @@ struct NearestQuery {
 
 bool visitTriangle(RTCPointQueryFunctionArguments* arguments) {
   auto& query = *static_cast<NearestQuery*>(arguments->userPtr);
-  const Triangle& triangle = query.triangles->all[arguments->primID];
-  Candidate candidate{0, arguments->primID, nearestOnTriangle(query.point, triangle), {}};
+  const std::uint32_t number = (*query.parts)[arguments->geomID].first + arguments->primID;
+  const Triangle& triangle = query.triangles->all[number];
+  Candidate candidate{0, number, nearestOnTriangle(query.point, triangle), {}};
   candidate.foot = placeOn(triangle, candidate.at);
   candidate.distance = (candidate.foot - query.point).norm();
   if (!(candidate.distance <= query.best + query.touching)) return false;
@@ -163,11 +168,15 @@ struct RayScene::Impl {
   RTCDevice device{nullptr};
   RTCScene scene{nullptr};
   std::vector<Object> fixed;
-  std::vector<Object> moving;
+  /** \brief What moves, at each step of its motion; at least one. */
+  std::vector<std::vector<Object>> steps{1};
+  /** \brief At the first step. */
   std::vector<const Object*> objects;
   /** \brief The number of each object's first triangle. */
   std::vector<std::uint32_t> first;
   Triangles triangles;
+  /** \brief What stands still, and what moves; by the number of its geometry, without those that are empty. */
+  std::vector<TriangleRange> parts;
   float largest{1};  ///< coordinate, at least 1 m
 
   explicit Impl(const std::string& embree) : device(rtcNewDevice(embree.empty() ? nullptr : embree.c_str())) {
@@ -184,34 +193,69 @@ struct RayScene::Impl {
   void add(const Object& object) {
     objects.push_back(&object);
     first.push_back(static_cast<std::uint32_t>(triangles.all.size()));
-    const auto& v = object.mesh.vertices;
-    for (const auto& t : object.mesh.triangles) triangles.all.push_back({v[t[0]], v[t[1]], v[t[2]]});
+    add(object.mesh, triangles.all);
+  }
+
+  void add(const TriangleMesh& mesh, std::vector<Triangle>& to) {
+    const auto& v = mesh.vertices;
+    for (const auto& t : mesh.triangles) to.push_back({v[t[0]], v[t[1]], v[t[2]]});
     for (const Vector3f& p : v) largest = std::max(largest, p.cwiseAbs().maxCoeff());
   }
 
-  void build() {
-    if (scene != nullptr) rtcReleaseScene(scene);
-    scene = nullptr;  // what follows may run out of memory
+  void collect() {
     objects.clear();
     first.clear();
     triangles.all.clear();
+    triangles.later.clear();
     largest = 1;
     for (const Object& object : fixed) add(object);
-    for (const Object& object : moving) add(object);
+    triangles.first_moving = static_cast<std::uint32_t>(triangles.all.size());
+    for (const Object& object : steps[0]) add(object);
+    for (std::size_t step = 1; step < steps.size(); ++step) {
+      triangles.later.emplace_back();
+      for (const Object& object : steps[step]) add(object.mesh, triangles.later.back());
+    }
     triangles.margin = 1e-5f * largest;
-    scene = rtcNewScene(device);
-    rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_MEDIUM);
+  }
+
+  void attach(const TriangleRange& part, std::size_t count, std::size_t time_steps) {
     RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_USER);
-    rtcSetGeometryUserPrimitiveCount(geometry, static_cast<unsigned int>(triangles.all.size()));
-    rtcSetGeometryUserData(geometry, &triangles);
+    rtcSetGeometryUserPrimitiveCount(geometry, static_cast<unsigned int>(count));
+    rtcSetGeometryTimeStepCount(geometry, static_cast<unsigned int>(time_steps));
+    rtcSetGeometryUserData(geometry, const_cast<TriangleRange*>(&part));
     rtcSetGeometryBoundsFunction(geometry, boundTriangle, nullptr);
     rtcSetGeometryIntersectFunction(geometry, intersectTriangle);
     rtcSetGeometryOccludedFunction(geometry, occludeByTriangle);
     rtcCommitGeometry(geometry);
     rtcAttachGeometry(scene, geometry);
     rtcReleaseGeometry(geometry);
+  }
+
+  void build() {
+    if (scene != nullptr) rtcReleaseScene(scene);
+    scene = nullptr;  // what follows may run out of memory
+    collect();
+    scene = rtcNewScene(device);
+    rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_MEDIUM);
+    const std::size_t still = triangles.first_moving, moving = triangles.all.size() - still;
+    parts.clear();
+    if (still > 0) parts.push_back({&triangles, 0});
+    if (moving > 0) parts.push_back({&triangles, triangles.first_moving});
+    if (still > 0) attach(parts.front(), still, 1);
+    if (moving > 0) attach(parts.back(), moving, steps.size());
     rtcCommitScene(scene);
     check(device);
+  }
+
+  BetweenSteps between(float moment) const {
+    const float at = std::clamp(moment, 0.0f, 1.0f) * static_cast<float>(steps.size() - 1);
+    const float step = std::floor(at);
+    return {static_cast<std::size_t>(step), at - step};
+  }
+
+  /** \brief An object's mesh at a step; the first one's if it stands still. */
+  const TriangleMesh& mesh(std::uint32_t object, std::size_t step) const {
+    return object < fixed.size() ? fixed[object].mesh : steps[step][object - fixed.size()].mesh;
   }
 
   std::uint32_t objectOf(std::uint32_t triangle) const {
@@ -219,25 +263,29 @@ struct RayScene::Impl {
   }
 
   /** \brief A place on a triangle. */
-  SurfacePoint surfacePoint(std::uint32_t number, const Barycentric& at) const {
+  SurfacePoint surfacePoint(std::uint32_t number, const Barycentric& at, const BetweenSteps& moment = {}) const {
     SurfacePoint point;
     point.object = objectOf(number);
-    const TriangleMesh& mesh = objects[point.object]->mesh;
-    const auto& t = mesh.triangles[number - first[point.object]];
+    const TriangleMesh& here = mesh(point.object, moment.step);
+    const auto& t = here.triangles[number - first[point.object]];
     const auto u = static_cast<float>(at.u), v = static_cast<float>(at.v);
-    const auto blend = [&](const std::vector<Vector3f>& of) -> Vector3f {
+    const auto on = [&](const std::vector<Vector3f>& of) -> Vector3f {
       return (1 - u - v) * of[t[0]] + u * of[t[1]] + v * of[t[2]];
     };
-    point.position = blend(mesh.vertices);
-    point.rest = mesh.rest.empty() ? point.position : blend(mesh.rest);
-    point.normal = mesh.normals.empty() ? areaVector(number).cast<float>() : blend(mesh.normals);
+    const auto blend = [&](std::vector<Vector3f> TriangleMesh::*of) -> Vector3f {
+      if (!(moment.share > 0)) return on(here.*of);
+      return (1 - moment.share) * on(here.*of) + moment.share * on(mesh(point.object, moment.step + 1).*of);
+    };
+    point.position = blend(&TriangleMesh::vertices);
+    point.rest = here.rest.empty() ? point.position : on(here.rest);
+    point.normal =
+        here.normals.empty() ? areaVector(triangles.at(number, moment)).cast<float>() : blend(&TriangleMesh::normals);
     point.normal.normalize();
-    if (!mesh.velocities.empty()) point.velocity = blend(mesh.velocities);
+    if (!here.velocities.empty()) point.velocity = on(here.velocities);
     return point;
   }
 
-  Vector3d areaVector(std::uint32_t number) const {
-    const Triangle& t = triangles.all[number];
+  static Vector3d areaVector(const Triangle& t) {
     const Vector3d a = t[0].cast<double>();
     return (t[1].cast<double>() - a).cross(t[2].cast<double>() - a);
   }
@@ -253,18 +301,21 @@ void RayScene::setFixed(const std::vector<Object>& objects) {
   impl_->build();
 }
 
-void RayScene::setMoving(const std::vector<Object>& objects) {
-  impl_->moving = objects;
+void RayScene::setMoving(const std::vector<Object>& objects) { setMotion({objects}); }
+
+void RayScene::setMotion(std::vector<std::vector<Object>> steps) {
+  impl_->steps = std::move(steps);
   impl_->build();
 }
 
-RayHit RayScene::intersect(const Vector3f& origin, const Vector3f& direction) const {
+RayHit RayScene::intersect(const Vector3f& origin, const Vector3f& direction, float moment) const {
   RayHit hit;
   if (!(direction.cwiseAbs().maxCoeff() > 0)) return hit;
   constexpr float far = std::numeric_limits<float>::infinity();
-  RayQuery query(origin, direction, 0, static_cast<double>(far));
+  const BetweenSteps when = impl_->between(moment);
+  RayQuery query(origin, direction, when, 0, static_cast<double>(far));
   RTCRayHit ray{};
-  ray.ray = makeRay(origin, direction, 0, far);
+  ray.ray = makeRay(origin, direction, moment, 0, far);
   ray.hit.geomID = ray.hit.primID = RTC_INVALID_GEOMETRY_ID;
 #if RTC_VERSION_MAJOR >= 4
   RTCIntersectArguments arguments;
@@ -275,19 +326,19 @@ RayHit RayScene::intersect(const Vector3f& origin, const Vector3f& direction) co
   rtcIntersect1(impl_->scene, &query, &ray);
 #endif
   if (query.triangle == RTC_INVALID_GEOMETRY_ID) return hit;
-  static_cast<SurfacePoint&>(hit) = impl_->surfacePoint(query.triangle, query.at);
+  static_cast<SurfacePoint&>(hit) = impl_->surfacePoint(query.triangle, query.at, when);
   hit.t = static_cast<float>(query.t);
   return hit;
 }
 
-bool RayScene::occluded(const Vector3f& from, const Vector3f& to, float margin) const {
+bool RayScene::occluded(const Vector3f& from, const Vector3f& to, float margin, float moment) const {
   const Vector3f direction = to - from;
   const float length = direction.norm();
   if (!(length > 2 * margin)) return false;
   const Vector3f unit = direction / length;
   const float near = margin, far = length - margin;
-  RayQuery query(from, unit, static_cast<double>(near), static_cast<double>(far));
-  RTCRay ray = makeRay(from, unit, near * (1 - 1e-6f), beyond(static_cast<double>(far)));
+  RayQuery query(from, unit, impl_->between(moment), static_cast<double>(near), static_cast<double>(far));
+  RTCRay ray = makeRay(from, unit, moment, near * (1 - 1e-6f), beyond(static_cast<double>(far)));
 #if RTC_VERSION_MAJOR >= 4
   RTCOccludedArguments arguments;
   rtcInitOccludedArguments(&arguments);
@@ -301,11 +352,9 @@ bool RayScene::occluded(const Vector3f& from, const Vector3f& to, float margin) 
 
 NearestHit RayScene::nearest(const Vector3f& point, float radius) const {
   NearestHit hit;
-  NearestQuery search{&impl_->triangles,
-                      point.cast<double>(),
-                      static_cast<double>(kTouching * impl_->largest),
-                      static_cast<double>(radius),
-                      {}};
+  NearestQuery search{&impl_->triangles,           &impl_->parts,
+                      point.cast<double>(),        static_cast<double>(kTouching * impl_->largest),
+                      static_cast<double>(radius), {}};
   RTCPointQuery query{point.x(), point.y(), point.z(), 0.0f, beyond(static_cast<double>(radius) + search.touching)};
   RTCPointQueryContext context;
   rtcInitPointQueryContext(&context);
@@ -326,7 +375,7 @@ NearestHit RayScene::nearest(const Vector3f& point, float radius) const {
   Vector3d flat = Vector3d::Zero(), smooth = Vector3d::Zero();
   for (const Candidate& c : all) {
     const double angle = angleAround(nearest.foot, impl_->triangles.all[c.triangle], search.touching);
-    flat += angle * impl_->areaVector(c.triangle).normalized();
+    flat += angle * Impl::areaVector(impl_->triangles.all[c.triangle]).normalized();
     smooth += angle * impl_->surfacePoint(c.triangle, c.at).normal.cast<double>();
   }
   hit.signed_distance = flat.dot(search.point - nearest.foot) > 0 ? hit.t : -hit.t;

@@ -55,14 +55,17 @@ class RayScene {
   void setFixed(const std::vector<Object>& objects);
   /** \brief Replaces what moves. */
   void setMoving(const std::vector<Object>& objects);
+  /** \brief The same, while it moves: the objects at one to 129 times, evenly spread over an interval, of which 0 is the first moment
+   *  and 1 the last. At each time the same objects with the same triangles; in between vertices move on straight lines. */
+  void setMotion(std::vector<std::vector<Object>> steps);
 
-  /** \brief The first surface on a ray, from either side of it. */
-  RayHit intersect(const Eigen::Vector3f& origin, const Eigen::Vector3f& direction) const;
+  /** \brief The first surface on a ray, from either side of it, at a moment of the motion; [0, 1], without a motion ignored. */
+  RayHit intersect(const Eigen::Vector3f& origin, const Eigen::Vector3f& direction, float moment = 0) const;
 
   /** \brief Whether a surface stands between two points; within margin (metres) of either end does not count. */
-  bool occluded(const Eigen::Vector3f& from, const Eigen::Vector3f& to, float margin = 1e-3f) const;
+  bool occluded(const Eigen::Vector3f& from, const Eigen::Vector3f& to, float margin = 1e-3f, float moment = 0) const;
 
-  /** \brief The nearest point of any surface; t is its distance, infinite if none lies within radius. The normal is the mean over
+  /** \brief The nearest point of any surface, at the first moment; t is its distance, infinite if none lies within radius. The normal is the mean over
    *  all triangles that touch the point, each weighted with its angle there; so is the normal that decides on which side of the
    *  surface the place lies (Bærentzen and Aanæs, Signed Distance Computation Using the Angle Weighted Pseudonormal, TVCG 2005),
    *  of flat triangles there. */

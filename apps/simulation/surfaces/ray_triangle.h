@@ -4,6 +4,8 @@
 
 #include <array>
 #include <cmath>
+#include <cstddef>
+#include <cstdint>
 #include <vector>
 
 /** \file
@@ -15,11 +17,40 @@ namespace fuse_flow::simulation {
 /** \brief Corners, metres; counter-clockwise seen from outside. */
 using Triangle = std::array<Eigen::Vector3f, 3>;
 
+/** \brief A moment of a motion that is given by steps: after a step, by this share of the way to the next; in [0, 1). */
+struct BetweenSteps {
+  std::size_t step{0};
+  float share{0};
+};
+
 /** \brief Triangles by number, and by how much the boxes that Embree gets are larger than they, metres: more than what its single
  *  precision rounds. */
 struct Triangles {
+  /** \brief At the first step. */
   std::vector<Triangle> all;
+  /** \brief Those that move come last … */
+  std::uint32_t first_moving{0};
+  /** \brief … and are here at each further step; empty: an instant. Between two steps corners move on straight lines. */
+  std::vector<std::vector<Triangle>> later;
   float margin{0};
+
+  const Triangle& at(std::uint32_t number, std::size_t step) const {
+    return step == 0 || number < first_moving ? all[number] : later[step - 1][number - first_moving];
+  }
+  Triangle at(std::uint32_t number, const BetweenSteps& moment) const {
+    const Triangle& here = at(number, moment.step);
+    if (!(moment.share > 0)) return here;
+    const Triangle& next = at(number, moment.step + 1);
+    Triangle between;
+    for (std::size_t k = 0; k < 3; ++k) between[k] = (1 - moment.share) * here[k] + moment.share * next[k];
+    return between;
+  }
+};
+
+/** \brief What one of Embree's geometries holds: the triangles from a number on. */
+struct TriangleRange {
+  const Triangles* triangles{nullptr};
+  std::uint32_t first{0};
 };
 
 /** \brief A place on a triangle: its weights of the second and the third corner. */

@@ -66,6 +66,20 @@ TEST_P(OnEveryProcessor, ASimulatedRecordingHasTheSameBytesForAnyNumberOfThreads
   }
 }
 
+TEST_P(OnEveryProcessor, ImagesThatTakeTimeHaveTheSameBytes) {
+  SimulationOptions options;
+  options.scale = 0.12;
+  options.rig = "ring-2";
+  options.scene = "punch";
+  options.frames_per_second = 7.5;  // the third frame is at a punch
+  options.faults.readout_time = 0.03;
+  options.faults.exposure_time = 0.01;
+  for (const char* sensor : {"structured_light", "time_of_flight_multipath"}) {
+    options.sensor = sensor;
+    expectSame(measured(options, "", 1), measured(options, limited() + ",threads=2", 3), sensor);
+  }
+}
+
 bool sameBits(const Vector3f& a, const Vector3f& b) { return std::memcmp(a.data(), b.data(), 3 * sizeof(float)) == 0; }
 
 TEST_P(OnEveryProcessor, RaysAndNearestPointsAreTheSameToTheBit) {

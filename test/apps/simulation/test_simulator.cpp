@@ -284,6 +284,10 @@ TEST(Simulator, RefusesNumbersOutOfRange) {
   EXPECT_TRUE(
       names(refusal([](SimulationOptions& o) { o.faults.out_of_step = 2; }), "time out of step in seconds is 2"));
   EXPECT_TRUE(
+      names(refusal([](SimulationOptions& o) { o.faults.readout_time = -1; }), "readout time in seconds is -1"));
+  EXPECT_TRUE(
+      names(refusal([](SimulationOptions& o) { o.faults.exposure_time = 1; }), "exposure time in seconds is 1"));
+  EXPECT_TRUE(
       names(refusal([](SimulationOptions& o) { o.faults.image.noise = 101; }), "image noise in grey levels is 101"));
   EXPECT_TRUE(names(refusal([](SimulationOptions& o) { o.faults.image.exposure = 1; }), "spread of the exposure is 1"));
   EXPECT_TRUE(names(refusal([](SimulationOptions& o) { o.faults.image.vignetting = -1; }), "vignetting is -1"));

@@ -130,9 +130,10 @@ TEST_F(Simulated, WhatIsWrongIsSaidInOneLine) {
   EXPECT_TRUE(isOneLineError(simulate({"--rig", "arc-1", "-o", recording()}), 2, {"--rig", "arc-1", "arc-N"}));
   EXPECT_TRUE(isOneLineError(simulate({"--scale", "0", "-o", recording()}), 2, {"--scale", "up to 2"}));
   EXPECT_TRUE(isOneLineError(simulate({"--drop-rate", "2", "-o", recording()}), 2, {"--drop-rate", "from 0 to 1"}));
-  for (const char* option : {"--position-error", "--rotation-error", "--depth-bias", "--depth-distortion", "--bump",
-                             "--bump-rotation", "--bump-frame", "--marker", "--out-of-sync", "--out-of-step",
-                             "--image-noise", "--exposure", "--vignetting", "--seed", "--fps"})
+  for (const char* option :
+       {"--position-error", "--rotation-error", "--depth-bias", "--depth-distortion", "--bump", "--bump-rotation",
+        "--bump-frame", "--marker", "--out-of-sync", "--out-of-step", "--readout-time", "--exposure-time",
+        "--image-noise", "--exposure", "--vignetting", "--seed", "--fps"})
     EXPECT_TRUE(isOneLineError(simulate({option, "-1", "-o", recording()}), 2, {option, "-1", "must be"})) << option;
   EXPECT_TRUE(
       isOneLineError(runProgram(FUSE_FLOW_SIMULATE_TOOL, {"--scene", "moon", "-o", recording()}), 2, {"moon", "room"}));
