@@ -3,11 +3,13 @@
 //   mpirun -n RANKS --bind-to none fuse_flow_multi_gpu_bench [--staged] [--interleaved] [CAMERAS WIDTH HEIGHT]      128 640 480
 //   --staged       pixels go through host memory, not NCCL
 //   --interleaved  camera i at rank i mod RANKS; otherwise each rank has cameras that stand beside each other
+//   --in-flight    instead: several frames at a time over all ranks; frames a second
 //   --frames       instead: every rank fuses every RANKS-th frame, all of it, several in flight; frames a second of all ranks
 
 #include "gpu_in_flight.h"
 #include "gpu_stages.h"
 
+#include <fuse_flow/distributed/gpu/frames_in_flight.h>
 #include <fuse_flow/distributed/gpu/fuse_flow.h>
 #include <fuse_flow/distributed/mpi_communicator.h>
 
@@ -37,7 +39,7 @@ constexpr int kRepeats = 61;
 
 struct Options {
   Size size{128, 640, 480};
-  bool staged{false}, interleaved{false}, frames{false};
+  bool staged{false}, interleaved{false}, in_flight{false}, frames{false};
 };
 
 int rankOfProcess() {
@@ -252,6 +254,64 @@ bool measureAll(const Frames& frames, const Options& options, const OneGpu& one)
   return same != 0;
 }
 
+/** \brief Several frames at a time, each over all ranks. */
+bool measureInFlight(const Frames& frames, const Options& options) {
+  constexpr std::size_t kMost = 6, kDifferent = Frames::kCount, kFrames = 120;
+  std::vector<fuse_flow::RigFrame> parts;
+  for (std::size_t k = 0; k < kDifferent; ++k) parts.push_back(partOf(frames.at(k), options.interleaved));
+  std::vector<std::unique_ptr<fuse_flow::distributed::MpiCommunicator>> ranks;
+  for (std::size_t k = 0; k < kMost; ++k)
+    ranks.push_back(std::make_unique<fuse_flow::distributed::MpiCommunicator>(MPI_COMM_WORLD, 60));
+  fuse_flow::distributed::MpiCommunicator more(MPI_COMM_WORLD, 60);
+  const auto exchange = makeExchange(more, options.staged);
+  double alone = 0;
+  std::vector<PointBytes> expected;
+  if (rankOfProcess() == 0) {
+    for (const std::size_t lanes : {std::size_t{3}, std::size_t{6}})
+      alone = std::max(alone, framesPerSecond(frames, kRoutes[0], lanes, {}, 1000));
+    Gpu one;
+    expected = bytesOf(one.fusePinned(frames.at((kFrames - 1) % kDifferent)));
+    std::sort(expected.begin(), expected.end());
+    std::printf("one GPU alone: %.0f frames/s\n", alone);
+    std::fflush(stdout);
+  }
+  int right = 1;
+  for (const std::size_t lanes : {std::size_t{1}, std::size_t{2}, std::size_t{3}, std::size_t{4}, kMost}) {
+    std::vector<fuse_flow::distributed::Communicator*> own;
+    for (std::size_t k = 0; k < lanes; ++k) own.push_back(ranks[k].get());
+    fuse_flow::distributed::FramesInFlight<Point, fuse_flow::device::Thrust> fusion(own, *exchange);
+    fusion.setCopyAhead(false);
+    std::vector<double> rates;
+    std::vector<PointBytes> last;
+    for (int run = -1; run < 3; ++run) {
+      MPI_Barrier(MPI_COMM_WORLD);
+      const Clock::time_point start = Clock::now();
+      for (std::size_t k = 0; k < kFrames; ++k) {
+        if (fusion.inFlight() == lanes) fusion.nextPinned([](const PointSpan&) {});
+        fusion.submit(parts[k % kDifferent]);
+      }
+      while (fusion.inFlight() > 0)
+        fusion.nextPinned([&](const PointSpan& points) {
+          if (run == 2 && fusion.inFlight() == 0) last = bytesOf(points);
+        });
+      MPI_Barrier(MPI_COMM_WORLD);
+      if (run >= 0) rates.push_back(1e3 * static_cast<double>(kFrames) / since(start));
+    }
+    std::vector<PointBytes> all = gather({reinterpret_cast<const Point*>(last.data()), last.size()});
+    if (rankOfProcess() == 0) {
+      std::sort(all.begin(), all.end());
+      const bool same = all == expected;
+      right = right && same ? 1 : 0;
+      std::printf("%zu in flight over %d GPUs: %.0f frames/s (%.2f times), %.0f to %.0f; %s\n", lanes, rankCount(),
+                  median(rates), median(rates) / alone, *std::min_element(rates.begin(), rates.end()),
+                  *std::max_element(rates.begin(), rates.end()), same ? "the same bytes" : "DIFFERENT");
+      std::fflush(stdout);
+    }
+  }
+  MPI_Bcast(&right, 1, MPI_INT, 0, MPI_COMM_WORLD);
+  return right != 0;
+}
+
 /** \brief Whole frames, each at one rank. */
 void measureFrames(const Frames& frames) {
   for (const std::size_t lanes : {std::size_t{1}, std::size_t{3}, std::size_t{6}}) {
@@ -276,6 +336,8 @@ bool parse(int argc, char** argv, Options& options) {
       options.staged = true;
     } else if (argument == "--interleaved") {
       options.interleaved = true;
+    } else if (argument == "--in-flight") {
+      options.in_flight = true;
     } else if (argument == "--frames") {
       options.frames = true;
     } else if (const int number = std::atoi(argv[k]); number > 0) {
@@ -307,6 +369,7 @@ int run(int argc, char** argv) {
     measureFrames(frames);
     return 0;
   }
+  if (options.in_flight) return measureInFlight(frames, options) ? 0 : 1;
   const OneGpu one = measureOne(frames);
   return measureAll(frames, options, one) ? 0 : 1;
 }
@@ -314,7 +377,12 @@ int run(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  MPI_Init(&argc, &argv);
+  int provided = 0;
+  MPI_Init_thread(&argc, &argv, MPI_THREAD_MULTIPLE, &provided);
+  if (provided < MPI_THREAD_MULTIPLE) {
+    std::fprintf(stderr, "fuse_flow_multi_gpu_bench: this MPI does not allow several threads at once\n");
+    return 1;
+  }
   int status = 1;
   try {
     status = run(argc, argv);

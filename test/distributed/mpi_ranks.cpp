@@ -4,10 +4,13 @@
 #include "ranks.h"
 #include "run_lengths.h"
 
+#include <fuse_flow/distributed/frames_in_flight.h>
 #include <fuse_flow/distributed/mpi_communicator.h>
 
 #include <csignal>
 #include <iostream>
+#include <memory>
+#include <vector>
 
 namespace {
 
@@ -39,6 +42,38 @@ bool sharesFrames(Communicator& ranks) {
   return right;
 }
 
+/** \brief Several frames at a time, each over messages of its own. */
+bool sharesFramesInFlight(int count, int rank) {
+  constexpr std::size_t kLanes = 3;
+  std::vector<std::unique_ptr<MpiCommunicator>> lanes;
+  std::vector<Communicator*> communicators;
+  for (std::size_t k = 0; k < kLanes; ++k) {
+    lanes.push_back(std::make_unique<MpiCommunicator>(MPI_COMM_WORLD, 30));
+    communicators.push_back(lanes.back().get());
+  }
+  fuse_flow::distributed::FramesInFlight<fuse_flow::PointFused> fusion(communicators);
+  fusion.forEachLane([](Fusion& lane) { lane.setNumberOfThreads(1); });
+  fusion.setGatherAt(0);
+  std::vector<scenes::Scene> all;
+  for (unsigned int seed = 1; seed <= 7; ++seed) all.push_back(ranks::noisyRoom(seed % 2 ? 5 : 3, seed));
+  bool right = true;
+  std::size_t taken = 0;
+  scenes::Cloud whole, alone;
+  fuse_flow::FuseFlow<fuse_flow::PointFused> one;
+  const auto take = [&] {
+    fusion.next(whole);
+    if (rank == 0) one.fuse(all[taken].rig, alone);
+    right = right && (rank != 0 || (!alone.empty() && ranks::sameBytes(whole, alone)));
+    ++taken;
+  };
+  for (const scenes::Scene& scene : all) {
+    if (fusion.inFlight() == kLanes) take();
+    fusion.submit(ranks::partOf(scene.rig, ranks::inTurn(scene.rig.cameras.size(), count), rank));
+  }
+  while (fusion.inFlight() > 0) take();
+  return right && taken == all.size();
+}
+
 /** \brief Whether every rank's message of more bytes than MPI sends at once comes as it was sent. */
 bool exchangesMuch(Communicator& ranks) {
   const auto byte = [](int rank, std::size_t k) {
@@ -62,7 +97,7 @@ int run(const std::string& instead) {
   const bool mine = ranks.rank() == 1;
   if (mine && instead == "stops") std::raise(SIGSTOP);
   if (mine && instead == "leaves") std::_Exit(3);
-  const bool right = sharesFrames(ranks) && exchangesMuch(ranks);
+  const bool right = sharesFrames(ranks) && exchangesMuch(ranks) && sharesFramesInFlight(ranks.size(), ranks.rank());
   if (ranks.rank() == 0)
     std::cout << ranks.size() << " ranks: " << (right ? "the same bytes" : "OTHER BYTES") << std::endl;
   return right ? 0 : 1;
@@ -72,7 +107,11 @@ int run(const std::string& instead) {
 
 int main(int argc, char** argv) {
   int provided = 0;
-  MPI_Init_thread(&argc, &argv, MPI_THREAD_SERIALIZED, &provided);
+  MPI_Init_thread(&argc, &argv, MPI_THREAD_MULTIPLE, &provided);
+  if (provided < MPI_THREAD_MULTIPLE) {
+    std::cerr << "this MPI does not allow several threads at once" << std::endl;
+    MPI_Abort(MPI_COMM_WORLD, 1);
+  }
   try {
     const int result = run(argc > 1 ? argv[1] : "");
     MPI_Finalize();

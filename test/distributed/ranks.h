@@ -9,7 +9,9 @@
 #include <fuse_flow/distributed/thread_ranks.h>
 
 #include <functional>
+#include <memory>
 #include <thread>
+#include <vector>
 
 namespace ranks {
 
@@ -26,16 +28,14 @@ inline fuse_flow::RigFrame partOf(const fuse_flow::RigFrame& frame, const std::v
   return part;
 }
 
-/** \brief Runs body(rank, its communicator) once for each rank, all at a time; rethrows what the lowest rank threw that did. */
-inline void forEachRank(int ranks, const std::function<void(int, fuse_flow::distributed::Communicator&)>& body,
-                        double timeout = 20) {
-  fuse_flow::distributed::ThreadRanks group(ranks, timeout);
+/** \brief Runs body(rank) once for each rank, all at a time; rethrows what the lowest rank threw that did. */
+inline void atOnce(int ranks, const std::function<void(int)>& body) {
   std::vector<std::exception_ptr> thrown(static_cast<std::size_t>(ranks));
   std::vector<std::thread> threads;
   for (int r = 0; r < ranks; ++r)
     threads.emplace_back([&, r] {
       try {
-        body(r, group.communicator(r));
+        body(r);
       } catch (...) {
         thrown[static_cast<std::size_t>(r)] = std::current_exception();
       }
@@ -43,6 +43,27 @@ inline void forEachRank(int ranks, const std::function<void(int, fuse_flow::dist
   for (std::thread& thread : threads) thread.join();
   for (const std::exception_ptr& error : thrown)
     if (error) std::rethrow_exception(error);
+}
+
+/** \brief The same with each rank's communicator. */
+inline void forEachRank(int ranks, const std::function<void(int, fuse_flow::distributed::Communicator&)>& body,
+                        double timeout = 20) {
+  fuse_flow::distributed::ThreadRanks group(ranks, timeout);
+  atOnce(ranks, [&](int rank) { body(rank, group.communicator(rank)); });
+}
+
+/** \brief The same with several communicators of each rank, over which messages go apart from each other. */
+inline void forEachRankWithLanes(
+    int ranks, std::size_t lanes,
+    const std::function<void(int, const std::vector<fuse_flow::distributed::Communicator*>&)>& body) {
+  std::vector<std::unique_ptr<fuse_flow::distributed::ThreadRanks>> groups;
+  for (std::size_t k = 0; k < lanes; ++k)
+    groups.push_back(std::make_unique<fuse_flow::distributed::ThreadRanks>(ranks, 20));
+  atOnce(ranks, [&](int rank) {
+    std::vector<fuse_flow::distributed::Communicator*> own;
+    for (const auto& group : groups) own.push_back(&group->communicator(rank));
+    body(rank, own);
+  });
 }
 
 /** \brief Camera i at rank i mod ranks. */

@@ -1,11 +1,15 @@
 #include "../ranks.h"
 
+#include <fuse_flow/distributed/gpu/frames_in_flight.h>
 #include <fuse_flow/distributed/gpu/fuse_flow.h>
 #include <fuse_flow/gpu/fuse_flow.h>
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <cstring>
+#include <memory>
+#include <thread>
 
 namespace {
 
@@ -208,6 +212,106 @@ TEST(DistributedGpu, FusesAtOneRankWhatOneGpuCountsInAll) {
   EXPECT_EQ(points, one.getStatistics().gated_points);
   EXPECT_EQ(cells, one.getStatistics().coarse_cells);
   EXPECT_EQ(sent, received);
+}
+
+using InFlight = fuse_flow::distributed::FramesInFlight<PointFused, fuse_flow::device::Thrust>;
+using Lanes = std::vector<Communicator*>;
+
+/** \brief Frames of which some have few views, or none: these exchange nothing. */
+std::vector<Scene> differentScenes() {
+  std::vector<Scene> scenes;
+  for (unsigned int seed = 1; seed <= 7; ++seed) scenes.push_back(noisyRoom(5, seed));
+  for (std::size_t i = 0; i < 5; ++i) scenes[4].rig.views[i] = {};
+  for (std::size_t i = 1; i < 5; ++i) scenes[2].rig.views[i] = {};
+  return scenes;
+}
+
+/** \brief What all ranks together give of each frame. \param make an object of a rank  \param take its oldest frame */
+void expectFramesInFlight(
+    const std::vector<Scene>& scenes, int ranks, std::size_t lanes,
+    const std::function<void(const Lanes&, Communicator&, const std::function<void(InFlight&)>&)>& make,
+    const std::function<void(InFlight&, Cloud&)>& take) {
+  std::vector<std::vector<Cloud>> parts(scenes.size(), std::vector<Cloud>(static_cast<std::size_t>(ranks)));
+  // One communicator more than lanes, for what the exchange may need.
+  ranks::forEachRankWithLanes(ranks, lanes + 1, [&](int rank, const Lanes& all) {
+    const Lanes own(all.begin(), all.end() - 1);
+    make(own, *all.back(), [&](InFlight& fusion) {
+      fusion.forEachLane([](Ranks& lane) { lane.setNumberOfThreads(1); });
+      std::size_t taken = 0;
+      const auto next = [&] { take(fusion, parts[taken++][static_cast<std::size_t>(rank)]); };
+      for (const Scene& scene : scenes) {
+        if (fusion.inFlight() == lanes) next();
+        fusion.submit(ranks::partOf(scene.rig, inTurn(5, ranks), rank));
+      }
+      while (fusion.inFlight() > 0) next();
+    });
+  });
+  for (std::size_t frame = 0; frame < scenes.size(); ++frame) {
+    Cloud all;
+    for (const Cloud& part : parts[frame]) all += part;
+    expectSamePoints(all, fuseOnOne(scenes[frame].rig), "frame " + std::to_string(frame));
+  }
+}
+
+TEST(DistributedGpu, HasSeveralFramesInFlight) {
+  const std::vector<Scene> scenes = differentScenes();
+  for (const auto& [ranks, lanes] : {std::pair<int, std::size_t>{1, 2}, {2, 3}, {3, 2}})
+    expectFramesInFlight(
+        scenes, ranks, lanes,
+        [](const Lanes& own, Communicator&, const auto& use) {
+          InFlight fusion(own);
+          use(fusion);
+        },
+        [](InFlight& fusion, Cloud& cloud) {
+          fusion.next(cloud);
+          EXPECT_EQ(fusion.getStatistics().fused_points, cloud.size());
+        });
+}
+
+TEST(DistributedGpu, LetsFramesInFlightTakeTurnsInOneExchange) {
+  expectFramesInFlight(
+      differentScenes(), 2, 3,
+      [](const Lanes& own, Communicator& more, const auto& use) {
+        fuse_flow::distributed::StagedExchange exchange(more);
+        InFlight fusion(own, exchange);
+        fusion.setCopyAhead(false);
+        Cloud cloud;
+        EXPECT_THROW(fusion.next(cloud), pcl::PCLException) << "without setCopyAhead()";
+        use(fusion);
+      },
+      [](InFlight& fusion, Cloud& cloud) {
+        fusion.nextPinned([&](const fuse_flow::gpu::PointSpan<PointFused>& points) {
+          cloud.points.assign(points.points, points.points + points.size);
+        });
+      });
+}
+
+// Exchanges in another order than that of the frames would let two ranks wait for each other: the first frames of the ranks take unequally long.
+TEST(DistributedGpu, ExchangesInTheOrderOfTheFramesWhateverIsReadyFirst) {
+  struct Recorder : fuse_flow::distributed::DeviceExchange {
+    std::vector<int> order;
+    int next{-1};
+    void exchange(fuse_flow::gpu::Execution&, const std::vector<fuse_flow::distributed::DeviceMessage>& sends,
+                  const std::vector<fuse_flow::distributed::DeviceMessage>&) override {
+      order.push_back(sends[0].rank);
+    }
+  } recorder;
+  fuse_flow::distributed::ExchangeTurns turns(recorder);
+  std::vector<std::unique_ptr<fuse_flow::distributed::ExchangeTurns::Lane>> lanes;
+  for (int k = 0; k < 4; ++k) lanes.push_back(std::make_unique<fuse_flow::distributed::ExchangeTurns::Lane>(turns));
+  std::vector<std::thread> threads;
+  for (int k = 3; k >= 0; --k) {  // the last comes first
+    lanes[static_cast<std::size_t>(k)]->enter(static_cast<std::uint64_t>(k));
+    threads.emplace_back([&, k] {
+      fuse_flow::distributed::ExchangeTurns::Lane& lane = *lanes[static_cast<std::size_t>(k)];
+      fuse_flow::gpu::Execution run;
+      if (k != 1) lane.exchange(run, {{k, nullptr, 0}}, {});  // frame 1 has nothing to exchange
+      lane.leave();
+    });
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  for (std::thread& thread : threads) thread.join();
+  EXPECT_EQ(recorder.order, (std::vector<int>{0, 2, 3}));
 }
 
 TEST(DistributedGpu, SaysWhatItDoesNotDoAndWhatWouldBeRight) {

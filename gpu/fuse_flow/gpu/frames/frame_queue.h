@@ -2,12 +2,9 @@
 
 #include <fuse_flow/gpu/frames/frame_lane.h>
 #include <fuse_flow/gpu/runtime/stream_copy.h>
+#include <fuse_flow/impl/host/lane_ring.hpp>
 
-#include <condition_variable>
-#include <exception>
 #include <memory>
-#include <mutex>
-#include <thread>
 
 namespace fuse_flow {
 namespace gpu {
@@ -20,23 +17,21 @@ enum class Delivery { Device, Pinned, Cloud };
 template <typename PointT>
 class FrameQueue {
  public:
-  explicit FrameQueue(std::size_t lanes) {
-    for (std::size_t k = 0; k < lanes; ++k) workers_.push_back(std::make_unique<Worker>());
-  }
+  explicit FrameQueue(std::size_t lanes) : ring_(lanes, [](std::size_t) { return std::make_unique<Seat>(); }) {}
 
-  std::size_t lanes() const { return workers_.size(); }
-  std::size_t inFlight() const { return submitted_ - taken_; }
+  std::size_t lanes() const { return ring_.lanes(); }
+  std::size_t inFlight() const { return ring_.inFlight(); }
 
   /** \brief prepare(lane) sets the lane's parameters, its share of the host threads among them; the images must stay alive until the frame has been taken. The lane must
    *  be free: fewer frames in flight than lanes. \param after a stream whose work, as it is by now, comes first */
   template <typename Prepare>
   void submit(const RigFrame& frame, Delivery delivery, Stream after, const Prepare& prepare) {
-    Worker& worker = *workers_[submitted_ % lanes()];
-    prepare(worker.lane);
-    worker.delivery = delivery;
-    worker.order.put(after, worker.stream.get());
-    worker.start(frame);
-    ++submitted_;
+    Seat& seat = ring_.upcoming();
+    prepare(seat.lane);
+    seat.delivery = delivery;
+    seat.order.put(after, seat.stream.get());
+    seat.frame = frame;
+    ring_.start();
   }
 
   /** \brief Waits for the oldest frame; take(lane, points, stamp, cloud) must be done with the points when it returns. They are in
@@ -44,14 +39,13 @@ class FrameQueue {
    *  be; it may be swapped for another. Rethrows what its computation threw. */
   template <typename Take>
   void next(const Take& take) {
-    Worker& worker = *workers_[taken_ % lanes()];
-    ++taken_;
-    worker.finish();
-    take(worker.lane, worker.points, worker.frame.stamp, worker.delivery == Delivery::Cloud ? &worker.cloud : nullptr);
+    Seat& seat = ring_.finishOldest();
+    take(seat.lane, seat.points, seat.frame.stamp, seat.delivery == Delivery::Cloud ? &seat.cloud : nullptr);
   }
 
  private:
-  struct Worker {
+  /** \brief A lane, the frame that it is at, and what comes of it. */
+  struct Seat {
     OwnStream stream{StreamPriority::First};  // before the search for poses; outlives what runs on it
     StreamOrder order;
     FrameLane<PointT> lane;
@@ -59,65 +53,12 @@ class FrameQueue {
     PointSpan<PointT> points;
     Delivery delivery{Delivery::Pinned};
     pcl::PointCloud<PointT> cloud;
+    HomeDevice home{"fuse_flow::FuseFlow"};
 
-    Worker() {
-#if FUSE_FLOW_CUDA
-      check(cudaGetDevice(&device_), "cudaGetDevice");
-#endif
-      lane.pipeline.run.stream = stream.get();
-      thread_ = std::thread([this] { work(); });
-    }
+    Seat() { lane.pipeline.run.stream = stream.get(); }
 
-    ~Worker() {
-      {
-        const std::lock_guard<std::mutex> lock(mutex_);
-        state_ = State::Stop;
-      }
-      changed_.notify_all();
-      thread_.join();
-    }
-
-    void start(const RigFrame& next) {
-      {
-        const std::lock_guard<std::mutex> lock(mutex_);
-        frame = next;
-        state_ = State::Working;
-      }
-      changed_.notify_all();
-    }
-
-    void finish() {
-      std::unique_lock<std::mutex> lock(mutex_);
-      changed_.wait(lock, [this] { return state_ == State::Idle; });
-      if (error_) std::rethrow_exception(std::exchange(error_, nullptr));
-    }
-
-   private:
-    enum class State { Idle, Working, Stop };
-
-    void work() {
-#if FUSE_FLOW_CUDA
-      (void)cudaSetDevice(device_);
-#endif
-      std::unique_lock<std::mutex> lock(mutex_);
-      for (;;) {
-        changed_.wait(lock, [this] { return state_ != State::Idle; });
-        if (state_ == State::Stop) return;
-        lock.unlock();
-        std::exception_ptr error;
-        try {
-          deliver();
-        } catch (...) {
-          error = std::current_exception();
-        }
-        lock.lock();
-        error_ = error;
-        if (state_ == State::Working) state_ = State::Idle;
-        changed_.notify_all();
-      }
-    }
-
-    void deliver() {
+    void run() {
+      const HomeDevice::Visit visit(home);
       if (delivery == Delivery::Device) {
         lane.fuseOnDevice(frame);
         lane.pipeline.run.wait();
@@ -128,18 +69,9 @@ class FrameQueue {
       points = lane.fusePinned(frame);
       if (delivery == Delivery::Cloud) toCloud(points, frame.stamp, lane.pipeline.threads, streamCopy, cloud);
     }
-
-    std::mutex mutex_;
-    std::condition_variable changed_;
-    State state_{State::Idle};
-    std::exception_ptr error_;
-    int device_{0};
-    std::thread thread_;
   };
 
-  std::vector<std::unique_ptr<Worker>> workers_;
-  std::size_t submitted_{0};
-  std::size_t taken_{0};
+  host::LaneRing<Seat> ring_;
 };
 
 }  // namespace gpu
