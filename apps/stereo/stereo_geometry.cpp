@@ -26,15 +26,26 @@ std::string rounded(float value) {
   return text.str();
 }
 
-/** \brief Degrees by which the nearest of its sources looks another way than a view does. If their axes meet, that is the angle between their
- *  rays there. StereoGeometry tells the angle at the distance that it assumes, which is never small against the baseline. */
-float leastTurned(const std::vector<Camera>& cameras, std::size_t view, const std::vector<std::size_t>& sources) {
-  const auto axis = [&](std::size_t k) -> Eigen::Vector3d {
-    return stereoCamera(cameras[k]).T_world_camera.linear().col(2);
-  };
+/** \brief How one of its sources looks another way than a view does. */
+struct Turn {
+  float angle;   ///< degrees
+  bool outward;  ///< the views look away from each other: only at the sides of their images they see the same
+};
+
+/** \brief Of the source that looks another way the least. If their axes meet, the angle is that between their rays there. StereoGeometry tells the
+ *  angle at the distance that it assumes, which is never small against the baseline. */
+Turn leastTurned(const std::vector<Camera>& cameras, std::size_t view, const std::vector<std::size_t>& sources) {
+  const Camera own = stereoCamera(cameras[view]);
   double cosine = -1;
-  for (const std::size_t source : sources) cosine = std::max(cosine, axis(view).dot(axis(source)));
-  return static_cast<float>(std::acos(std::min(cosine, 1.0)) * 180 / 3.14159265358979323846);
+  bool outward = false;
+  for (const std::size_t k : sources) {
+    const Camera source = stereoCamera(cameras[k]);
+    const Eigen::Vector3d own_axis = own.T_world_camera.linear().col(2), axis = source.T_world_camera.linear().col(2);
+    if (!(own_axis.dot(axis) > cosine)) continue;
+    cosine = own_axis.dot(axis);
+    outward = (own_axis - axis).dot(own.T_world_camera.translation() - source.T_world_camera.translation()) > 0;
+  }
+  return {static_cast<float>(std::acos(std::min(cosine, 1.0)) * 180 / 3.14159265358979323846), outward};
 }
 
 /** \brief Some of the cameras whose depth is estimated, for one line of warning. */
@@ -74,9 +85,9 @@ StereoSetup stereoSetup(const std::vector<Camera>& cameras, const std::vector<bo
 std::vector<std::string> stereoWarnings(const std::vector<Camera>& cameras, const std::vector<bool>& of,
                                         const std::vector<StereoGeometry>& geometry,
                                         const StereoParameters& parameters) {
-  Group alone, parallel, close, far;
+  Group alone, parallel, close, far, outward;
   float smallest = std::numeric_limits<float>::max(), largest = 0;
-  float least_angle = kSmallAngle, most_angle = kLargeAngle;
+  float least_angle = kSmallAngle, most_angle = kLargeAngle, most_outward = kLargeAngle;
   std::size_t all = 0;
   for (std::size_t k = 0; k < cameras.size(); ++k) {
     if (!of[k]) continue;
@@ -91,10 +102,12 @@ std::vector<std::string> stereoWarnings(const std::vector<Camera>& cameras, cons
     largest = std::max(largest, g.max_depth);
     if (g.parallel_baselines) parallel.add(name);
     if (g.min_angle < kSmallAngle) close.add(name);
-    const float turned = leastTurned(cameras, k, g.sources);
-    if (turned > kLargeAngle) far.add(name);
     least_angle = std::min(least_angle, g.min_angle);
-    most_angle = std::max(most_angle, turned);
+    const Turn turn = leastTurned(cameras, k, g.sources);
+    if (!(turn.angle > kLargeAngle)) continue;
+    (turn.outward ? outward : far).add(name);
+    float& most = turn.outward ? most_outward : most_angle;
+    most = std::max(most, turn.angle);
   }
   std::vector<std::string> lines;
   const std::string right = std::string("; ") + kRightAngle + " to two or more neighbours are right";
@@ -112,6 +125,10 @@ std::vector<std::string> stereoWarnings(const std::vector<Camera>& cameras, cons
   if (far.count() > 0)
     lines.push_back(far.of(all) + " no neighbour less than " + rounded(kLargeAngle) + " degrees away (" +
                     rounded(most_angle) + "), and images differ too much to be matched" + right);
+  if (outward.count() > 0)
+    lines.push_back(outward.of(all, " looks", " look") + " away from all others, by up to " + rounded(most_outward) +
+                    " degrees: depth is found where two overlap, and --min-agreeing-views 1 keeps what no third sees; "
+                    "elsewhere only depth of another source helps");
   const bool assumed = parameters.min_depth == 0 || parameters.max_depth == 0;
   if (assumed && largest > 0)
     lines.push_back("depth is looked for from " + rounded(smallest) + " to " + rounded(largest) +

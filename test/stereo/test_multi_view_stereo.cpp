@@ -98,6 +98,51 @@ TEST(MultiViewStereo, WhatLiesBeyondTheRangeIsNotSure) {
   }
 }
 
+// Each place is seen by one other view at most: that this one agrees must do, though every view has two sources.
+TEST(MultiViewStereo, CamerasThatLookOutwardAreSureWhereTwoOverlap) {
+  constexpr int cameras = 8, width = 256;
+  Rig rig = textured::onArc(cameras, width);
+  for (int k = 0; k < cameras; ++k) {
+    Camera& camera = rig.frame.cameras[static_cast<std::size_t>(k)];
+    camera.intrinsics.fx = camera.intrinsics.fy = 160;  // 77 degrees: neighbours share 32, second neighbours nothing
+    const double angle = k * M_PI / 4;
+    const Eigen::Vector3d forward(std::cos(angle), 0, std::sin(angle)), down(0, 1, 0);
+    camera.T_world_camera.linear() << down.cross(forward), down, forward;
+    camera.T_world_camera.translation() = 0.3 * forward;
+  }
+  const auto from_inside_a_ball = [](const Eigen::Vector3d& origin, const Eigen::Vector3d& direction) {
+    const double a = direction.squaredNorm(), b = direction.dot(origin), c = origin.squaredNorm() - 1.5 * 1.5;
+    return (std::sqrt(b * b - a * c) - b) / a;
+  };
+  rig.render(from_inside_a_ball, textured::noise(0.06));
+  StereoParameters parameters;
+  parameters.min_depth = 0.5f;
+  parameters.max_depth = 4;
+  const StereoFrame found = estimate(rig, parameters);
+  double shared = 0, sure = 0, right = 0, elsewhere = 0, sure_elsewhere = 0;
+  for (std::size_t k = 0; k < cameras; ++k) {
+    EXPECT_EQ(found.views[k].geometry.sources.size(), 2u);
+    for (int v = 30; v < width * 3 / 4 - 30; ++v)
+      for (int u = 0; u < width; ++u) {
+        const std::size_t place = static_cast<std::size_t>(v) * width + static_cast<std::size_t>(u);
+        const double degrees = std::atan(std::abs(u - 0.5 * (width - 1)) / 160) * 180 / M_PI;
+        const bool is_sure = found.views[k].confidence[place] > 0.5f;
+        if (degrees < 4) {
+          elsewhere += 1;
+          sure_elsewhere += is_sure ? 1 : 0;
+        }
+        if (!(degrees > 18 && degrees < 36)) continue;
+        const auto truth = static_cast<double>(rig.depth[k][place]);
+        shared += 1;
+        sure += is_sure ? 1 : 0;
+        right += is_sure && std::abs(static_cast<double>(found.views[k].depth[place]) - truth) < 0.05 * truth ? 1 : 0;
+      }
+  }
+  EXPECT_GT(sure, 0.6 * shared);
+  EXPECT_GT(right, 0.95 * sure);
+  EXPECT_LT(sure_elsewhere, 0.02 * elsewhere);
+}
+
 TEST(MultiViewStereo, WhereASurfaceGrewOverItsEdgeItIsDoubtful) {
   // A board before a wall. Beside it the wall is seen, and windows that show the board's edge find the board.
   Rig rig = textured::onArc(4, 160);

@@ -31,7 +31,7 @@ struct StereoGeometry {
 /** \brief Depth that was found for one view. */
 struct StereoView {
   std::vector<float> depth;  ///< metres, row by row; 0: none
-  /** \brief The root of the correlation of what the views show, [0, 1]; 0: no other view agrees; at most a half if only one of several does, or
+  /** \brief The root of the correlation of what the views show, [0, 1]; 0: no other view agrees; at most a half if only one of several that see the place does, or
    *  where the pixel looks as what lies beyond the edge of its surface: windows make surfaces larger. */
   std::vector<float> confidence;
   std::vector<Vec3> normals;  ///< world frame, of length 1, facing the camera; zero where there is no depth

@@ -83,6 +83,23 @@ TEST(StereoWarnings, NameNeighboursThatStandTooCloseOrTooFar) {
   EXPECT_EQ(linesWith(warningsOf(arc(2, 10, 0)), "degrees away"), 0u);
 }
 
+TEST(StereoWarnings, NameViewsThatLookOutward) {
+  // Around a circle of 15 cm, 60 degrees from one to the next, each sees 90 degrees.
+  std::vector<Camera> cameras = arc(6, 10, 0);
+  for (std::size_t k = 0; k < 6; ++k) {
+    Camera& camera = cameras[k];
+    camera.intrinsics.fx = camera.intrinsics.fy = 0.5f * static_cast<float>(camera.intrinsics.width);
+    const double angle = static_cast<double>(k) * 60 * M_PI / 180;
+    const Eigen::Vector3d forward(std::cos(angle), 0, std::sin(angle)), down(0, 1, 0);
+    camera.T_world_camera.linear() << down.cross(forward), down, forward;
+    camera.T_world_camera.translation() = 0.15 * forward;
+  }
+  EXPECT_EQ(linesWith(warningsOf(cameras),
+                      "6 of 6 views (a, b, c, …) look away from all others, by up to 60 degrees: depth is found where"),
+            1u);
+  EXPECT_EQ(linesWith(warningsOf(cameras), "images differ too much"), 0u);
+}
+
 TEST(StereoWarnings, AreOfTheViewsWhoseDepthIsEstimated) {
   std::vector<Camera> cameras = arc(4, 7, 8);
   turnAround(cameras[1]);

@@ -125,6 +125,26 @@ struct StereoCandidate {
     return error < limit ? error : limit;
   }
 
+  /** \brief Whether what a plane shows at the pixel falls into a source's image. */
+  FUSE_FLOW_HD bool isSeenBy(const StereoSource& source, const InversePlane& plane) const {
+    const LocalWarp warp = warpOf(source, plane);
+    const Intrinsics& K = levels[source.view].K;
+    const float x = warp.u + 0.5f, y = warp.v + 0.5f;
+    return warp.in_front && x >= 0 && y >= 0 && x < static_cast<float>(K.width) && y < static_cast<float>(K.height);
+  }
+
+  /** \brief Whether no other source than one could see what a plane shows at the pixel: cameras that look outward overlap in pairs. At the ends
+   *  of the range, too: a wrong depth must not hide the pixel from those that would contradict. */
+  FUSE_FLOW_HD bool isSeenByAlone(int one, const InversePlane& plane) const {
+    const InversePlane nearest{0, 0, level.max_inverse_depth}, farthest{0, 0, level.min_inverse_depth};
+    for (int k = 0; k < level.sources; ++k) {
+      const StereoSource& source = level.source[k];
+      if (k != one && (isSeenBy(source, plane) || isSeenBy(source, nearest) || isSeenBy(source, farthest)))
+        return false;
+    }
+    return true;
+  }
+
   /** \brief Whether a source's depth agrees with a plane, whose inverse depth at the pixel is w. */
   FUSE_FLOW_HD bool agrees(const StereoSource& source, const LocalWarp& warp, float w,
                            const AgreementLimits& agreement) const {
@@ -140,6 +160,10 @@ struct StereoCandidate {
   }
   FUSE_FLOW_HD LocalWarp warpOf(const StereoSource& source, const InversePlane& plane) const {
     return localWarp(source.warp, plane, ray, level.pixel_x, level.pixel_y);
+  }
+
+  FUSE_FLOW_HD float costIn(const StereoSource& source, const InversePlane& plane) const {
+    return matchingCost(window, form.window, warpOf(source, plane), levels[source.view].image);
   }
 
   FUSE_FLOW_HD float costOf(const InversePlane& plane, float geometric_weight) const {
@@ -476,7 +500,7 @@ struct MarkRepetition {
 
  private:
   static constexpr float kAsGood = 0.1f;  ///< of the cost: no worse by more …
-  /** \brief … of a view that is matched with one other: that matches a wrong depth by chance more often than the mean of several. */
+  /** \brief … of a place that one other view sees: that matches a wrong depth by chance more often than the mean of several. */
   static constexpr float kAsGoodOfOne = 0.03f;
   static constexpr float kAlike = 0.3f;    ///< cost below which windows are alike: others resemble each other by chance
   static constexpr float kBetween = 0.5f;  ///< by how much worse depths between both are
@@ -491,12 +515,16 @@ struct MarkRepetition {
     const float w = inverseDepth(plane, candidate.ray);
     if (!(w >= level.min_inverse_depth && w <= level.max_inverse_depth)) return false;
     std::uint32_t agreeing = 0;  // a bit for each source
+    int count = 0, last = 0;
     for (int k = 0; k < level.sources; ++k)
-      if (candidate.agrees(level.source[k], candidate.warpOf(level.source[k], plane), w, agreement))
+      if (candidate.agrees(level.source[k], candidate.warpOf(level.source[k], plane), w, agreement)) {
         agreeing |= 1u << static_cast<unsigned int>(k);
+        ++count;
+        last = k;
+      }
     if (agreeing == 0) return false;
     const float found = costOver(candidate, agreeing, plane, 2 * kWorstCost);
-    const float as_good = level.sources == 1 ? kAsGoodOfOne : kAsGood;
+    const float as_good = count == 1 && candidate.isSeenByAlone(last, plane) ? kAsGoodOfOne : kAsGood;
     const float alike = found + as_good < kAlike ? found + as_good : kAlike, different = found + kBetween;
     const float step = 1.0f / level.pixels_per_inverse_depth;
     for (const float direction : {step, -step}) {
@@ -522,8 +550,7 @@ struct MarkRepetition {
     for (int k = 0; k < level.sources && !(sum > limit * count); ++k) {
       if ((sources >> static_cast<unsigned int>(k) & 1u) == 0) continue;
       const StereoSource& source = level.source[k];
-      sum += matchingCost(candidate.window, form.window, candidate.warpOf(source, plane),
-                          candidate.levels[source.view].image);
+      sum += candidate.costIn(source, plane);
     }
     return sum / count;
   }
@@ -581,22 +608,27 @@ struct WriteStereoDepth {
    *  alike: nobody knows its depth. */
   static constexpr float kEndOfRange = 0.5f;
 
-  /** \brief The root of how alike the windows are, halved if only one of several other views agrees, if the surface ends beside the pixel, or if its
+  /** \brief The root of how alike the windows are, halved if only one of several other views that see the place agrees, if the surface ends beside the pixel, or if its
    *  pattern repeats itself; 0 if no view agrees, and at the ends of the range. The root, so that a threshold of a half takes what correlates by a quarter: where two other views agree, most of that is right. */
   FUSE_FLOW_HD float confidenceOf(const StereoCandidate& candidate, const StereoPixel& at, const InversePlane& plane,
                                   float w) const {
     const StereoLevel& level = candidate.level;
     const float end = kEndOfRange / level.pixels_per_inverse_depth;
     if (w - level.min_inverse_depth < end || level.max_inverse_depth - w < end) return 0;
-    int agreeing = 0;
+    int agreeing = 0, last = 0;
     for (int k = 0; k < level.sources; ++k) {
       const StereoSource& source = level.source[k];
-      agreeing += candidate.agrees(source, candidate.warpOf(source, plane), w, agreement) ? 1 : 0;
+      if (!candidate.agrees(source, candidate.warpOf(source, plane), w, agreement)) continue;
+      ++agreeing;
+      last = k;
     }
-    const float likeness = 1.0f - candidate.costOf(plane, 0);
-    if (agreeing == 0 || !(likeness > 0)) return 0;
+    if (agreeing == 0) return 0;
+    const bool alone = agreeing == 1 && candidate.isSeenByAlone(last, plane);
+    const float cost = alone ? candidate.costIn(level.source[last], plane) : candidate.costOf(plane, 0);
+    const float likeness = 1.0f - cost;
+    if (!(likeness > 0)) return 0;
     const float confidence = std::sqrt(likeness);
-    const bool doubtful = (agreeing == 1 && level.sources > 1) || isBesideEdge(level, at) || isRepeated(level, at);
+    const bool doubtful = (agreeing == 1 && !alone) || isBesideEdge(level, at) || isRepeated(level, at);
     return doubtful ? 0.5f * confidence : confidence;
   }
 
