@@ -13,6 +13,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <cstring>
+#include <fstream>
 #include <map>
 
 #include <lz4frame.h>
@@ -260,6 +261,36 @@ TEST_F(Ros2Bag, AnMcapFileThatWasNotClosedOrIsCutShortPlaysUpToThere) {
     }
   }
   EXPECT_GE(frames_before, 1u);
+}
+
+// A file of 100 GB, of which nearly all are records of a kind that nobody knows, which are passed over; on the disk it is a hole.
+TEST_F(Ros2Bag, AnMcapFileOf100GbIsReadAsASmallOne) {
+  const std::string small = mcapOf(rig(6), 2, false);
+  constexpr std::uint64_t hole = 20'000'000'000;
+  const auto number = [&](std::size_t at) {
+    std::uint64_t value = 0;
+    for (std::size_t k = 8; k-- > 0;) value = value << 8 | static_cast<unsigned char>(small[at + k]);
+    return value;
+  };
+  std::ofstream file(path("large.mcap"), std::ios::binary);
+  file.write(small.data(), 8);  // the magic bytes
+  std::size_t holes = 0;
+  for (std::size_t at = 8; at + 9 <= small.size();) {
+    const std::size_t size = 9 + static_cast<std::size_t>(number(at + 1));
+    file.write(small.data() + at, static_cast<std::streamsize>(size));
+    const bool chunk = small[at] == 0x06;
+    at += size;
+    if (!chunk || holes == 5) continue;
+    ++holes;
+    file.put(static_cast<char>(0x90));
+    for (int k = 0; k < 8; ++k) file.put(static_cast<char>(hole >> (8 * k)));
+    file.seekp(static_cast<std::streamoff>(hole - 1), std::ios::cur);
+    file.put(0);
+  }
+  file.close();
+  if (!file) GTEST_SKIP() << "no file of 100 GB can be made here";
+  ASSERT_GE(holes, 2u);
+  expectRig({path("large.mcap")}, 6);
 }
 
 TEST_F(Ros2Bag, DamagedBytesAreFoundOrRefused) {
