@@ -304,6 +304,7 @@ void RayScene::setFixed(const std::vector<Object>& objects) {
 void RayScene::setMoving(const std::vector<Object>& objects) { setMotion({objects}); }
 
 void RayScene::setMotion(std::vector<std::vector<Object>> steps) {
+  if (steps.empty()) steps.emplace_back();  // nothing moves
   impl_->steps = std::move(steps);
   impl_->build();
 }

@@ -55,7 +55,7 @@ class RayScene {
   void setFixed(const std::vector<Object>& objects);
   /** \brief Replaces what moves. */
   void setMoving(const std::vector<Object>& objects);
-  /** \brief The same, while it moves: the objects at one to 129 times, evenly spread over an interval, of which 0 is the first moment
+  /** \brief The same, while it moves: the objects at up to 129 times (Embree's limit), evenly spread over an interval, of which 0 is the first moment
    *  and 1 the last. At each time the same objects with the same triangles; in between vertices move on straight lines. */
   void setMotion(std::vector<std::vector<Object>> steps);
 

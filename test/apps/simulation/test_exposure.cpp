@@ -62,6 +62,8 @@ TEST(RaySceneInMotion, IsAtEachMomentWhereALineBetweenTheStepsIs) {
   EXPECT_NEAR(scene.nearest({0, 0, 1.2f}).t, 0.2f, 1e-6f) << "of the first moment";
   scene.setMoving({board(3, -1, 1)});
   EXPECT_FLOAT_EQ(depth(0.7f), 3) << "no motion any more";
+  scene.setMotion({});
+  EXPECT_FLOAT_EQ(depth(0.7f), 5) << "nothing moves";
 }
 
 TEST(RaySceneInMotion, MeetsATurningBodyAsOneThatStandsAsItDoesAtThatMoment) {
