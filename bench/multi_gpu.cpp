@@ -381,7 +381,7 @@ int main(int argc, char** argv) {
   MPI_Init_thread(&argc, &argv, MPI_THREAD_MULTIPLE, &provided);
   if (provided < MPI_THREAD_MULTIPLE) {
     std::fprintf(stderr, "fuse_flow_multi_gpu_bench: this MPI does not allow several threads at once\n");
-    return 1;
+    MPI_Abort(MPI_COMM_WORLD, 1);
   }
   int status = 1;
   try {

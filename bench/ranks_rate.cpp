@@ -122,7 +122,7 @@ int main(int argc, char** argv) {
   MPI_Init_thread(&argc, &argv, MPI_THREAD_MULTIPLE, &provided);
   if (provided < MPI_THREAD_MULTIPLE) {
     std::fprintf(stderr, "fuse_flow_ranks_rate_bench: this MPI does not allow several threads at once\n");
-    return 1;
+    MPI_Abort(MPI_COMM_WORLD, 1);
   }
   Options options;
   std::vector<int> numbers;
@@ -131,9 +131,16 @@ int main(int argc, char** argv) {
       options.compresses = true;
     } else if (std::string(argv[k]) == "--all-cores") {
       options.threads = 0;
+    } else if (std::atoi(argv[k]) > 0) {
+      numbers.push_back(std::atoi(argv[k]));
     } else {
-      numbers.push_back(std::max(std::atoi(argv[k]), 1));
+      numbers.assign(1, 0);  // not known
+      break;
     }
+  }
+  if (!numbers.empty() && numbers.size() != 3) {
+    std::fprintf(stderr, "fuse_flow_ranks_rate_bench: [--zstd] [--all-cores] [CAMERAS WIDTH HEIGHT]\n");
+    MPI_Abort(MPI_COMM_WORLD, 2);
   }
   if (numbers.size() == 3) options.size = numbers;
   try {

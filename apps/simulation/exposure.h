@@ -4,17 +4,17 @@
 
 namespace fuse_flow::simulation {
 
-/** \brief When a camera takes an image, as moments of a scene's motion (RayScene). */
+/** \brief When a camera takes an image, as moments of a scene's motion (RayScene): 0 is its first step, 1 its last. */
 struct Shutter {
   /** \brief The middle of the first and of the last row's exposure. The same with a global shutter; a rolling one exposes row after
    *  row. */
   float first_row{0};
   float last_row{0};
-  /** \brief How long each row is exposed; 0: an instant. */
+  /** \brief How long each row is exposed, as a share of the motion's time; 0: an instant. */
   float duration{0};
 };
 
-/** \brief A scene while a camera takes an image of it. */
+/** \brief A scene while a camera takes an image of it. The scene must stay, where and as it is. */
 class Exposure {
  public:
   /** \brief Parts of an exposure in which a pixel may see different surfaces. */

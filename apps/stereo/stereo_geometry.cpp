@@ -26,24 +26,24 @@ std::string rounded(float value) {
   return text.str();
 }
 
-/** \brief How one of its sources looks another way than a view does. */
+/** \brief How its sources look another way than a view does. */
 struct Turn {
-  float angle;   ///< degrees
-  bool outward;  ///< the views look away from each other: only at the sides of their images they see the same
+  float angle;   ///< of the one that does the least, degrees
+  bool outward;  ///< all look away from the view: only at the sides of their images they see the same
 };
 
-/** \brief Of the source that looks another way the least. If their axes meet, the angle is that between their rays there. StereoGeometry tells the
+/** \brief If the axes of two views meet, the angle is that between their rays there. StereoGeometry tells the
  *  angle at the distance that it assumes, which is never small against the baseline. */
 Turn leastTurned(const std::vector<Camera>& cameras, std::size_t view, const std::vector<std::size_t>& sources) {
   const Camera own = stereoCamera(cameras[view]);
   double cosine = -1;
-  bool outward = false;
+  bool outward = true;
   for (const std::size_t k : sources) {
     const Camera source = stereoCamera(cameras[k]);
     const Eigen::Vector3d own_axis = own.T_world_camera.linear().col(2), axis = source.T_world_camera.linear().col(2);
-    if (!(own_axis.dot(axis) > cosine)) continue;
-    cosine = own_axis.dot(axis);
-    outward = (own_axis - axis).dot(own.T_world_camera.translation() - source.T_world_camera.translation()) > 0;
+    cosine = std::max(cosine, own_axis.dot(axis));
+    outward =
+        outward && (own_axis - axis).dot(own.T_world_camera.translation() - source.T_world_camera.translation()) > 0;
   }
   return {static_cast<float>(std::acos(std::min(cosine, 1.0)) * 180 / 3.14159265358979323846), outward};
 }
@@ -126,7 +126,8 @@ std::vector<std::string> stereoWarnings(const std::vector<Camera>& cameras, cons
     lines.push_back(far.of(all) + " no neighbour less than " + rounded(kLargeAngle) + " degrees away (" +
                     rounded(most_angle) + "), and images differ too much to be matched" + right);
   if (outward.count() > 0)
-    lines.push_back(outward.of(all, " looks", " look") + " away from all others, by up to " + rounded(most_outward) +
+    lines.push_back(outward.of(all, " looks", " look") + " away from its neighbours, from the nearest by up to " +
+                    rounded(most_outward) +
                     " degrees: depth is found where two overlap, and --min-agreeing-views 1 keeps what no third sees; "
                     "elsewhere only depth of another source helps");
   const bool assumed = parameters.min_depth == 0 || parameters.max_depth == 0;

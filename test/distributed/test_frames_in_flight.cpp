@@ -125,8 +125,24 @@ TEST(FramesInFlight, LosesAFrameThatARankCannotFuseAndNoOther) {
   });
 }
 
+TEST(FramesInFlight, EndsWithItsFramesWhateverIsInFlight) {
+  const Scene scene = noisyRoom(3, 1);
+  for (int k = 0; k < 20; ++k)
+    ranks::forEachRankWithLanes(2, 3, [&](int rank, const Lanes& communicators) {
+      InFlight fusion(communicators);
+      fusion.forEachLane([](InFlight::Fusion& lane) { lane.setNumberOfThreads(1); });
+      const RigFrame part = ranks::partOf(scene.rig, inTurn(3, 2), rank);
+      for (int frame = 0; frame < 3; ++frame) fusion.submit(part);
+    });
+}
+
 TEST(FramesInFlight, SaysWhatItRefuses) {
   EXPECT_THROW(InFlight({}), pcl::BadArgumentException);
+  EXPECT_THROW(InFlight({nullptr}), pcl::BadArgumentException);
+  fuse_flow::distributed::ThreadRanks two(2), three(3);
+  EXPECT_THROW(InFlight({&two.communicator(0), &two.communicator(0)}), pcl::BadArgumentException);
+  EXPECT_THROW(InFlight({&two.communicator(0), &three.communicator(0)}), pcl::BadArgumentException);
+  EXPECT_THROW(InFlight({&two.communicator(0)}).setGatherAt(2), pcl::BadArgumentException);
   const Scene scene = noisyRoom(kCameras, 1);
   ranks::forEachRankWithLanes(1, 2, [&](int, const Lanes& communicators) {
     InFlight fusion(communicators);

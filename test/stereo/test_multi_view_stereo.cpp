@@ -143,6 +143,33 @@ TEST(MultiViewStereo, CamerasThatLookOutwardAreSureWhereTwoOverlap) {
   EXPECT_LT(sure_elsewhere, 0.02 * elsewhere);
 }
 
+// Two other views see the place, and one of them shows something else: then one that agrees is not enough.
+TEST(MultiViewStereo, OneThatAgreesIsNotEnoughWhereTwoCouldSeeThePlace) {
+  Rig rig = wallAndBall(3);
+  std::uint32_t random = 1;
+  for (Rgb8& pixel : rig.images[2]) {
+    random = random * 1664525u + 1013904223u;
+    pixel.r = pixel.g = pixel.b = static_cast<std::uint8_t>(random >> 24);
+  }
+  rig.point();
+  const StereoFrame found = estimate(rig);
+  for (std::size_t k = 0; k < 2; ++k) {
+    const Intrinsics& K = rig.frame.cameras[k].intrinsics;
+    double pixels = 0, sure = 0, unsure = 0;
+    for (int v = K.height / 4; v < 3 * K.height / 4; ++v)
+      for (int u = K.width / 4; u < 3 * K.width / 4; ++u) {
+        const float confidence =
+            found.views[k].confidence[static_cast<std::size_t>(v) * static_cast<std::size_t>(K.width) +
+                                      static_cast<std::size_t>(u)];
+        pixels += 1;
+        sure += confidence > 0.5f ? 1 : 0;
+        unsure += confidence > 0.25f ? 1 : 0;
+      }
+    EXPECT_LT(sure, 0.01 * pixels) << k;
+    EXPECT_GT(unsure, 0.3 * pixels) << k << ": the other one does agree";
+  }
+}
+
 TEST(MultiViewStereo, WhereASurfaceGrewOverItsEdgeItIsDoubtful) {
   // A board before a wall. Beside it the wall is seen, and windows that show the board's edge find the board.
   Rig rig = textured::onArc(4, 160);

@@ -29,6 +29,9 @@ void check(RTCDevice device) {
   if (error != RTC_ERROR_NONE) throw std::runtime_error("Embree: error " + std::to_string(static_cast<int>(error)));
 }
 
+/** \brief A moment as Embree takes it. */
+float clamped(float moment) { return moment > 0 ? std::min(moment, 1.0f) : 0.0f; }
+
 /** \brief A little more: bounds that Embree compares with must not cut off what ties with the best. */
 float beyond(double value) { return static_cast<float>(value * (1 + 1e-6)); }
 
@@ -247,8 +250,9 @@ struct RayScene::Impl {
     check(device);
   }
 
+  /** \param moment in [0, 1] */
   BetweenSteps between(float moment) const {
-    const float at = std::clamp(moment, 0.0f, 1.0f) * static_cast<float>(steps.size() - 1);
+    const float at = moment * static_cast<float>(steps.size() - 1);
     const float step = std::floor(at);
     return {static_cast<std::size_t>(step), at - step};
   }
@@ -273,7 +277,7 @@ struct RayScene::Impl {
       return (1 - u - v) * of[t[0]] + u * of[t[1]] + v * of[t[2]];
     };
     const auto blend = [&](std::vector<Vector3f> TriangleMesh::*of) -> Vector3f {
-      if (!(moment.share > 0)) return on(here.*of);
+      if (!(moment.share > 0) || point.object < fixed.size()) return on(here.*of);
       return (1 - moment.share) * on(here.*of) + moment.share * on(mesh(point.object, moment.step + 1).*of);
     };
     point.position = blend(&TriangleMesh::vertices);
@@ -305,6 +309,16 @@ void RayScene::setMoving(const std::vector<Object>& objects) { setMotion({object
 
 void RayScene::setMotion(std::vector<std::vector<Object>> steps) {
   if (steps.empty()) steps.emplace_back();  // nothing moves
+  for (const std::vector<Object>& step : steps) {
+    bool same = step.size() == steps[0].size();
+    for (std::size_t k = 0; same && k < step.size(); ++k)
+      same = step[k].mesh.triangles == steps[0][k].mesh.triangles &&
+             step[k].mesh.vertices.size() == steps[0][k].mesh.vertices.size() &&
+             step[k].mesh.normals.size() == steps[0][k].mesh.normals.size();
+    if (!same || steps.size() > RTC_MAX_TIME_STEP_COUNT)
+      throw std::invalid_argument("a motion must have the same objects with the same triangles at at most " +
+                                  std::to_string(RTC_MAX_TIME_STEP_COUNT) + " times");
+  }
   impl_->steps = std::move(steps);
   impl_->build();
 }
@@ -313,10 +327,11 @@ RayHit RayScene::intersect(const Vector3f& origin, const Vector3f& direction, fl
   RayHit hit;
   if (!(direction.cwiseAbs().maxCoeff() > 0)) return hit;
   constexpr float far = std::numeric_limits<float>::infinity();
-  const BetweenSteps when = impl_->between(moment);
+  const float time = clamped(moment);
+  const BetweenSteps when = impl_->between(time);
   RayQuery query(origin, direction, when, 0, static_cast<double>(far));
   RTCRayHit ray{};
-  ray.ray = makeRay(origin, direction, moment, 0, far);
+  ray.ray = makeRay(origin, direction, time, 0, far);
   ray.hit.geomID = ray.hit.primID = RTC_INVALID_GEOMETRY_ID;
 #if RTC_VERSION_MAJOR >= 4
   RTCIntersectArguments arguments;
@@ -338,8 +353,9 @@ bool RayScene::occluded(const Vector3f& from, const Vector3f& to, float margin, 
   if (!(length > 2 * margin)) return false;
   const Vector3f unit = direction / length;
   const float near = margin, far = length - margin;
-  RayQuery query(from, unit, impl_->between(moment), static_cast<double>(near), static_cast<double>(far));
-  RTCRay ray = makeRay(from, unit, moment, near * (1 - 1e-6f), beyond(static_cast<double>(far)));
+  const float time = clamped(moment);
+  RayQuery query(from, unit, impl_->between(time), static_cast<double>(near), static_cast<double>(far));
+  RTCRay ray = makeRay(from, unit, time, near * (1 - 1e-6f), beyond(static_cast<double>(far)));
 #if RTC_VERSION_MAJOR >= 4
   RTCOccludedArguments arguments;
   rtcInitOccludedArguments(&arguments);

@@ -56,10 +56,12 @@ class RayScene {
   /** \brief Replaces what moves. */
   void setMoving(const std::vector<Object>& objects);
   /** \brief The same, while it moves: the objects at up to 129 times (Embree's limit), evenly spread over an interval, of which 0 is the first moment
-   *  and 1 the last. At each time the same objects with the same triangles; in between vertices move on straight lines. */
+   *  and 1 the last. At each time the same objects with the same triangles; in between vertices move on straight lines.
+   *  \throws std::invalid_argument if they are others, or at more times; nothing has changed then */
   void setMotion(std::vector<std::vector<Object>> steps);
 
-  /** \brief The first surface on a ray, from either side of it, at a moment of the motion; [0, 1], without a motion ignored. */
+  /** \brief The first surface on a ray, from either side of it, at a moment of the motion, which is limited to [0, 1]; without a motion it
+   *  does not matter. */
   RayHit intersect(const Eigen::Vector3f& origin, const Eigen::Vector3f& direction, float moment = 0) const;
 
   /** \brief Whether a surface stands between two points; within margin (metres) of either end does not count. */

@@ -39,7 +39,7 @@ struct Triangles {
   }
   Triangle at(std::uint32_t number, const BetweenSteps& moment) const {
     const Triangle& here = at(number, moment.step);
-    if (!(moment.share > 0)) return here;
+    if (!(moment.share > 0) || number < first_moving) return here;  // what stands still stays where it is, to the bit
     const Triangle& next = at(number, moment.step + 1);
     Triangle between;
     for (std::size_t k = 0; k < 3; ++k) between[k] = (1 - moment.share) * here[k] + moment.share * next[k];

@@ -21,7 +21,14 @@ class FrameLanes {
   /** \param make makes the lane of a communicator: a std::unique_ptr<Lane> */
   template <typename Make>
   FrameLanes(const std::vector<Communicator*>& communicators, const Make& make)
-      : ring_(counted(communicators), [&](std::size_t k) { return make(*communicators[k]); }) {}
+      : ranks_(ranksOf(communicators)),
+        ring_(communicators.size(), [&](std::size_t k) { return make(*communicators[k]); }) {}
+
+  /** \brief \throws pcl::BadArgumentException if there is no such rank, and it is not −1 */
+  void checkRank(int rank) const {
+    if (rank < -1 || rank >= ranks_)
+      detail::throwBadArgument(kName, ": the rank to gather at is ", rank, ", must be in [-1, ", ranks_ - 1, "]");
+  }
 
   std::size_t inFlight() const { return ring_.inFlight(); }
   const FrameStatistics& statistics() const { return statistics_; }
@@ -48,10 +55,12 @@ class FrameLanes {
     ring_.start();
   }
 
-  /** \brief Waits for the oldest frame; throws what its run() threw. */
+  /** \brief Waits for the oldest frame; throws what its run() threw, and then has no statistics. */
   Lane& next() {
     const detail::OneThread::Inside inside(one_thread_, kName);
     if (inFlight() == 0) throw pcl::PCLException(std::string(kName) + ": no frame is in flight");
+    statistics_ = {};
+    part_statistics_ = {};
     Lane& lane = ring_.finishOldest();
     statistics_ = lane.fusion.getStatistics();
     part_statistics_ = lane.fusion.getPartStatistics();
@@ -61,16 +70,26 @@ class FrameLanes {
  private:
   static constexpr const char* kName = "fuse_flow::distributed::FramesInFlight";
 
-  static std::size_t counted(const std::vector<Communicator*>& communicators) {
+  /** \brief How many ranks they join. */
+  static int ranksOf(const std::vector<Communicator*>& communicators) {
     if (communicators.empty())
-      detail::throwBadArgument(std::string(kName) +
-                               ": there is no communicator, must be one for each frame that may be in flight");
-    return communicators.size();
+      detail::throwBadArgument(kName, ": there is no communicator, must be one for each frame that may be in flight");
+    for (std::size_t k = 0; k < communicators.size(); ++k) {
+      if (communicators[k] == nullptr) detail::throwBadArgument(kName, ": communicator ", k, " is null");
+      for (std::size_t before = 0; before < k; ++before)
+        if (communicators[before] == communicators[k])
+          detail::throwBadArgument(kName, ": communicators ", before, " and ", k,
+                                   " are the same, must be different: messages of two frames would get mixed up");
+      if (communicators[k]->size() != communicators[0]->size() || communicators[k]->rank() != communicators[0]->rank())
+        detail::throwBadArgument(kName, ": communicator ", k, " is of other ranks than the first");
+    }
+    return communicators[0]->size();
   }
 
   detail::OneThread one_thread_;
   FrameStatistics statistics_;
   PartStatistics part_statistics_;
+  int ranks_;
   host::LaneRing<Lane> ring_;
 };
 

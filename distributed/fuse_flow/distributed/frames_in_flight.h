@@ -24,6 +24,7 @@ namespace distributed {
  *
  *  Every frame has a communicator of its own while it is in flight, as messages of two would get mixed up: so there are as many lanes as
  *  communicators, and MPI must allow several threads at once. All ranks have equally many lanes, and call submit() and next() equally often.
+ *  The destructor waits for the frames in flight. After a rank was silent (RankError) that frame's communicator is of no more use, nor is this object.
  *  Only one thread at a time may use an object. */
 template <typename PointT, typename Device = device::Host>
 class FramesInFlight;
@@ -35,19 +36,22 @@ class FramesInFlight<PointT, device::Host> {
   using PointCloud = pcl::PointCloud<PointT>;
   using Fusion = FuseFlow<PointT, device::Host>;
 
-  /** \param lanes of this rank, one for each frame that may be in flight; must outlive this object */
+  /** \param lanes of this rank, one for each frame that may be in flight, each another one; must outlive this object
+   *  \throws pcl::BadArgumentException for none, for a null pointer, for the same twice, and for those of different ranks */
   explicit FramesInFlight(const std::vector<Communicator*>& lanes)
       : lanes_(lanes, [](Communicator& communicator) { return std::make_unique<Lane>(communicator); }) {}
 
-  /** \brief For settings: setup(Fusion&), of each lane. All lanes need the same; threads are per lane. Only while no frame is in flight. */
+  /** \brief For settings: setup(Fusion&), of each lane. All lanes need the same. Threads are of each lane: of the default, 0,
+   *  each takes all cores. Only while no frame is in flight. */
   template <typename Setup>
   void forEachLane(const Setup& setup) {
     lanes_.forEach([&](Lane& lane) { setup(lane.fusion); });
   }
 
   /** \brief The rank at which next() gives the whole cloud, and at others an empty one; −1, the default: each rank keeps the points of its
-   *  cells. The same on all ranks. */
+   *  cells. The same on all ranks. \throws pcl::BadArgumentException if there is no such rank */
   void setGatherAt(int rank) {
+    lanes_.checkRank(rank);
     lanes_.forEach([&](Lane& lane) { lane.gather_at = rank; });
   }
 
@@ -75,6 +79,7 @@ class FramesInFlight<PointT, device::Host> {
  private:
   struct Lane {
     explicit Lane(Communicator& communicator) : fusion(communicator) {}
+    void begin() const noexcept {}
     void run() {
       fusion.fuse(frame, part);
       if (gather_at >= 0) fusion.gather(part, whole, gather_at);

@@ -11,6 +11,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <functional>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -56,12 +57,23 @@ TEST(RaySceneInMotion, IsAtEachMomentWhereALineBetweenTheStepsIs) {
   EXPECT_FLOAT_EQ(depth(0.5f), 2);
   EXPECT_FLOAT_EQ(depth(0.75f), 3);
   EXPECT_FLOAT_EQ(depth(1), 4);
-  EXPECT_FLOAT_EQ(scene.intersect({3, 0, 0}, {0, 0, 1}, 0.3f).t, 5) << "what stands still";
+  EXPECT_FLOAT_EQ(depth(-0.1f), 1) << "limited to the motion";
+  EXPECT_FLOAT_EQ(depth(1.1f), 4);
+  EXPECT_FLOAT_EQ(depth(std::nanf("")), 1);
+  const RayHit at_once = scene.intersect({3.3f, 0.7f, 0.1f}, {0.1f, 0.2f, 1}, 0);
+  for (float moment = 0; moment < 1; moment += 0.037f) {
+    const RayHit later = scene.intersect({3.3f, 0.7f, 0.1f}, {0.1f, 0.2f, 1}, moment);
+    ASSERT_EQ(later.t, at_once.t) << "what stands still";
+    ASSERT_TRUE(later.position == at_once.position && later.normal == at_once.normal);
+  }
   EXPECT_TRUE(scene.occluded({0, 0, 0}, {0, 0, 1.8f}, 1e-3f, 0.25f));
   EXPECT_FALSE(scene.occluded({0, 0, 0}, {0, 0, 1.4f}, 1e-3f, 0.25f));
   EXPECT_NEAR(scene.nearest({0, 0, 1.2f}).t, 0.2f, 1e-6f) << "of the first moment";
   scene.setMoving({board(3, -1, 1)});
   EXPECT_FLOAT_EQ(depth(0.7f), 3) << "no motion any more";
+  EXPECT_THROW(scene.setMotion({{board(1, -1, 1)}, {board(1, -1, 1), board(2, -1, 1)}}), std::invalid_argument);
+  EXPECT_THROW(scene.setMotion(std::vector<std::vector<Object>>(200, {board(1, -1, 1)})), std::invalid_argument);
+  EXPECT_FLOAT_EQ(depth(0.7f), 3) << "as before";
   scene.setMotion({});
   EXPECT_FLOAT_EQ(depth(0.7f), 5) << "nothing moves";
 }
@@ -260,12 +272,12 @@ TEST(Simulator, HasARollingShutterAndBlursOnlyWhatMoves) {
   options.rig = "ring-3";
   options.sensor = "ideal";
   options.scale = 0.25;
-  options.frames_per_second = 10;
-  const LoadedFrame instant = measured(options, 4);
+  options.frames_per_second = 1000;
+  const LoadedFrame instant = measured(options, 455);
   options.faults.readout_time = 0.03;
-  const LoadedFrame rolling = measured(options, 4), again = measured(options, 4);
+  const LoadedFrame rolling = measured(options, 455), again = measured(options, 455);
   options.faults.exposure_time = 0.01;
-  const LoadedFrame blurred = measured(options, 4);
+  const LoadedFrame blurred = measured(options, 455);
   const auto changed = [](const LoadedFrame& a, const LoadedFrame& b) {
     std::size_t count = 0;
     for (std::size_t k = 0; k < a.images.size(); ++k)
@@ -281,31 +293,81 @@ TEST(Simulator, HasARollingShutterAndBlursOnlyWhatMoves) {
   EXPECT_EQ(rolling.rig.stamp, instant.rig.stamp);
   // Nothing moves on the table.
   options.scene = "table";
-  const LoadedFrame still = measured(options, 4);
+  const LoadedFrame still = measured(options, 455);
   options.faults.readout_time = options.faults.exposure_time = 0;
-  EXPECT_EQ(changed(still, measured(options, 4)), 0u);
+  EXPECT_EQ(changed(still, measured(options, 455)), 0u);
 }
 
-TEST(Simulator, RollsAboutTheTimeOfTheImage) {
-  // The row in the middle is that of an instant; the first is earlier by half of the readout.
+/** \brief In the middle of a punch, a frame each millisecond. */
+SimulationOptions midPunch() {
   SimulationOptions options;
   options.scene = "punch";
   options.rig = "ring-3";
   options.sensor = "ideal";
   options.scale = 0.25;
   options.color = false;
-  options.frames_per_second = 100;
-  const LoadedFrame now = measured(options, 40), before = measured(options, 38);
+  options.frames_per_second = 1000;
+  return options;
+}
+constexpr std::size_t kPunch = 455;  // ms
+
+/** \brief Pixels of some rows of all cameras whose depth differs by more than 5 mm. */
+std::size_t differing(const LoadedFrame& a, const LoadedFrame& b, int first, int last) {
+  std::size_t count = 0;
+  for (std::size_t k = 0; k < a.images.size(); ++k)
+    for (int v = first; v <= last; ++v)
+      for (int u = 0; u < a.images[k].depth16.width; ++u)
+        count += std::abs(a.images[k].depth16.at(u, v) - b.images[k].depth16.at(u, v)) > 50 ? 1 : 0;
+  return count;
+}
+
+TEST(Simulator, RollsAboutTheTimeOfTheImage) {
+  SimulationOptions options = midPunch();
+  const LoadedFrame middle = measured(options, kPunch);
+  const int rows = middle.images[0].depth16.height;
+  ASSERT_EQ(rows, 120);
   options.faults.readout_time = 0.04;
-  const LoadedFrame rolling = measured(options, 40);
-  const auto &image = rolling.images[0].depth16, &at_once = now.images[0].depth16, &earlier = before.images[0].depth16;
-  ASSERT_EQ(image.height % 2, 0);
-  std::size_t differ = 0;
-  for (int u = 0; u < image.width; ++u) {
-    EXPECT_NEAR(image.at(u, 0), earlier.at(u, 0), 2) << u;
-    differ += std::abs(image.at(u, image.height / 2) - at_once.at(u, image.height / 2)) > 100 ? 1 : 0;
+  const LoadedFrame rolling = measured(options, kPunch);
+  options.faults.readout_time = 0;
+  std::size_t as_at_its_time = 0, as_in_the_middle = 0, as_upside_down = 0;
+  for (int ms = -18; ms <= 18; ms += 4) {  // rows that are exposed within a millisecond and a half of it
+    const int row = static_cast<int>(std::lround((ms / 40.0 + 0.5) * (rows - 1)));
+    const LoadedFrame then = measured(options, kPunch + static_cast<std::size_t>(ms + 20) - 20);
+    const LoadedFrame mirrored = measured(options, kPunch + static_cast<std::size_t>(20 - ms) - 20);
+    as_at_its_time += differing(rolling, then, row - 1, row + 1);
+    as_in_the_middle += differing(rolling, middle, row - 1, row + 1);
+    as_upside_down += differing(rolling, mirrored, row - 1, row + 1);
   }
-  EXPECT_LE(differ, 1u) << "within 0.2 ms of it";
+  EXPECT_GT(as_in_the_middle, 40u);
+  EXPECT_LT(3 * as_at_its_time, as_in_the_middle);
+  EXPECT_LT(3 * as_at_its_time, as_upside_down);
+}
+
+TEST(Simulator, ExposesAboutTheTimeOfTheImage) {
+  // Five parts of 20 ms: where a pixel saw one surface in all of them, its depth is the mean of five instants.
+  SimulationOptions options = midPunch();
+  options.faults.exposure_time = 0.02;
+  const LoadedFrame exposed = measured(options, kPunch);
+  options.faults.exposure_time = 0;
+  std::vector<LoadedFrame> instants;
+  for (const std::size_t ms : {447u, 451u, 455u, 459u, 463u}) instants.push_back(measured(options, ms));
+  std::size_t compared = 0, wrong = 0;
+  for (std::size_t k = 0; k < 3; ++k)
+    for (std::size_t i = 0; i < exposed.images[k].depth16.data.size(); ++i) {
+      double sum = 0;
+      int least = 65535, most = 0;
+      for (const LoadedFrame& frame : instants) {
+        const int depth = frame.images[k].depth16.data[i];
+        sum += depth / 5.0;
+        least = std::min(least, depth);
+        most = std::max(most, depth);
+      }
+      if (least == 0 || most - least < 100 || most > least * 1.04) continue;  // moves by more than a centimetre
+      ++compared;
+      wrong += std::abs(exposed.images[k].depth16.data[i] - sum) > 15 ? 1 : 0;
+    }
+  EXPECT_GT(compared, 40u);
+  EXPECT_LT(wrong * 20, compared);
 }
 
 }  // namespace

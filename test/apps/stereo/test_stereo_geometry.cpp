@@ -95,9 +95,14 @@ TEST(StereoWarnings, NameViewsThatLookOutward) {
     camera.T_world_camera.translation() = 0.15 * forward;
   }
   EXPECT_EQ(linesWith(warningsOf(cameras),
-                      "6 of 6 views (a, b, c, …) look away from all others, by up to 60 degrees: depth is found where"),
+                      "6 of 6 views (a, b, c, …) look away from its neighbours, from the nearest by up to 60 degrees: "
+                      "depth is found where"),
             1u);
   EXPECT_EQ(linesWith(warningsOf(cameras), "images differ too much"), 0u);
+  // Inward, and from one place, they do not look away from each other.
+  EXPECT_EQ(linesWith(warningsOf(arc(2, 40, 0)), "away from its neighbours"), 0u);
+  for (Camera& camera : cameras) camera.T_world_camera.translation() *= -1;
+  EXPECT_EQ(linesWith(warningsOf(cameras), "away from its neighbours"), 0u);
 }
 
 TEST(StereoWarnings, AreOfTheViewsWhoseDepthIsEstimated) {

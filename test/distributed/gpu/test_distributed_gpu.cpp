@@ -286,6 +286,47 @@ TEST(DistributedGpu, LetsFramesInFlightTakeTurnsInOneExchange) {
       });
 }
 
+TEST(DistributedGpu, LosesAFrameInFlightThatARankCannotFuseAndNoOther) {
+  const std::vector<Scene> scenes = differentScenes();
+  std::vector<std::vector<Cloud>> parts(4, std::vector<Cloud>(2));
+  ranks::forEachRankWithLanes(2, 4, [&](int rank, const Lanes& all) {
+    fuse_flow::distributed::StagedExchange exchange(*all.back());
+    InFlight fusion(Lanes(all.begin(), all.end() - 1), exchange);
+    fusion.forEachLane([](Ranks& lane) { lane.setNumberOfThreads(1); });
+    std::size_t taken = 0;
+    const auto next = [&] {
+      Cloud& cloud = parts[taken][static_cast<std::size_t>(rank)];
+      if (taken++ == 1) {
+        EXPECT_THROW(fusion.next(cloud), pcl::PCLException);
+        EXPECT_EQ(fusion.getStatistics().fused_points, 0u);
+      } else {
+        fusion.next(cloud);
+      }
+    };
+    std::vector<RigFrame> frames;
+    for (std::size_t k = 0; k < 4; ++k) frames.push_back(ranks::partOf(scenes[k].rig, inTurn(5, 2), rank));
+    if (rank == 1) --frames[1].views[1].depth32.width;
+    for (const RigFrame& frame : frames) {
+      if (fusion.inFlight() == 3) next();
+      fusion.submit(frame);
+    }
+    while (fusion.inFlight() > 0) next();
+  });
+  for (const std::size_t k : {0u, 2u, 3u})
+    expectSamePoints(parts[k][0] + parts[k][1], fuseOnOne(scenes[k].rig), "frame " + std::to_string(k));
+}
+
+TEST(DistributedGpu, EndsWithItsFramesWhateverIsInFlight) {
+  const Scene scene = noisyRoom(3, 1);
+  for (int k = 0; k < 20; ++k)
+    ranks::forEachRankWithLanes(2, 4, [&](int rank, const Lanes& all) {
+      fuse_flow::distributed::StagedExchange exchange(*all.back());
+      InFlight fusion(Lanes(all.begin(), all.end() - 1), exchange);
+      const RigFrame part = ranks::partOf(scene.rig, inTurn(3, 2), rank);
+      for (int frame = 0; frame < 3; ++frame) fusion.submit(part);
+    });
+}
+
 // Exchanges in another order than that of the frames would let two ranks wait for each other: the first frames of the ranks take unequally long.
 TEST(DistributedGpu, ExchangesInTheOrderOfTheFramesWhateverIsReadyFirst) {
   struct Recorder : fuse_flow::distributed::DeviceExchange {

@@ -2,6 +2,8 @@
 
 #include <fuse_flow/distributed/gpu/device_exchange.h>
 
+#include <pcl/exceptions.h>
+
 #include <condition_variable>
 #include <cstdint>
 #include <mutex>
@@ -27,8 +29,10 @@ class ExchangeTurns {
       turn_ = turn;
       over_ = false;
     }
+    /** \brief At most once a frame. */
     void exchange(gpu::Execution& run, const std::vector<DeviceMessage>& sends,
                   const std::vector<DeviceMessage>& receives) override {
+      if (over_) throw pcl::PCLException("fuse_flow::distributed: a frame exchanges a second time out of its turn");
       turns_->await(turn_);
       const End end{*this};
       turns_->exchange_->exchange(run, sends, receives);

@@ -31,7 +31,7 @@ class FramesInFlight<PointT, device::Thrust> {
   explicit FramesInFlight(const std::vector<Communicator*>& lanes)
       : lanes_(lanes, [](Communicator& communicator) { return std::make_unique<Lane>(communicator); }) {}
 
-  /** \param exchange of the same ranks; the frames take turns. Must outlive this object */
+  /** \param exchange of the same ranks; the frames take turns. Must outlive this object, and use none of \p lanes while it exchanges */
   FramesInFlight(const std::vector<Communicator*>& lanes, DeviceExchange& exchange)
       : turns_(std::make_unique<ExchangeTurns>(exchange)),
         lanes_(lanes, [this](Communicator& communicator) { return std::make_unique<Lane>(communicator, *turns_); }) {}
@@ -51,7 +51,8 @@ class FramesInFlight<PointT, device::Thrust> {
 
   /** \copydoc FramesInFlight<PointT,device::Host>::submit */
   void submit(const RigFrame& frame) {
-    lanes_.submit([&](Lane& lane) { lane.enter(frame, submitted_++); });
+    lanes_.submit([&](Lane& lane) { lane.enter(frame, submitted_); });
+    ++submitted_;
   }
 
   /** \brief Waits for the oldest frame: the points of this rank's cells. The memory of \p output goes to a later frame. Throws what
@@ -87,6 +88,7 @@ class FramesInFlight<PointT, device::Thrust> {
       if (turn) turn->enter(number);
     }
 
+    void begin() const noexcept { home.stay(); }
     void run() {
       const Leave leave{turn.get()};
       if (copy_ahead) {
@@ -103,7 +105,8 @@ class FramesInFlight<PointT, device::Thrust> {
       }
     };
 
-    gpu::OwnStream stream;  // outlives what runs on it
+    gpu::HomeDevice home{"fuse_flow::distributed::FramesInFlight"};  // first: nothing else is made without a device
+    gpu::OwnStream stream;                                           // outlives what runs on it
     std::unique_ptr<ExchangeTurns::Lane> turn;
     Fusion fusion;
     RigFrame frame;

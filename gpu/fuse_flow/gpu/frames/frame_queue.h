@@ -46,6 +46,7 @@ class FrameQueue {
  private:
   /** \brief A lane, the frame that it is at, and what comes of it. */
   struct Seat {
+    HomeDevice home{"fuse_flow::FuseFlow"};   // first: nothing else is made without a device
     OwnStream stream{StreamPriority::First};  // before the search for poses; outlives what runs on it
     StreamOrder order;
     FrameLane<PointT> lane;
@@ -53,12 +54,11 @@ class FrameQueue {
     PointSpan<PointT> points;
     Delivery delivery{Delivery::Pinned};
     pcl::PointCloud<PointT> cloud;
-    HomeDevice home{"fuse_flow::FuseFlow"};
 
     Seat() { lane.pipeline.run.stream = stream.get(); }
 
+    void begin() const noexcept { home.stay(); }
     void run() {
-      const HomeDevice::Visit visit(home);
       if (delivery == Delivery::Device) {
         lane.fuseOnDevice(frame);
         lane.pipeline.run.wait();

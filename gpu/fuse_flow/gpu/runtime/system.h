@@ -137,6 +137,13 @@ class HomeDevice {
 #endif
   }
 
+  /** \brief Makes it the current device of a thread of one's own, for good: a visit would go back to the first device, and take memory there. */
+  void stay() const noexcept {
+#if FUSE_FLOW_CUDA
+    (void)cudaSetDevice(device_);
+#endif
+  }
+
   /** \brief Makes it the calling thread's current device, for as long as this lives. */
   class Visit {
    public:

@@ -12,8 +12,11 @@
 namespace fuse_flow {
 namespace host {
 
-/** \brief Several lanes do jobs in cyclic order, each on a thread of its own: while one is at work, the next can be started. For one caller.
- *  \tparam Lane has run(), which does the job; what it throws is thrown by finishOldest() */
+/** \brief Several lanes do jobs in cyclic order, each on a thread of its own: while one is at work, the next can be started. Its destructor waits
+ *  for the jobs that were started. One thread at a time calls it: start() while fewer jobs are in flight than there are lanes, finishOldest() while
+ *  there is one.
+ *  \tparam Lane has begin(), which its thread calls first, and which throws nothing; and run(), which does the job: what it throws is thrown by
+ *  finishOldest() */
 template <typename Lane>
 class LaneRing {
  public:
@@ -48,7 +51,9 @@ class LaneRing {
 
     ~Worker() {
       {
-        const std::lock_guard<std::mutex> lock(mutex_);
+        std::unique_lock<std::mutex> lock(mutex_);
+        // What was started is done, also where its thread has not yet woken: others may wait for it.
+        changed_.wait(lock, [this] { return state_ == State::Idle; });
         state_ = State::Stop;
       }
       changed_.notify_all();
@@ -75,6 +80,7 @@ class LaneRing {
     enum class State { Idle, Working, Stop };
 
     void work() {
+      lane->begin();
       std::unique_lock<std::mutex> lock(mutex_);
       for (;;) {
         changed_.wait(lock, [this] { return state_ != State::Idle; });
@@ -88,7 +94,7 @@ class LaneRing {
         }
         lock.lock();
         error_ = error;
-        if (state_ == State::Working) state_ = State::Idle;
+        state_ = State::Idle;
         changed_.notify_all();
       }
     }

@@ -125,23 +125,26 @@ struct StereoCandidate {
     return error < limit ? error : limit;
   }
 
-  /** \brief Whether what a plane shows at the pixel falls into a source's image. */
-  FUSE_FLOW_HD bool isSeenBy(const StereoSource& source, const InversePlane& plane) const {
-    const LocalWarp warp = warpOf(source, plane);
+  /** \brief Whether anything on the ray, at a depth of the range, falls into a source's image. */
+  FUSE_FLOW_HD bool couldBeSeenBy(const StereoSource& source) const {
+    // In homogeneous pixels of the source the ray is a + w t, of inverse depth w: each border of the image bounds w.
+    const ViewWarp& m = source.warp;
     const Intrinsics& K = levels[source.view].K;
-    const float x = warp.u + 0.5f, y = warp.v + 0.5f;
-    return warp.in_front && x >= 0 && y >= 0 && x < static_cast<float>(K.width) && y < static_cast<float>(K.height);
+    const Vec3 a{ray.x * m.u.x + ray.y * m.u.y + m.u.z, ray.x * m.v.x + ray.y * m.v.y + m.v.z,
+                 ray.x * m.z.x + ray.y * m.z.y + m.z.z};
+    const Vec3 t = m.t;
+    const float right = static_cast<float>(K.width) - 0.5f, bottom = static_cast<float>(K.height) - 0.5f;
+    float low = level.min_inverse_depth, high = level.max_inverse_depth;
+    return keepPositive(a.z, t.z, low, high) && keepPositive(a.x + 0.5f * a.z, t.x + 0.5f * t.z, low, high) &&
+           keepPositive(a.y + 0.5f * a.z, t.y + 0.5f * t.z, low, high) &&
+           keepPositive(right * a.z - a.x, right * t.z - t.x, low, high) &&
+           keepPositive(bottom * a.z - a.y, bottom * t.z - t.y, low, high);
   }
 
-  /** \brief Whether no other source than one could see what a plane shows at the pixel: cameras that look outward overlap in pairs. At the ends
-   *  of the range, too: a wrong depth must not hide the pixel from those that would contradict. */
-  FUSE_FLOW_HD bool isSeenByAlone(int one, const InversePlane& plane) const {
-    const InversePlane nearest{0, 0, level.max_inverse_depth}, farthest{0, 0, level.min_inverse_depth};
-    for (int k = 0; k < level.sources; ++k) {
-      const StereoSource& source = level.source[k];
-      if (k != one && (isSeenBy(source, plane) || isSeenBy(source, nearest) || isSeenBy(source, farthest)))
-        return false;
-    }
+  /** \brief Whether no other source than one could see what lies on the ray: cameras that look outward overlap in pairs. */
+  FUSE_FLOW_HD bool isSeenByAlone(int one) const {
+    for (int k = 0; k < level.sources; ++k)
+      if (k != one && couldBeSeenBy(level.source[k])) return false;
     return true;
   }
 
@@ -158,6 +161,18 @@ struct StereoCandidate {
     const float share = of_disparity < agreement.most ? of_disparity : agreement.most;
     return std::fabs(p.z * w - 1) <= (agreement.relative > share ? agreement.relative : share);
   }
+  /** \brief Leaves of an interval the part in which begin + slope · w is not negative; whether any is left. */
+  FUSE_FLOW_HD static bool keepPositive(float begin, float slope, float& low, float& high) {
+    if (slope == 0) return begin >= 0;
+    const float zero = -begin / slope;
+    if (slope > 0) {
+      low = zero > low ? zero : low;
+    } else {
+      high = zero < high ? zero : high;
+    }
+    return low <= high;
+  }
+
   FUSE_FLOW_HD LocalWarp warpOf(const StereoSource& source, const InversePlane& plane) const {
     return localWarp(source.warp, plane, ray, level.pixel_x, level.pixel_y);
   }
@@ -524,7 +539,7 @@ struct MarkRepetition {
       }
     if (agreeing == 0) return false;
     const float found = costOver(candidate, agreeing, plane, 2 * kWorstCost);
-    const float as_good = count == 1 && candidate.isSeenByAlone(last, plane) ? kAsGoodOfOne : kAsGood;
+    const float as_good = count == 1 && candidate.isSeenByAlone(last) ? kAsGoodOfOne : kAsGood;
     const float alike = found + as_good < kAlike ? found + as_good : kAlike, different = found + kBetween;
     const float step = 1.0f / level.pixels_per_inverse_depth;
     for (const float direction : {step, -step}) {
@@ -623,7 +638,7 @@ struct WriteStereoDepth {
       last = k;
     }
     if (agreeing == 0) return 0;
-    const bool alone = agreeing == 1 && candidate.isSeenByAlone(last, plane);
+    const bool alone = agreeing == 1 && candidate.isSeenByAlone(last);
     const float cost = alone ? candidate.costIn(level.source[last], plane) : candidate.costOf(plane, 0);
     const float likeness = 1.0f - cost;
     if (!(likeness > 0)) return 0;
