@@ -355,6 +355,29 @@ TEST(DistributedGpu, ExchangesInTheOrderOfTheFramesWhateverIsReadyFirst) {
   EXPECT_EQ(recorder.order, (std::vector<int>{0, 2, 3}));
 }
 
+TEST(DistributedGpu, PassesTheTurnOfAnExchangeThatFails) {
+  struct FailsOnce : fuse_flow::distributed::DeviceExchange {
+    int calls{0};
+    void exchange(fuse_flow::gpu::Execution&, const std::vector<fuse_flow::distributed::DeviceMessage>&,
+                  const std::vector<fuse_flow::distributed::DeviceMessage>&) override {
+      if (++calls == 1) throw pcl::PCLException("no exchange");
+    }
+  } inner;
+  fuse_flow::distributed::ExchangeTurns turns(inner);
+  fuse_flow::distributed::ExchangeTurns::Lane first(turns), second(turns);
+  fuse_flow::gpu::Execution run;
+  first.enter(0);
+  second.enter(1);
+  EXPECT_THROW(first.exchange(run, {}, {}), pcl::PCLException);
+  EXPECT_THROW(first.exchange(run, {}, {}), pcl::PCLException) << "a second time";
+  first.leave();
+  second.exchange(run, {}, {});  // would wait for ever
+  second.leave();
+  first.enter(2);
+  first.exchange(run, {}, {});
+  EXPECT_EQ(inner.calls, 3);
+}
+
 TEST(DistributedGpu, SaysWhatItDoesNotDoAndWhatWouldBeRight) {
   fuse_flow::distributed::ThreadRanks group(1);
   Ranks fusion(group.communicator(0));
