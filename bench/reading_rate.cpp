@@ -1,16 +1,18 @@
 // How fast a recording is read, its frames are fused, and both side by side, as fuse_flow_fuse does without writing:
-// fuse_flow_reading_bench RECORDING [FRAMES [AHEAD [THREADS]]]. Fuses on the GPU if there is one.
+// fuse_flow_reading_bench RECORDING… [--poses RIG.json] [--frames 100] [--ahead 4] [--threads N]. Fuses on the GPU if there is one.
 
 #include "methods/method.h"
 #include "recordings/read_ahead.h"
 
 #include <fuse_flow/recordings/recording.h>
 
+#include <CLI/CLI.hpp>
+
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
-#include <cstdlib>
 #include <exception>
+#include <string>
 #include <vector>
 
 namespace {
@@ -26,14 +28,21 @@ double rate(std::size_t times, const Action& action) {
 }
 
 int run(int argc, char** argv) {
-  const auto number = [&](int k, int otherwise) { return argc > k ? std::max(1, std::atoi(argv[k])) : otherwise; };
+  CLI::App app("Times reading a recording, fusing its frames, and both side by side.", "fuse_flow_reading_bench");
+  std::vector<std::string> inputs;
   io::RecordingOptions options;
-  options.threads = argc > 4 ? std::max(0, std::atoi(argv[4])) : 0;
-  const std::unique_ptr<io::Recording> recording = io::openRecording({argv[1]}, options);
+  int count = 100, ahead_of = 4;
+  app.add_option("RECORDING", inputs, "a recording, or a file of each camera")->required();
+  app.add_option("--poses", options.poses, "where the cameras stand");
+  app.add_option("--frames", count, "how many, again and again from the first")->check(CLI::PositiveNumber);
+  app.add_option("--ahead", ahead_of, "frames that are read ahead")->check(CLI::PositiveNumber);
+  app.add_option("--threads", options.threads, "that read")->check(CLI::NonNegativeNumber);
+  CLI11_PARSE(app, argc, argv);
+  const std::unique_ptr<io::Recording> recording = io::openRecording(inputs, options);
   const std::vector<std::size_t> all = recording->frames();
-  std::vector<std::size_t> frames;  // again and again
-  for (int k = 0; k < number(2, 100); ++k) frames.push_back(all[static_cast<std::size_t>(k) % all.size()]);
-  const auto ahead = static_cast<std::size_t>(number(3, 4));
+  std::vector<std::size_t> frames;
+  for (int k = 0; k < count; ++k) frames.push_back(all[static_cast<std::size_t>(k) % all.size()]);
+  const auto ahead = static_cast<std::size_t>(ahead_of);
 
   const std::unique_ptr<io::Method> method = io::makeMethod("fuse_flow", {});
   io::Method::Cloud cloud;
@@ -66,11 +75,7 @@ int run(int argc, char** argv) {
 
 }  // namespace
 
-int main(int argc, char** argv) try {
-  if (argc > 1) return run(argc, argv);
-  std::fprintf(stderr, "fuse_flow_reading_bench RECORDING [FRAMES [AHEAD [THREADS]]]\n");
-  return 2;
-} catch (const std::exception& error) {
+int main(int argc, char** argv) try { return run(argc, argv); } catch (const std::exception& error) {
   std::fprintf(stderr, "fuse_flow_reading_bench: %s\n", error.what());
   return 1;
 }
