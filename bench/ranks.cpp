@@ -125,7 +125,7 @@ void strong(int cameras, int width, int height, bool in_turn, Ownership ownershi
   const RigFrame frame = room.render(memory.data(), 1);
   printHead(what);
   double alone = 0;
-  for (const int ranks : {1, 2, 4, 8, 16}) {
+  for (const int ranks : {1, 2, 4, 8, 16, 32, 64}) {
     if (ranks > cameras) break;
     std::vector<int> rank_of;
     for (int i = 0; i < cameras; ++i) rank_of.push_back(in_turn ? i % ranks : i * ranks / cameras);
@@ -142,7 +142,7 @@ void weak(int width, int height) {
       "room");
   const bench::Room room(8, width, height);
   double alone = 0;
-  for (const int ranks : {1, 2, 4, 8, 16}) {
+  for (const int ranks : {1, 2, 4, 8, 16, 32, 64}) {
     std::vector<std::vector<char>> memory(static_cast<std::size_t>(ranks), std::vector<char>(room.bytes()));
     RigFrame frame;
     std::vector<int> rank_of;

@@ -237,10 +237,7 @@ std::vector<std::string> withoutEffectOnClouds(const CLI::App& app) {
       "--normals",   "--camera-mask",   "--poses",           "--config",     "--method",
       "--resume",    "--threads",       "--device",          "--no-quality", "--no-overlap",
       "--cell-size", "--min-cell-size", "--points-per-cell", "--min-weight", "--weak-weight"};
-  std::vector<std::string> names;
-  for (const CLI::Option* option : app.get_options())
-    if (option->count() > 0 && with_effect.count(option->get_name()) == 0) names.push_back(option->get_name());
-  return names;
+  return command_line::givenBut(app, with_effect);
 }
 
 /** \brief What is odd about a cloud that was fused, a line; empty: nothing. */

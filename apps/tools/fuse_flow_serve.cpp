@@ -103,10 +103,19 @@ int serve(const Options& options, const command_line::LiveArguments& live,
   return command_line::kSuccess;
 }
 
+/** \brief Options that were given, and that a stream that was kept does not ask for: its frames are sent as they are. */
+std::vector<std::string> withoutEffectOnStreams(const CLI::App& app) {
+  return command_line::givenBut(
+      app, {"input", "--port", "--address", "--token-file", "--certificate", "--key", "--allow-origin", "--allow-host",
+            "--clients", "--seconds", "--speed", "--once", "--config"});
+}
+
 /** \brief Plays a stream that was kept. */
-int replay(const Options& options, const command_line::LiveArguments& live, bool again,
+int replay(const Options& options, const CLI::App& app, const command_line::LiveArguments& live,
            const command_line::StreamArguments& arguments) {
   using Clock = std::chrono::steady_clock;
+  for (const std::string& option : withoutEffectOnStreams(app))
+    warn({option + " has no effect on a stream that was kept: its clouds are sent as they are"});
   stream::StreamReader reader(options.inputs[0]);
   if (reader.frames() == 0) throw io::InputError(options.inputs[0] + ": has no frame");
   if (reader.cutOff()) warn({options.inputs[0] + ": was cut off; what is before that is played"});
@@ -140,11 +149,12 @@ int replay(const Options& options, const command_line::LiveArguments& live, bool
       // As far apart as they were; what was paused for longer than a few seconds is not waited for, nor what goes back.
       std::int64_t gap = 33'000'000;
       if (k + 1 < reader.frames()) gap = reader.time(k + 1) - reader.time(k);
-      due += std::chrono::nanoseconds(std::clamp<std::int64_t>(gap, 1'000'000, 5'000'000'000));
+      const auto apart = static_cast<double>(std::clamp<std::int64_t>(gap, 1'000'000, 5'000'000'000));
+      due += std::chrono::nanoseconds(static_cast<std::int64_t>(apart / live.speed()));
       while (Clock::now() < due && !over())
         std::this_thread::sleep_for(std::min<Clock::duration>(due - Clock::now(), std::chrono::milliseconds(50)));
     }
-  } while (again && !over());
+  } while (live.loops() && !over());
   std::cout << number << " frames" << std::endl;
   return command_line::kSuccess;
 }
@@ -192,7 +202,7 @@ int main(int argc, char** argv) {
         if (options.inputs.size() > 1)
           throw io::OptionError("input: must be one stream file, or a recording, or devices");
         if (ranks) throw io::OptionError("input: a stream that was kept is served by one process, not under mpirun");
-        return replay(options, live, live.loops(), stream);
+        return replay(options, app, live, stream);
       }
       if (!ranks) return serve(options, live, stream);
       command_line::requireOfLiveRanks(options.method, options.method_options);

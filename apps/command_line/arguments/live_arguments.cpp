@@ -69,7 +69,8 @@ LiveArguments::LiveArguments(CLI::App& app, bool loops) {
   of_play_ = {
       app.add_option("--play-frames", frames_, of_play + "its frames, A:B:STEP, B not included")
           ->multi_option_policy(CLI::MultiOptionPolicy::Join),
-      app.add_option("--speed", play_.speed, of_play + "1: as it was taken")
+      app.add_option("--speed", play_.speed,
+                     (loops ? "of a recording, or of a stream that was kept: " : of_play) + "1: as it was taken")
           ->check(numberFromTo(0.001, 1000))
           ->capture_default_str(),
       loops ? app.add_flag("!--once", play_.loop, of_play + "once, and then end; default: again and again")

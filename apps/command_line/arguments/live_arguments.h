@@ -41,6 +41,8 @@ class LiveArguments {
   std::vector<std::string> given() const;
   /** \brief Whether a recording is played again and again. */
   bool loops() const { return play_.loop; }
+  /** \brief Of a recording that is played; 1: as it was taken. */
+  double speed() const { return play_.speed; }
   /** \brief Seconds after which it ends; absent: when somebody ends it. */
   std::optional<double> seconds() const { return seconds_; }
 

@@ -122,6 +122,13 @@ std::string withOptionNames(const std::string& message, const std::map<std::stri
   return result;
 }
 
+std::vector<std::string> givenBut(const CLI::App& app, const std::set<std::string>& with_effect) {
+  std::vector<std::string> names;
+  for (const CLI::Option* option : app.get_options())
+    if (option->count() > 0 && with_effect.count(option->get_name()) == 0) names.push_back(option->get_name());
+  return names;
+}
+
 std::string joinedList(std::string list) {
   std::replace(list.begin(), list.end(), '\n', ',');
   return list;

@@ -4,6 +4,7 @@
 
 #include <functional>
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -33,6 +34,9 @@ CLI::Validator threadCount();
 /** \brief A message of the library in words of the command line: "fuse_flow::ConfidenceEstimation: threshold is 2, …" as "--tau is 2, …".
  *  \param option_of what the library calls a parameter, and its option; of noise.floor, noise_floor */
 std::string withOptionNames(const std::string& message, const std::map<std::string, std::string>& option_of);
+
+/** \brief Names of the options that were given, but for those of with_effect: to be said where the others have none. */
+std::vector<std::string> givenBut(const CLI::App& app, const std::set<std::string>& with_effect);
 
 /** \brief A list that CLI11 joined line by line, as a config file's is split at its commas: with commas again. */
 std::string joinedList(std::string list);
