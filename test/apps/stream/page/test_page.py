@@ -114,12 +114,12 @@ class Page:
 
 
 class ChromiumPage(Page):
-    def __init__(self, arguments):
+    def __init__(self, arguments, more=()):
         options = Options()
         options.binary_location = arguments.chromium
         # No sandbox, as root has none. SwiftShader draws where there is no graphics card.
         for argument in ["--headless=new", "--no-sandbox", "--disable-dev-shm-usage", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
-                         "--window-size=800,700", "--force-device-scale-factor=1", "--disable-background-networking", "--no-first-run"]:
+                         "--window-size=800,700", "--force-device-scale-factor=1", "--disable-background-networking", "--no-first-run", *more]:
             options.add_argument(argument)
         options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
         driver = webdriver.Chrome(service=Service(arguments.driver), options=options)
@@ -607,6 +607,98 @@ def test_the_picture_is_the_viewers_from_the_same_place(page, arguments):
             iou, difference = likeness(picture)
             print(f"    {name}: {iou:.4f}; {difference:.2f}")
             check(not alike(iou, difference), f"a picture that is {name} would pass")
+
+
+# SwiftShader's Vulkan for the compositor, too: else it cannot show what WebGPU draws.
+WEBGPU_OPTIONS = ["--enable-unsafe-webgpu", "--use-webgpu-adapter=swiftshader", "--enable-features=Vulkan", "--use-vulkan=swiftshader", "--ignore-gpu-blocklist"]
+
+
+def test_webgpu_draws_what_webgl_draws(page, arguments):
+    if page.firefox:
+        print("    not done: Firefox has no WebGPU without a graphics card")
+        return
+    background = (20, 23, 28)
+    view = [2.2, -2.6, 1.9, 0, 0, 0.5, 45]
+    # File, and what is pressed: colours by each; the crop box, marks, grid and axes; points of a size in metres. Points of 4 pixels, as the
+    # outlines of smaller ones are rounded to pixels in two ways.
+    cases = [("sphere", "4"), ("sphere", "5"), ("sphere", "6"), ("sphere", "7"), ("sphere", "9"), ("sphere", "4bga"), ("sphere", "4d"), ("wide", "4r"),
+             ("one_layer", "4r")]
+    browser = ChromiumPage(arguments, WEBGPU_OPTIONS)
+    try:
+        with serving(other_server(arguments)) as server:
+            browser.open(server.address)
+            if not browser.driver.execute_async_script("""
+              const done = arguments[arguments.length - 1];
+              Promise.resolve(navigator.gpu?.requestAdapter()).then((adapter) => done(Boolean(adapter)), () => done(false))"""):
+                print("    not done: this Chromium has no adapter for WebGPU")
+                return
+
+            def opened(renderer, file):
+                server.stream_file = pathlib.Path(arguments.files) / f"{file}.ffs"
+                browser.open(f"{server.address}{link_to(view)}&file=frames.ffs&renderer={renderer}")
+                browser.until_frame(1)
+                browser.until("fuse_flow.place?.live === false")
+                browser.run("if (fuse_flow.place.playing) document.getElementById('play').click()")
+                browser.key(Keys.HOME)
+                browser.until("!fuse_flow.place.playing && fuse_flow.place.index === 0 && fuse_flow.shown.frame.number === 0 && fuse_flow.idle")
+
+            def screenshot(keys, marks):
+                browser.run("fuse_flow.drawing.setLook({size: 4, byDistance: false}); document.getElementById('by-distance').checked = false")
+                browser.key(*keys)
+                browser.run("""
+                  const {drawing} = fuse_flow;
+                  const {frame} = drawing.cloud;
+                  if (arguments[0]) drawing.setMarks([0.3, 0.6].map((share) => drawing.pointOf(frame, Math.floor(share * frame.points))), '1 mm');
+                  for (const part of ['text', 'bar', 'note', 'legend', 'settings']) document.getElementById(part).style.display = 'none'""", marks)
+                begin = browser.get("fuse_flow.drawing.drawn")
+                browser.run("fuse_flow.drawing.changed = true")
+                browser.until(f"fuse_flow.drawing.drawn > {begin}")
+                return read_png(browser.driver.get_screenshot_as_png())
+            for file, keys in cases:
+                pictures = {}
+                for renderer, api in (("webgl", "WebGL 2"), ("webgpu", "WebGPU")):
+                    opened(renderer, file)
+                    check(browser.get("fuse_flow.drawing.api") == api and browser.get("document.getElementById('drawn-by').textContent") == api, api)
+                    pictures[renderer] = screenshot(keys, "b" in keys)
+                    if browser.screenshots:
+                        browser.screenshot(f"{renderer}_{file}_{keys[:4]}")
+                drawn = {renderer: silhouette(picture, background) for renderer, picture in pictures.items()}
+                iou = intersection_over_union(*drawn.values())
+                difference = color_difference(*pictures.values(), background)
+                print(f"    {file}, {keys}: silhouettes: intersection over union {iou:.4f}; colours differ by {difference:.2f} of 255")
+                check(sum(drawn["webgl"]) > 0.03 * len(drawn["webgl"]), "the picture is of nothing")
+                check(iou > 0.97 and difference < 3, f"{file}, {keys}: the pictures differ: {iou}, {difference}")
+            # Frames of other sizes and kinds one after the other: buffers are made anew, or not.
+            for file in ("empty", "sphere", "wide", "room", "all_fields"):
+                server.stream_file = pathlib.Path(arguments.files) / f"{file}.ffs"
+                frames = browser.get("fuse_flow.frames")
+                browser.driver.execute_async_script("""
+                  const [name, done] = arguments;
+                  fetch('frames.ffs').then((response) => response.blob()).then((blob) => fuse_flow.openFile(new File([blob], name))).then(done)""", file)
+                browser.until(f"document.getElementById('state').textContent.startsWith('File {file}') && fuse_flow.frames > {frames}")
+                browser.screenshot(f"webgpu_then_{file}")
+            complaints = browser.complaints()
+            check(complaints == [], str(complaints))
+            # The device is lost: the same view by WebGL.
+            opened("webgpu", "sphere")
+            place = browser.get("fuse_flow.drawing.camera.position.toArray()")
+            browser.run("fuse_flow.drawing.renderer.backend.device.destroy()")
+            browser.until("fuse_flow.drawing.api === 'WebGL 2' && fuse_flow.shown")
+            check(all(abs(a - b) < 2e-3 for a, b in zip(place, browser.get("fuse_flow.drawing.camera.position.toArray()"))), "another view")
+    finally:
+        browser.driver.quit()
+
+
+def test_without_webgpu_webgl_draws(page, arguments):
+    with serving(other_server(arguments)) as server:
+        page.open(server.address + "?renderer=webgpu")
+        page.until_frame(2)
+        if page.get("fuse_flow.drawing.api") == "WebGPU":
+            print("    not done: this browser has WebGPU")
+            return
+        page.until("/WebGL 2 draws/.test(document.getElementById('note').textContent)", "it says so")
+        check(page.pixels()["drawn"] > 1000)
+        check(page.complaints() == [], str(page.complaints()))
 
 
 def test_the_decoder_gives_the_same_here_as_the_library(page, arguments):
