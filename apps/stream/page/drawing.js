@@ -97,17 +97,18 @@ function scaleTexture() {
 
 /** Points in buffers that are filled without a copy. */
 class CloudObject {
-  constructor(renderer) {
+  constructor(renderer, scale) {
     this.renderer = renderer;
     this.frame = null;
     this.material = new THREE.RawShaderMaterial({
       glslVersion: THREE.GLSL3, vertexShader: VERTEX, fragmentShader: FRAGMENT,
       uniforms: {
-        pixels: {value: 2}, metres: {value: 0}, most: {value: 64}, focal: {value: 1}, colorBy: {value: 0}, scale: {value: scaleTexture()},
+        pixels: {value: 2}, metres: {value: 0}, most: {value: 64}, focal: {value: 1}, colorBy: {value: 0}, scale: {value: scale},
         up: {value: new THREE.Vector3(0, 0, 1)}, heightScale: {value: new THREE.Vector2(1, 0)},
-        clip: {value: false}, clipLeast: {value: new THREE.Vector3()}, clipGreatest: {value: new THREE.Vector3()},
+        clip: {value: 0}, clipLeast: {value: new THREE.Vector3()}, clipGreatest: {value: new THREE.Vector3()},
       },
     });
+    this.uniforms = this.material.uniforms;
     this.geometry = new THREE.BufferGeometry();
     this.geometry.boundingSphere = new THREE.Sphere(new THREE.Vector3(), Infinity);  // three.js cannot read the buffers
     this.object = new THREE.Points(this.geometry, this.material);
@@ -161,17 +162,30 @@ class CloudObject {
 }
 
 export class Drawing {
-  /** `labels`: the element that names are put into. Throws where there is no WebGL 2. */
-  constructor(canvas, labels) {
+  /** `labels`: the element that names are put into. `webgpu`: draw by WebGPU where it is there. Throws where there is no WebGL 2 either. */
+  static async make(canvas, labels, webgpu) {
+    if (webgpu) {
+      const {makeRenderer, WebGpuCloudObject} = await import('./drawing_webgpu.js');
+      const renderer = await makeRenderer(canvas).catch(() => null);
+      if (renderer) return new Drawing('WebGPU', canvas, labels, renderer, new WebGpuCloudObject(renderer, scaleTexture()));
+    }
+    // Without antialiasing: it takes a third of the time again, and points gain nothing by it.
+    const renderer = new THREE.WebGLRenderer({canvas, antialias: false, powerPreference: 'high-performance'});
+    return new Drawing('WebGL 2', canvas, labels, renderer, new CloudObject(renderer, scaleTexture()));
+  }
+
+  /** For make(). `api`: what draws. */
+  constructor(api, canvas, labels, renderer, cloud) {
+    this.api = api;
     this.canvas = canvas;
     this.labels = labels;
-    // Without antialiasing: it takes a third of the time again, and points gain nothing by it.
-    this.renderer = new THREE.WebGLRenderer({canvas, antialias: false, powerPreference: 'high-performance'});
+    this.renderer = renderer;
     this.scene = new THREE.Scene();
     this.world = new THREE.Group();  // turned in XR, where y is up
     this.scene.add(this.world);
     this.camera = new THREE.PerspectiveCamera(45, 1, 0.01, 1000);
-    this.cloud = new CloudObject(this.renderer);
+    this.camera.coordinateSystem = renderer.coordinateSystem;  // which depths are in view
+    this.cloud = cloud;
     this.world.add(this.cloud.object);
     this.cameras = new THREE.Group();
     this.world.add(this.cameras);
@@ -191,6 +205,8 @@ export class Drawing {
       if (this.cloud.frame) this.cloud.set(this.cloud.frame);
       this.changed = true;
     });
+    // A lost device of WebGPU does not come back, as a context of WebGL does, and its canvas takes no other.
+    renderer.onDeviceLost = () => this.onLost?.();
   }
 
   /** Which way is up. The viewpoint is to be set after that. */
@@ -206,7 +222,7 @@ export class Drawing {
       this.changed = true;
       this.onViewChanged?.();
     });
-    this.cloud.material.uniforms.up.value.copy(this.up);
+    this.cloud.uniforms.up.value.copy(this.up);
     for (const object of [this.grid, this.axes]) if (object) this.world.remove(object);
     this.grid = new THREE.GridHelper(20, 20, 0x5a6472, 0x333a44);
     this.grid.quaternion.setFromUnitVectors(new THREE.Vector3(0, 1, 0), this.up);
@@ -260,7 +276,7 @@ export class Drawing {
       high = Math.max(high, height);
     }
     if (!this.heights) this.heights = this.robustHeights(frame) ?? {low, high};
-    const {uniforms} = this.cloud.material;
+    const {uniforms} = this.cloud;
     const span = Math.max(1e-6, this.heights.high - this.heights.low);
     const of_origin = this.up.x * frame.origin[0] + this.up.y * frame.origin[1] + this.up.z * frame.origin[2];
     uniforms.heightScale.value.set(frame.step / span, (of_origin - this.heights.low) / span);
@@ -417,7 +433,7 @@ export class Drawing {
     const matrix = new THREE.Matrix4().multiplyMatrices(this.camera.projectionMatrix, this.camera.matrixWorldInverse)
       .multiply(this.cloud.object.matrix);
     const e = matrix.elements;
-    const {clip, clipLeast, clipGreatest} = this.cloud.material.uniforms;
+    const {clip, clipLeast, clipGreatest} = this.cloud.uniforms;
     const [least, greatest] = [clipLeast.value, clipGreatest.value];
     const {positions, points} = frame;
     let best = -1, best_depth = Infinity;
@@ -461,21 +477,21 @@ export class Drawing {
     });
     this.changed = true;
     if (points.length === 0) return;
-    // Relative to the first one, see above.
-    const flat = points.flatMap((p) => p.clone().sub(points[0]).toArray());
-    const geometry = () => {
-      const made = new THREE.BufferGeometry();
-      made.setAttribute('position', new THREE.Float32BufferAttribute(flat, 3));
-      return made;
-    };
-    const dots = new THREE.Points(geometry(), new THREE.PointsMaterial({color: 0xffd24a, size: 9 * this.renderer.getPixelRatio(), sizeAttenuation: false, depthTest: false}));
-    const objects = [dots];
-    if (points.length > 1) objects.push(new THREE.Line(geometry(), new THREE.LineBasicMaterial({color: 0xffd24a, depthTest: false})));
-    for (const object of objects) {
-      object.position.copy(points[0]);
-      object.renderOrder = 2;
-      object.frustumCulled = false;
-      this.marks.add(object);
+    if (points.length > 1) {
+      const geometry = new THREE.BufferGeometry();
+      // Relative to the first one, see above.
+      geometry.setAttribute('position', new THREE.Float32BufferAttribute(points.flatMap((p) => p.clone().sub(points[0]).toArray()), 3));
+      const line = new THREE.Line(geometry, new THREE.LineBasicMaterial({color: 0xffd24a, depthTest: false}));
+      line.position.copy(points[0]);
+      line.renderOrder = 2;
+      line.frustumCulled = false;
+      this.marks.add(line);
+    }
+    for (const point of points) {
+      const dot = this.ball(0xffd24a, 4.5);
+      dot.position.copy(point);
+      dot.renderOrder = 2;
+      this.marks.add(dot);
     }
     if (text) {
       const element = document.createElement('div');
@@ -485,6 +501,14 @@ export class Drawing {
       const middle = points.reduce((sum, p) => sum.add(p), new THREE.Vector3()).divideScalar(points.length);
       this.names.push({element, position: middle, mark: true});
     }
+  }
+
+  /** Over everything, so many pixels large wherever it is. */
+  ball(color, radius) {
+    const ball = new THREE.Mesh(new THREE.SphereGeometry(1, 16, 12), new THREE.MeshBasicMaterial({color, depthTest: false}));
+    ball.userData.radius = radius;
+    ball.frustumCulled = false;
+    return ball;
   }
 
   /** null: none. Everything outside of it is not drawn. */
@@ -510,10 +534,10 @@ export class Drawing {
     this.handles = [];
     for (let axis = 0; axis < 3; ++axis)
       for (const side of [-1, 1]) {
-        const handle = new THREE.Mesh(new THREE.SphereGeometry(1, 16, 12), new THREE.MeshBasicMaterial({color: [0xff6b6b, 0x69db7c, 0x6ca8ff][axis], depthTest: false}));
+        const handle = this.ball([0xff6b6b, 0x69db7c, 0x6ca8ff][axis], 7);
         handle.position.setComponent(axis, (side * size[axis]) / 2);
         handle.renderOrder = 1;
-        handle.userData = {axis, side};
+        Object.assign(handle.userData, {axis, side});
         group.add(handle);
         this.handles.push(handle);
       }
@@ -565,7 +589,7 @@ export class Drawing {
     if (!xr) this.controls.update();
     if (!this.changed && !xr) return false;
     this.changed = false;
-    const {uniforms} = this.cloud.material;
+    const {uniforms} = this.cloud;
     const frame = this.cloud.frame;
     const ratio = this.renderer.getPixelRatio();
     uniforms.pixels.value = (this.look.byDistance ? 1 : this.look.size) * ratio;
@@ -576,7 +600,7 @@ export class Drawing {
     if (frame) {
       const has = {rgb: FIELD.color, confidence: FIELD.confidence, views: FIELD.viewCount, normal: FIELD.normal, height: 0}[this.look.colorBy];
       uniforms.colorBy.value = COLOR_BY[(frame.fields & has) === has ? this.look.colorBy : 'height'];
-      uniforms.clip.value = this.box !== null;
+      uniforms.clip.value = this.box ? 1 : 0;
       if (this.box)
         ['x', 'y', 'z'].forEach((axis, k) => {
           uniforms.clipLeast.value[axis] = (this.box.least[k] - frame.origin[k]) / frame.step;
@@ -589,11 +613,11 @@ export class Drawing {
       this.camera.far = Math.max(100, 20 * this.radius + 4 * distance);
       this.camera.updateProjectionMatrix();
     }
-    if (this.boxObject)
-      for (const handle of this.handles) {
-        const distance = handle.getWorldPosition(new THREE.Vector3()).distanceTo(this.camera.position);
-        handle.scale.setScalar((7 * distance * ratio) / uniforms.focal.value);  // pixels
-      }
+    for (const ball of [...(this.boxObject ? this.handles : []), ...this.marks.children]) {
+      if (!ball.userData.radius) continue;  // the line
+      const distance = ball.getWorldPosition(new THREE.Vector3()).distanceTo(this.camera.position);
+      ball.scale.setScalar((ball.userData.radius * distance * ratio) / uniforms.focal.value);
+    }
     this.renderer.render(this.scene, this.camera);
     ++this.drawn;
     for (const {element, position, camera} of this.names) {

@@ -1,7 +1,8 @@
 // The page: what is pressed and dragged, and what is said. Drawing is drawing.js's, receiving and decoding decode_worker.js's.
 //
 // Of the address: ?token=… goes with the request for the stream; ?file=demo.ffs plays a file of the same server; ?up=-y says which way is up;
-// ?view=2,-3,1.5,0,0,0.5,40 says where the viewer stands and what the viewer looks at, metres, and how many degrees the picture is high.
+// ?view=2,-3,1.5,0,0,0.5,40 says where the viewer stands and what the viewer looks at, metres, and how many degrees the picture is high;
+// ?renderer=webgpu draws by WebGPU where it is there.
 
 import {FIELD} from './decoder.js';
 import {Drawing, VIEWS_COLORS, viridis} from './drawing.js';
@@ -27,11 +28,13 @@ function setState(kind, text) {
 
 let drawing;
 try {
-  drawing = new Drawing($('canvas'), $('names'));
+  drawing = await Drawing.make($('canvas'), $('names'), parameters.get('renderer') === 'webgpu');
 } catch (error) {
   setState('bad', 'This browser has no WebGL 2, which drawing needs.');
   throw error;
 }
+$('drawn-by').textContent = drawing.api;
+if (parameters.get('renderer') === 'webgpu' && drawing.api !== 'WebGPU') say('This browser has no WebGPU here: WebGL 2 draws.', 6);
 
 const canvas = $('canvas');
 let worker;
@@ -80,6 +83,12 @@ function linkToView() {
   history.replaceState(null, '', address);
   say('The address is a link to this view now.');
 }
+drawing.onLost = () => {  // the same view by WebGL 2, which is more often there
+  if (fitted) linkToView();
+  const address = new URL(location.href);
+  address.searchParams.set('renderer', 'webgl');
+  location.replace(address);
+};
 
 // ---- the stream
 
@@ -611,7 +620,7 @@ addEventListener('drop', (event) => {
 
 // ---- virtual reality, where the browser has it
 
-navigator.xr?.isSessionSupported('immersive-vr').then((supported) => {
+if (drawing.api === 'WebGL 2') navigator.xr?.isSessionSupported('immersive-vr').then((supported) => {
   $('vr').hidden = !supported;
   $('vr').onclick = async () => {
     try {

@@ -6,6 +6,7 @@
 function(copy_module from to)
   file(READ "${from}" text)
   string(REPLACE "from 'three'" "from './three.module.min.js'" text "${text}")
+  string(REPLACE "from 'three/webgpu'" "from './three.webgpu.min.js'" text "${text}")
   file(WRITE "${to}" "${text}")
 endfunction()
 
@@ -14,8 +15,9 @@ foreach(file index.html style.css page.js decode_worker.js decoder.js stream_fil
   configure_file(${page}/${file} ${to}/${file} COPYONLY)
 endforeach()
 copy_module(${page}/drawing.js ${to}/drawing.js)
+copy_module(${page}/drawing_webgpu.js ${to}/drawing_webgpu.js)
 copy_module(${three}/examples/jsm/controls/OrbitControls.js ${to}/OrbitControls.js)
-foreach(file three.module.min.js three.core.min.js)
+foreach(file three.module.min.js three.webgpu.min.js three.core.min.js)
   configure_file(${three}/build/${file} ${to}/${file} COPYONLY)
 endforeach()
 

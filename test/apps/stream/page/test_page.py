@@ -1,7 +1,7 @@
-"""The page in Chromium, without a screen, as a person meets it.
+"""The page in a browser, without a screen, as a person meets it.
 
-    test_page.py --page FOLDER --files FOLDER --chromium PROGRAM --driver PROGRAM [--screenshots FOLDER] [--serve fuse_flow_serve]
-                 [--viewer fuse_flow_viewer [--display "xvfb-run -a"]] [TEST ...]
+    test_page.py --page FOLDER --files FOLDER (--chromium PROGRAM --driver PROGRAM | --firefox PROGRAM) [--screenshots FOLDER]
+                 [--serve fuse_flow_serve] [--viewer fuse_flow_viewer [--display "xvfb-run -a"]] [TEST ...]
 
 The stream comes from other_server.py, which does what a test tells it, and, with --serve, from fuse_flow_serve as well. Nothing here
 depends on how fast anything is: what is to happen is waited for. Exit code 77: something that it needs is not installed.
@@ -25,13 +25,14 @@ try:
     from selenium.webdriver.chrome.options import Options
     from selenium.webdriver.chrome.service import Service
     from selenium.webdriver.common.action_chains import ActionChains
-    from selenium.webdriver.common.by import By
+    from selenium.webdriver.common.actions.action_builder import ActionBuilder
     from selenium.webdriver.common.keys import Keys
     import websockets  # noqa: F401  other_server.py needs it
 except ImportError as error:
     print(f"skipped: {error}")
     sys.exit(77)
 
+from firefox import Firefox
 from other_server import OtherServer, records
 from pictures import color_difference, intersection_over_union, read_png, silhouette
 
@@ -59,18 +60,12 @@ return {width, height, all: width * height, drawn, red, green};
 
 
 class Page:
-    """A browser with the page."""
+    """A browser with the page. Its driver: what Selenium's and Firefox's have in common."""
 
-    def __init__(self, arguments):
-        options = Options()
-        options.binary_location = arguments.chromium
-        # No sandbox, as root has none. SwiftShader draws where there is no graphics card.
-        for argument in ["--headless=new", "--no-sandbox", "--disable-dev-shm-usage", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
-                         "--window-size=800,700", "--force-device-scale-factor=1", "--disable-background-networking", "--no-first-run"]:
-            options.add_argument(argument)
-        options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
-        self.driver = webdriver.Chrome(service=Service(arguments.driver), options=options)
-        self.driver.set_script_timeout(PATIENCE)
+    firefox = False
+
+    def __init__(self, driver, arguments):
+        self.driver = driver
         self.screenshots = pathlib.Path(arguments.screenshots) if arguments.screenshots else None
 
     def open(self, address):
@@ -100,17 +95,11 @@ class Page:
 
     def text(self, element):
         with contextlib.suppress(Exception):
-            return self.driver.find_element(By.ID, element).text
+            return self.get(f"document.getElementById('{element}').innerText")
         return ""
 
     def click(self, element):
-        self.driver.find_element(By.ID, element).click()
-
-    def key(self, *keys):
-        chain = ActionChains(self.driver)
-        for key in keys:
-            chain.send_keys(key)
-        chain.perform()
+        self.drag(self.run("const box = document.getElementById(arguments[0]).getBoundingClientRect(); return [box.x + box.width / 2, box.y + box.height / 2]", element))
 
     def pixels(self):
         return self.run(PIXELS)
@@ -118,15 +107,68 @@ class Page:
     def place(self):
         return self.get("fuse_flow.place")
 
+    def screenshot(self, name):
+        if self.screenshots:
+            self.screenshots.mkdir(parents=True, exist_ok=True)
+            (self.screenshots / f"{name}.png").write_bytes(self.driver.get_screenshot_as_png())
+
+
+class ChromiumPage(Page):
+    def __init__(self, arguments, more=()):
+        options = Options()
+        options.binary_location = arguments.chromium
+        # No sandbox, as root has none. SwiftShader draws where there is no graphics card.
+        for argument in ["--headless=new", "--no-sandbox", "--disable-dev-shm-usage", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
+                         "--window-size=800,700", "--force-device-scale-factor=1", "--disable-background-networking", "--no-first-run", *more]:
+            options.add_argument(argument)
+        options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+        driver = webdriver.Chrome(service=Service(arguments.driver), options=options)
+        driver.set_script_timeout(PATIENCE)
+        super().__init__(driver, arguments)
+
+    def key(self, *keys, held=None):
+        chain = ActionChains(self.driver)
+        if held:
+            chain.key_down(held)
+        for key in keys:
+            chain.send_keys(key)
+        if held:
+            chain.key_up(held)
+        chain.perform()
+
+    def drag(self, *places):
+        """Of the mouse: pressed at the first place of the window, released at the last; one place: a click."""
+        mouse = ActionBuilder(self.driver)
+        for number, (x, y) in enumerate(places):
+            mouse.pointer_action.move_to_location(round(x), round(y))
+            if number == 0:
+                mouse.pointer_action.pointer_down()
+        mouse.pointer_action.pointer_up()
+        mouse.perform()
+
     def complaints(self):
         """What the browser complains of, but for connections that the test ended."""
         return [entry["message"] for entry in self.driver.get_log("browser")
                 if entry["level"] == "SEVERE" and "WebSocket connection" not in entry["message"]]
 
-    def screenshot(self, name):
-        if self.screenshots:
-            self.screenshots.mkdir(parents=True, exist_ok=True)
-            self.driver.save_screenshot(str(self.screenshots / f"{name}.png"))
+
+class FirefoxPage(Page):
+    firefox = True
+
+    def __init__(self, arguments):
+        super().__init__(Firefox(arguments.firefox, PATIENCE), arguments)
+        self.driver.set_window_size(800, 600)
+
+    def key(self, *keys, held=None):
+        self.driver.keys(*keys, held=held)
+
+    def drag(self, *places):
+        self.driver.drag(*places)
+
+    def complaints(self):
+        """As above."""
+        entries, self.driver.log = self.driver.log, []
+        return [entry["text"] for entry in entries if entry["level"] == "error" and "ws://" not in (entry["text"] or "")]
 
 
 def sphere(arguments):
@@ -178,7 +220,7 @@ def test_it_shows_what_is_streamed(page, arguments):
         page.screenshot("live")
         check(seen["drawn"] > 0.1 * seen["all"], f"the picture is nearly empty: {seen}")
         check(seen["red"] > 0.01 * seen["all"] and seen["green"] > 0.02 * seen["all"], f"no red sphere above a green floor: {seen}")
-        check("sphere" in page.driver.title)
+        check("sphere" in page.get("document.title"))
         page.until("document.getElementById('state').textContent === 'Live'")
         page.until("document.getElementById('n-points').textContent === '40,000'")
         for number in ("n-frames", "n-network", "n-decoding", "n-delay"):
@@ -340,11 +382,7 @@ def test_wishes_go_to_the_server(page, arguments):
           const at = drawing.onScreen(handle.position.clone().add(drawing.boxObject.position));
           const to = drawing.onScreen(drawing.boxObject.position);
           return {x: at.x, y: at.y, dx: to.x - at.x, dy: to.y - at.y}""")
-        canvas = page.driver.find_element(By.ID, "canvas")
-        size = canvas.size
-        ActionChains(page.driver).move_to_element_with_offset(canvas, int(handle["x"] - size["width"] / 2), int(handle["y"] - size["height"] / 2)) \
-            .click_and_hold().move_by_offset(int(handle["dx"] / 2), int(handle["dy"] / 2)).move_by_offset(int(handle["dx"] / 2), int(handle["dy"] / 2)) \
-            .release().perform()
+        page.drag(*[(handle["x"] + share * handle["dx"], handle["y"] + share * handle["dy"]) for share in (0, 0.5, 1)])
         until_wanted(lambda want: "region" in want and want["region"]["max"][0] < region["max"][0] - 0.05, "a smaller region")
         page.screenshot("crop_box")
         check(page.pixels()["drawn"] < before["drawn"], "points outside of the box are drawn")
@@ -376,10 +414,8 @@ def test_two_points_are_measured(page, arguments):
           return out""")
         check(len(points) == 2)
         page.click("measure")
-        canvas = page.driver.find_element(By.ID, "canvas")
-        size = canvas.size
         for point in points:
-            ActionChains(page.driver).move_to_element_with_offset(canvas, point["x"] - size["width"] // 2, point["y"] - size["height"] // 2).click().perform()
+            page.drag((point["x"], point["y"]))
         page.until("document.querySelector('.mark')?.textContent.endsWith(' mm')", "a distance")
         shown = float(page.get("document.querySelector('.mark').textContent").split()[0])
         true = 1000 * sum((a - b) ** 2 for a, b in zip(points[0]["position"], points[1]["position"])) ** 0.5
@@ -394,7 +430,6 @@ def test_mouse_wheel_and_keys_move_the_view(page, arguments):
         page.open(server.address)
         page.until_frame(2)
         where = "[...fuse_flow.drawing.camera.position.toArray(), ...fuse_flow.drawing.controls.target.toArray()].map((x) => x.toFixed(4)).join()"
-        canvas = page.driver.find_element(By.ID, "canvas")
 
         def touch(begin, end):
             def send(kind, points):
@@ -405,17 +440,18 @@ def test_mouse_wheel_and_keys_move_the_view(page, arguments):
             send("touchEnd", [])
 
         actions = {
-            "drag": lambda: ActionChains(page.driver).move_to_element_with_offset(canvas, 0, 0).click_and_hold().move_by_offset(80, 30).release().perform(),
-            "wheel": lambda: ActionChains(page.driver).scroll_by_amount(0, -300).perform() if not hasattr(ActionChains, "scroll_from_origin") else
-            page.run("document.getElementById('canvas').dispatchEvent(new WheelEvent('wheel', {deltaY: -300, clientX: 400, clientY: 300, cancelable: true}))"),
+            "drag": lambda: page.drag((400, 300), (440, 315), (480, 330)),
+            "wheel": lambda: page.run("document.getElementById('canvas').dispatchEvent(new WheelEvent('wheel', {deltaY: -300, clientX: 400, clientY: 300, cancelable: true}))"),
             "one finger": lambda: touch([(400, 250)], [(460, 270)]),
             "two fingers": lambda: touch([(350, 250), (450, 250)], [(300, 250), (500, 250)]),
-            "turn": lambda: ActionChains(page.driver).key_down(Keys.SHIFT).send_keys(Keys.ARROW_RIGHT).key_up(Keys.SHIFT).perform(),
-            "move": lambda: ActionChains(page.driver).key_down(Keys.CONTROL).send_keys(Keys.ARROW_UP).key_up(Keys.CONTROL).perform(),
+            "turn": lambda: page.key(Keys.ARROW_RIGHT, held=Keys.SHIFT),
+            "move": lambda: page.key(Keys.ARROW_UP, held=Keys.CONTROL),
             "zoom": lambda: page.key(Keys.ARROW_UP),
             "fit": lambda: page.key("r"),
         }
         for name, action in actions.items():
+            if page.firefox and "finger" in name:
+                continue  # Chromium's driver only has touch here
             before = page.get(where)
             action()
             page.until(f"{where} !== '{before}'", f"the view changes: {name}")
@@ -573,6 +609,98 @@ def test_the_picture_is_the_viewers_from_the_same_place(page, arguments):
             check(not alike(iou, difference), f"a picture that is {name} would pass")
 
 
+# SwiftShader's Vulkan for the compositor, too: else it cannot show what WebGPU draws.
+WEBGPU_OPTIONS = ["--enable-unsafe-webgpu", "--use-webgpu-adapter=swiftshader", "--enable-features=Vulkan", "--use-vulkan=swiftshader", "--ignore-gpu-blocklist"]
+
+
+def test_webgpu_draws_what_webgl_draws(page, arguments):
+    if page.firefox:
+        print("    not done: Firefox has no WebGPU without a graphics card")
+        return
+    background = (20, 23, 28)
+    view = [2.2, -2.6, 1.9, 0, 0, 0.5, 45]
+    # File, and what is pressed: colours by each; the crop box, marks, grid and axes; points of a size in metres. Points of 4 pixels, as the
+    # outlines of smaller ones are rounded to pixels in two ways.
+    cases = [("sphere", "4"), ("sphere", "5"), ("sphere", "6"), ("sphere", "7"), ("sphere", "9"), ("sphere", "4bga"), ("sphere", "4d"), ("wide", "4r"),
+             ("one_layer", "4r")]
+    browser = ChromiumPage(arguments, WEBGPU_OPTIONS)
+    try:
+        with serving(other_server(arguments)) as server:
+            browser.open(server.address)
+            if not browser.driver.execute_async_script("""
+              const done = arguments[arguments.length - 1];
+              Promise.resolve(navigator.gpu?.requestAdapter()).then((adapter) => done(Boolean(adapter)), () => done(false))"""):
+                print("    not done: this Chromium has no adapter for WebGPU")
+                return
+
+            def opened(renderer, file):
+                server.stream_file = pathlib.Path(arguments.files) / f"{file}.ffs"
+                browser.open(f"{server.address}{link_to(view)}&file=frames.ffs&renderer={renderer}")
+                browser.until_frame(1)
+                browser.until("fuse_flow.place?.live === false")
+                browser.run("if (fuse_flow.place.playing) document.getElementById('play').click()")
+                browser.key(Keys.HOME)
+                browser.until("!fuse_flow.place.playing && fuse_flow.place.index === 0 && fuse_flow.shown.frame.number === 0 && fuse_flow.idle")
+
+            def screenshot(keys, marks):
+                browser.run("fuse_flow.drawing.setLook({size: 4, byDistance: false}); document.getElementById('by-distance').checked = false")
+                browser.key(*keys)
+                browser.run("""
+                  const {drawing} = fuse_flow;
+                  const {frame} = drawing.cloud;
+                  if (arguments[0]) drawing.setMarks([0.3, 0.6].map((share) => drawing.pointOf(frame, Math.floor(share * frame.points))), '1 mm');
+                  for (const part of ['text', 'bar', 'note', 'legend', 'settings']) document.getElementById(part).style.display = 'none'""", marks)
+                begin = browser.get("fuse_flow.drawing.drawn")
+                browser.run("fuse_flow.drawing.changed = true")
+                browser.until(f"fuse_flow.drawing.drawn > {begin}")
+                return read_png(browser.driver.get_screenshot_as_png())
+            for file, keys in cases:
+                pictures = {}
+                for renderer, api in (("webgl", "WebGL 2"), ("webgpu", "WebGPU")):
+                    opened(renderer, file)
+                    check(browser.get("fuse_flow.drawing.api") == api and browser.get("document.getElementById('drawn-by').textContent") == api, api)
+                    pictures[renderer] = screenshot(keys, "b" in keys)
+                    if browser.screenshots:
+                        browser.screenshot(f"{renderer}_{file}_{keys[:4]}")
+                drawn = {renderer: silhouette(picture, background) for renderer, picture in pictures.items()}
+                iou = intersection_over_union(*drawn.values())
+                difference = color_difference(*pictures.values(), background)
+                print(f"    {file}, {keys}: silhouettes: intersection over union {iou:.4f}; colours differ by {difference:.2f} of 255")
+                check(sum(drawn["webgl"]) > 0.03 * len(drawn["webgl"]), "the picture is of nothing")
+                check(iou > 0.97 and difference < 3, f"{file}, {keys}: the pictures differ: {iou}, {difference}")
+            # Frames of other sizes and kinds one after the other: buffers are made anew, or not.
+            for file in ("empty", "sphere", "wide", "room", "all_fields"):
+                server.stream_file = pathlib.Path(arguments.files) / f"{file}.ffs"
+                frames = browser.get("fuse_flow.frames")
+                browser.driver.execute_async_script("""
+                  const [name, done] = arguments;
+                  fetch('frames.ffs').then((response) => response.blob()).then((blob) => fuse_flow.openFile(new File([blob], name))).then(done)""", file)
+                browser.until(f"document.getElementById('state').textContent.startsWith('File {file}') && fuse_flow.frames > {frames}")
+                browser.screenshot(f"webgpu_then_{file}")
+            complaints = browser.complaints()
+            check(complaints == [], str(complaints))
+            # The device is lost: the same view by WebGL.
+            opened("webgpu", "sphere")
+            place = browser.get("fuse_flow.drawing.camera.position.toArray()")
+            browser.run("fuse_flow.drawing.renderer.backend.device.destroy()")
+            browser.until("fuse_flow.drawing.api === 'WebGL 2' && fuse_flow.shown")
+            check(all(abs(a - b) < 2e-3 for a, b in zip(place, browser.get("fuse_flow.drawing.camera.position.toArray()"))), "another view")
+    finally:
+        browser.driver.quit()
+
+
+def test_without_webgpu_webgl_draws(page, arguments):
+    with serving(other_server(arguments)) as server:
+        page.open(server.address + "?renderer=webgpu")
+        page.until_frame(2)
+        if page.get("fuse_flow.drawing.api") == "WebGPU":
+            print("    not done: this browser has WebGPU")
+            return
+        page.until("/WebGL 2 draws/.test(document.getElementById('note').textContent)", "it says so")
+        check(page.pixels()["drawn"] > 1000)
+        check(page.complaints() == [], str(page.complaints()))
+
+
 def test_the_decoder_gives_the_same_here_as_the_library(page, arguments):
     """For where there is no node."""
     files = sorted(pathlib.Path(arguments.files).glob("*.ffs"))
@@ -629,6 +757,7 @@ def main():
     parser.add_argument("--files", required=True)
     parser.add_argument("--chromium", default="/usr/bin/chromium")
     parser.add_argument("--driver", default="/usr/bin/chromedriver")
+    parser.add_argument("--firefox", help="this instead of Chromium")
     parser.add_argument("--screenshots")
     parser.add_argument("--serve")
     parser.add_argument("--viewer")
@@ -638,7 +767,7 @@ def main():
     records(sphere(arguments).read_bytes())
     tests = [(name, test) for name, test in globals().items() if name.startswith("test_") and (not arguments.tests or any(t in name for t in arguments.tests))]
     failed = []
-    page = Page(arguments)
+    page = FirefoxPage(arguments) if arguments.firefox else ChromiumPage(arguments)
     try:
         for name, test in tests:
             begin = time.monotonic()
