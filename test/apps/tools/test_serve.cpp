@@ -86,15 +86,10 @@ TEST_F(Serve, WhatIsFusedIsReceivedAsCloudsAndAsAFileThatIsServedAgain) {
   });
   EXPECT_TRUE(ended(again));
   wallOf("again");
-  // Two frames, 50 ms apart, a thousand times as slow: the second does not come.
-  const ToolResult slow = serve({out("kept.ffs"), "--speed", "0.001", "--step", "5"}, [&](const std::string& link) {
-    receive({link, "--seconds", "2", "-o", out("slow")});
-    const std::size_t files = fs::exists(out("slow")) ? listing(out("slow")).size() : 0;
-    EXPECT_LE(files, 2u);  // with timestamps.txt
-  });
-  EXPECT_TRUE(ended(slow));
-  EXPECT_NE(slow.err.find("--step has no effect on a stream that was kept"), std::string::npos) << slow.err;
-  EXPECT_EQ(slow.err.find("--speed has no effect"), std::string::npos) << slow.err;
+  const ToolResult fast = serve({out("kept.ffs"), "--speed", "10", "--step", "5"}, [](const std::string&) {});
+  EXPECT_TRUE(ended(fast));
+  EXPECT_NE(fast.err.find("--step has no effect on a stream that was kept"), std::string::npos) << fast.err;
+  EXPECT_EQ(fast.err.find("--speed has no effect"), std::string::npos) << fast.err;
 }
 
 TEST_F(Serve, FoxgloveGetsTheImagesOfTheCamerasWithTheStampsOfTheClouds) {
