@@ -179,8 +179,10 @@ TEST_F(RanksLauncher, TakesInAComputerThatIsBack) {
 }
 
 TEST_F(RanksLauncher, EndsInOrderWhenItIsInterrupted) {
-  const std::string plays = std::string(FUSE_FLOW_LIVE_TOOL) + " " + recording() + " --no-window --loop --status 0.1";
-  writeScript("first", "(sleep 2; kill -INT $(cat " + out("pid") + ")) &\nexec " + plays + "\n");
+  const std::string plays =
+      std::string(FUSE_FLOW_LIVE_TOOL) + " " + recording() + " --no-window --loop --max-wait 60000 -o " + out("live");
+  writeScript("first", "(while [ ! -e " + out("live") + "/000001.ply ]; do sleep 0.1; done; kill -INT $(cat " +
+                           out("pid") + ")) &\nexec " + plays + "\n");
   RunOptions options;
   options.meanwhile = [&](pid_t pid) { writeText(out("pid"), std::to_string(pid)); };
   writeText(out("hosts"), "localhost " + out("first") + "\n127.0.0.2 " + plays + "\n");
