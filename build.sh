@@ -361,7 +361,7 @@ mutation() {
 # Static analysis. Clang parses what gcc cannot give it precompiled.
 lint() {
   install_missing "${analysers[@]}"
-  shellcheck build.sh .ci/run test/*.sh test/fuzz/*.sh test/arm64/*.sh test/gpu/*.sh test/python/gpu/*.sh bench/*.sh
+  shellcheck build.sh .ci/run apps/tools/fuse_flow_ranks test/*.sh test/fuzz/*.sh test/arm64/*.sh test/gpu/*.sh test/python/gpu/*.sh bench/*.sh
   mkdir -p build/cppcheck
   cppcheck -j 2 --quiet --error-exitcode=1 --std=c++17 --language=c++ --enable=warning,performance,portability \
     '-DPOINT_CLOUD_REGISTER_POINT_STRUCT(...)=' --suppressions-list=.cppcheck --cppcheck-build-dir=build/cppcheck \

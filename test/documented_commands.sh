@@ -33,8 +33,8 @@ check_json() {
   [[ $said == *"there are no depth images"* && $said != *warning* ]] || fail "its rig.json is wrong: $said"
 }
 
-# Programs that a reader has built up to this line: those of the demo, and those that the page has built since.
-available=" $(sed -n '/^demo()/,/^}/s/^  build_demo //p' "$source/build.sh") "
+# Programs that a reader has built up to this line: those of the demo, a script that CMake copies, and those that the page has built since.
+available=" $(sed -n '/^demo()/,/^}/s/^  build_demo //p' "$source/build.sh") fuse_flow_ranks "
 
 # cmake --build build --target …: not run, since what runs this test has built them all. The targets must be there.
 build_targets() {

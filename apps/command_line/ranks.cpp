@@ -51,9 +51,10 @@ class MpiRanks : public Ranks {
     try {
       return run();
     } catch (const distributed::RankError& error) {
-      if (own && !isFirst()) wait(error.rank() == 0 ? 3 : 1);  // rank 0 may be about to say whose fault it is
-      const int speaker = !own ? (error.rank() + 1) % size() : error.rank() == 0 ? 1 : 0;
-      if (rank() == speaker) say(tool + ": " + io::messageOf(error));
+      // Who waits for rank 0 may wait since that waits for another, and says whom. Whoever is no speaker says it where that one has not noticed.
+      if (!isFirst()) wait(error.rank() == 0 ? 3 : 1);
+      if (rank() != (error.rank() == 0 ? 1 : 0)) wait(3);
+      say(tool + ": " + io::messageOf(error));
     } catch (const io::OptionError& error) {
       if (!own) {  // all have it
         if (isFirst()) say(tool + ": " + error.what());

@@ -40,6 +40,27 @@ void takeIntrinsics(const std::string& file, const Camera& calibrated, Camera& c
   camera.color = calibrated.color;
 }
 
+/** \brief Names the cameras that are calibrated and do not run, a line; empty: all run. Of two cameras that are called alike the second has a number, see
+ *  unused(): without one of them nobody knows which is left, and where it stands. */
+std::string notRunning(const std::string& file, const std::vector<Camera>& cameras,
+                       const std::vector<RigCamera>& calibrated) {
+  std::set<std::string> run;
+  for (const Camera& camera : cameras) run.insert(camera.name);
+  std::string names;
+  for (const RigCamera& entry : calibrated) {
+    const std::string& name = entry.camera.name;
+    if (calibrated.size() <= cameras.size() || run.count(name) > 0) continue;
+    names += (names.empty() ? "'" : ", '") + name + "'";
+    const std::size_t number = name.rfind('_');
+    if (number == std::string::npos || name.find_first_not_of("0123456789", number + 1) != std::string::npos) continue;
+    if (const std::string alike = name.substr(0, number); run.count(alike) > 0)
+      throw InputError(file + ": has cameras '" + alike + "' and '" + name +
+                       "', and not all of this name run: nobody knows which; cameras of several computers that may be "
+                       "left out must have different names");
+  }
+  return names.empty() ? "" : file + ": has cameras that do not run: " + names + "; the others are fused without them";
+}
+
 /** \brief "left", or "left_2" if that is taken. */
 std::string unused(const std::string& name, const std::set<std::string>& taken) {
   if (taken.count(name) == 0) return name;
@@ -104,6 +125,8 @@ void LiveRig::setPoses(const std::string& file, const std::vector<RigCamera>& ca
     for (const Camera& camera : cameras_) names += (names.empty() ? "'" : ", '") + camera.name + "'";
     throw InputError(file + ": must have the cameras that run: " + names);
   }
+  if (std::string missing = notRunning(file, cameras_, calibrated); !missing.empty())
+    warnings_.push_back(std::move(missing));
   for (std::size_t k = 0; k < cameras_.size(); ++k) {
     const RigCamera& entry = *entries[k];
     if (!entry.depth.isZ())

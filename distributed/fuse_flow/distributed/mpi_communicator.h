@@ -57,8 +57,12 @@ class MpiCommunicator : public Communicator {
     in.resize(from.size());
     std::vector<std::size_t> awaited;
     for (std::size_t k = 0; k < from.size(); ++k) awaited.push_back(k);
-    const Clock::time_point start = Clock::now();
+    Clock::time_point start = Clock::now(), last = start;
     for (;;) {
+      // A process that was stopped itself, and goes on, must not say that it was the others.
+      const Clock::time_point now = Clock::now();
+      if (now - last > std::chrono::seconds(1)) start += now - last;
+      last = now;
       for (std::size_t a = 0; a < awaited.size();)
         if (begins(from[awaited[a]], in[awaited[a]], requests)) {
           awaited.erase(awaited.begin() + static_cast<std::ptrdiff_t>(a));
@@ -68,7 +72,7 @@ class MpiCommunicator : public Communicator {
       int done = 0;
       check(MPI_Testall(static_cast<int>(requests.size()), requests.data(), &done, MPI_STATUSES_IGNORE), "MPI_Testall");
       if (awaited.empty() && done) return;
-      const std::chrono::duration<double> waited = Clock::now() - start;
+      const std::chrono::duration<double> waited = now - start;
       if (waited > timeout_) giveUp(awaited.empty() ? -1 : from[awaited.front()], out, in);
       // Who waits for long leaves the core to others of the machine.
       if (waited > std::chrono::milliseconds(1)) std::this_thread::sleep_for(std::chrono::microseconds(20));

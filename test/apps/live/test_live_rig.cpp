@@ -219,7 +219,8 @@ TEST(LiveRig, PosesAreFoundByNameElseByPlace) {
   EXPECT_TRUE(fed.rig->cameras()[1].noise);
   EXPECT_EQ(fed.rig->cameras()[1].intrinsics.width, NumberedRig::kWidth);  // the device knows better
   EXPECT_TRUE(fed.rig->withoutPoses().empty());
-  EXPECT_TRUE(fed.rig->warnings().empty());
+  ASSERT_EQ(fed.rig->warnings().size(), 1u);
+  EXPECT_NE(fed.rig->warnings()[0].find("do not run: 'c'; the others"), std::string::npos) << fed.rig->warnings()[0];
   FedRig other({"a", "b"}, ClockModel::Shared, false);
   other.rig->setPoses("rig.json", {standingAt("left", 3), standingAt("right", 4)});
   EXPECT_EQ(other.rig->cameras()[1].T_world_camera.translation().x(), 4);
@@ -234,6 +235,20 @@ TEST(LiveRig, PosesAreFoundByNameElseByPlace) {
   io::RigCamera distances = standingAt("b", 2);
   distances.depth.is_distance = true;
   EXPECT_TRUE(refuses([&] { fed.rig->setPoses("r.json", {standingAt("a", 1), distances}); }, {"'b'", "depth_is"}));
+}
+
+// Two computers each have a camera of one name, and one of these computers is lost: the camera that is left would get the pose of the other.
+TEST(LiveRig, PosesOfCamerasThatAreCalledAlikeNeedAllOfThem) {
+  FedRig both({"a", "a", "b"}, ClockModel::Shared, false);
+  both.rig->setPoses("rig.json", {standingAt("a", 1), standingAt("a_2", 2), standingAt("b", 3)});
+  EXPECT_EQ(both.rig->cameras()[1].T_world_camera.translation().x(), 2);
+  EXPECT_TRUE(both.rig->warnings().empty());
+  FedRig one({"a", "b"}, ClockModel::Shared, false);
+  EXPECT_TRUE(refuses(
+      [&] {
+        one.rig->setPoses("rig.json", {standingAt("a", 1), standingAt("a_2", 2), standingAt("b", 3)});
+      },
+      {"rig.json", "'a' and 'a_2'", "nobody knows which"}));
 }
 
 }  // namespace
