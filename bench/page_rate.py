@@ -120,7 +120,7 @@ def main():
         begin = browser.run(COUNTS)
         time.sleep(options.seconds)
         after = browser.run(COUNTS)
-        shown = browser.run("return document.getElementById('numbers').innerText")
+        shown = browser.run("return document.getElementById('numbers').textContent")  # there also where the machine has no font
         times = sorted(browser.run(PICTURES, 5000, how="async"))
         seconds = (after["time"] - begin["time"]) / 1e3
         print(f"{about['renderer']}, {about['api']}, {about['browser'].split(' (')[0]} {about['browser'].rsplit(') ', 1)[-1]}")
