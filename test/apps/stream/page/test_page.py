@@ -93,6 +93,17 @@ class Page:
         begin = self.get("globalThis.fuse_flow?.shown ? fuse_flow.frames : 0")
         self.until(f"globalThis.fuse_flow?.shown && fuse_flow.frames >= {begin + more}", f"{more} more frames")
 
+    def draw_again(self):
+        """Until what is set now is on the screen: that is some pictures of the screen later than it is drawn."""
+        begin = self.get("fuse_flow.drawing.drawn")
+        self.run("fuse_flow.drawing.changed = true")
+        self.until(f"fuse_flow.drawing.drawn > {begin}")
+        self.driver.execute_async_script("""
+          const done = arguments[arguments.length - 1];
+          let left = 5;
+          const wait = () => (left-- > 0 ? requestAnimationFrame(wait) : done());
+          wait()""")
+
     def text(self, element):
         with contextlib.suppress(Exception):
             return self.get(f"document.getElementById('{element}').innerText")
@@ -570,9 +581,7 @@ def test_the_picture_is_the_viewers_from_the_same_place(page, arguments):
             page.run("""
               fuse_flow.drawing.setLook({size: arguments[0], byDistance: false, cameras: false});
               for (const part of ['text', 'bar', 'names', 'note', 'legend', 'settings']) document.getElementById(part).style.display = 'none'""", points)
-            begin = page.get("fuse_flow.drawing.drawn")
-            page.run("fuse_flow.drawing.changed = true")
-            page.until(f"fuse_flow.drawing.drawn > {begin}")
+            page.draw_again()
             return read_png(page.driver.get_screenshot_as_png())
         ours = screenshot(view)
         page.screenshot("as_the_viewer")
@@ -650,9 +659,7 @@ def test_webgpu_draws_what_webgl_draws(page, arguments):
                   const {frame} = drawing.cloud;
                   if (arguments[0]) drawing.setMarks([0.3, 0.6].map((share) => drawing.pointOf(frame, Math.floor(share * frame.points))), '1 mm');
                   for (const part of ['text', 'bar', 'note', 'legend', 'settings']) document.getElementById(part).style.display = 'none'""", marks)
-                begin = browser.get("fuse_flow.drawing.drawn")
-                browser.run("fuse_flow.drawing.changed = true")
-                browser.until(f"fuse_flow.drawing.drawn > {begin}")
+                browser.draw_again()
                 return read_png(browser.driver.get_screenshot_as_png())
             for file, keys in cases:
                 pictures = {}
