@@ -1,8 +1,9 @@
 // Receives, keeps and decodes frames, so that none of it holds up drawing. The page sends wishes, and gets arrays that it can draw; it sends
-// their memory back when it has drawn them. At most one frame is on its way to the page: what comes meanwhile is replaced by what is newer.
+// their memory back when it has drawn them. At most one frame is on its way to the page, and one more is decoded meanwhile: what comes then
+// is replaced by what is newer.
 
-import {FrameDecoder, readHeader} from './decoder.js';
-import {Zstandard} from './zstandard.js';
+import {DecodeTeam} from './decode_team.js';
+import {readHeader} from './decoder.js';
 import {StreamFile, parseDescription} from './stream_file.js';
 
 const PROTOCOL = 'fuse_flow.v1';
@@ -12,6 +13,8 @@ const REST_AFTER = 3000;     // of nobody looking; servers let clients go that d
 const MOST_POOLED = 12;      // pieces of memory that wait to be used again
 const memory_at_hand = navigator.deviceMemory ?? 4;  // GiB; browsers say 8 at most, and not all say
 const RING_BYTES = (memory_at_hand >= 4 ? 256 : 64) * 2 ** 20;
+// That decode: two cores are the page's and the browser's own. ?decoders=… of the page's address chooses another number.
+const DECODERS = Number(new URL(self.location.href).searchParams.get('decoders')) || Math.min(4, Math.max(1, (navigator.hardwareConcurrency ?? 2) - 2));
 
 const now = () => performance.timeOrigin + performance.now();  // milliseconds since 1970, finer than Date's
 
@@ -19,7 +22,9 @@ let decoder;
 const pool = [];
 let source = null;
 let waiting = false;     // a frame is with the page, and not drawn yet
-let pending = null;      // what is to be decoded next: {message, received, index}
+let pending = null;      // what is to be decoded next: {message, received, index, source}
+let decoding = false;
+let decoded = null;      // what the page gets next, once it has drawn: {message, transfer}
 let scheduled = false;
 const counts = {bytes: 0, frames: 0, dropped: 0, damaged: 0};
 
@@ -38,31 +43,48 @@ turn.port1.onmessage = () => {
 };
 function show(entry) {
   if (pending) ++counts.dropped;
-  pending = entry;
+  pending = {...entry, source};
   schedule();
 }
 function schedule() {
-  if (scheduled || !pending || waiting || !decoder) return;
+  if (scheduled || decoding || decoded || !pending || !decoder) return;
   scheduled = true;
   turn.port2.postMessage(0);
 }
-function decodePending() {
-  if (!pending || waiting) return;
+/** Whether nothing waits, but for the page. */
+function caughtUp() { return !pending && !decoding && !decoded; }
+
+async function decodePending() {
+  if (!pending || decoding || decoded) return;
   const entry = pending;
   pending = null;
+  decoding = true;
   const begin = performance.now();
-  let frame;
   try {
-    frame = decoder.decode(entry.message, pool);
+    const frame = await decoder.decode(entry.message, pool);
+    // Nothing of a source that was left meanwhile, for a file.
+    if (entry.source === source) {
+      const arrays = [frame.positions, frame.colors, frame.normals, frame.masks].filter((array) => array);
+      decoded = {entry, message: {type: 'frame', frame, bytes: entry.message.length, received: entry.received, decoding: performance.now() - begin},
+                 transfer: arrays.map((array) => array.buffer)};
+    }
   } catch (error) {
     damaged(error.message);
-    source?.afterShown();
-    return;
   }
-  waiting = true;
-  const transfer = [frame.positions, frame.colors, frame.normals, frame.masks].filter((array) => array).map((array) => array.buffer);
-  post({type: 'frame', frame, bytes: entry.message.length, received: entry.received, decoding: performance.now() - begin,
-        place: source.place(entry)}, transfer);
+  decoding = false;
+  deliver();
+}
+function deliver() {
+  if (decoded && !waiting) {
+    const {entry, message, transfer} = decoded;
+    decoded = null;
+    if (entry.source === source) {
+      waiting = true;
+      post({...message, place: source.place(entry)}, transfer);
+    }
+  }
+  source?.afterShown();
+  schedule();
 }
 
 /** Frames as they come. The last ones are kept as they came, for stepping back. */
@@ -309,12 +331,12 @@ class Playing {
     if (!(pause > 0)) pause = 100;  // from the last to the first; and where times are not known
     pause = Math.min(2000, Math.max(1, pause)) / this.factor;
     this.timer = setTimeout(() => {
-      if (waiting || pending) this.late = true;  // the page is behind: when it has caught up
-      else this.load(next);
+      if (caughtUp()) this.load(next);
+      else this.late = true;  // the page is behind: when it has caught up
     }, Math.max(0, this.due + pause - performance.now()));
   }
   afterShown() {
-    if (!this.late) return;
+    if (!this.late || !caughtUp()) return;
     this.late = false;
     if (this.playing) this.load((this.shown + 1) % this.file.frames.length);
   }
@@ -390,8 +412,7 @@ const handlers = {
     for (const buffer of buffers) if (buffer.byteLength > 0) pool.push(buffer);
     while (pool.length > MOST_POOLED) pool.shift();
     waiting = false;
-    source?.afterShown();
-    schedule();
+    deliver();
   },
 };
 const early = [];  // what the page asks before the decoder is there
@@ -400,7 +421,7 @@ self.onmessage = (event) => (decoder ? handlers[event.data.type]?.(event.data) :
 setInterval(() => post({type: 'counts', ...counts}), 500);
 
 try {
-  decoder = new FrameDecoder(await Zstandard.load());
+  decoder = await DecodeTeam.make(DECODERS);
   for (const message of early) handlers[message.type]?.(message);
 } catch (error) {
   post({type: 'state', state: 'failed', detail: `This browser cannot decode: ${error.message}`});

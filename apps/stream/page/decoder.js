@@ -156,6 +156,9 @@ export function readHeader(message) {
   return header;
 }
 
+/** The place of the first point of a chunk among those of the message; of the chunk after the last, their number. */
+export function firstOf(header, chunk) { return chunk < header.chunks.length ? header.chunks[chunk].first : header.points; }
+
 /** Reads frames. It keeps memory from one frame to the next. */
 export class FrameDecoder {
   /**
@@ -198,8 +201,16 @@ export class FrameDecoder {
    */
   decode(message, recycled = []) {
     const header = readHeader(message);
-    const {points, chunks, fields, maskBytes} = header;
-    if (points > this.mostPoints) throw new Error(`the message has ${points} points: more than ${this.mostPoints}`);
+    const frame = this.prepare(header, recycled);
+    this.decodeChunks(message, header, 0, header.chunks.length, frame);
+    return frame;
+  }
+
+  /** Memory for the chunks from `begin` to `end` − 1, all by default, without what is in it: see decode(). */
+  prepare(header, recycled = [], begin = 0, end = header.chunks.length) {
+    const {fields, maskBytes} = header;
+    if (header.points > this.mostPoints) throw new Error(`the message has ${header.points} points: more than ${this.mostPoints}`);
+    const points = firstOf(header, end) - firstOf(header, begin);
     const narrow = [0, 1, 2].every((k) => header.greatest[k] - header.least[k] < 65536);
     const take = (bytes) => {
       let best = -1;  // the smallest that is large enough, and not much too large
@@ -220,9 +231,20 @@ export class FrameDecoder {
     };
     delete frame.chunks;
     delete frame.least;
-    const packed = new Int32Array(frame.colors.buffer, 0, points);
+    return frame;
+  }
+
+  /**
+   * Decodes the chunks from `begin` to `end` − 1 of a message into what prepare() has made for them, or for all. Chunks do not depend on each
+   * other, so several decoders can share a frame. `before`: the points before those of `frame`.
+   */
+  decodeChunks(message, header, begin, end, frame, before = 0) {
+    const {fields, maskBytes} = header;
+    const narrow = frame.positions instanceof Uint16Array;
+    const packed = new Int32Array(frame.colors.buffer, 0, frame.colors.length / 4);
     const exact_colors = header.chromaStep === 0;
-    for (const chunk of chunks) {
+    for (const chunk of header.chunks.slice(begin, end)) {
+      const first_point = chunk.first - before;
       this.reserve(chunk.points);
       const read_codes = this.codesFit(chunk) ? this.readCodes : this.readCodesExactly;
       for (let l = 0; l < chunk.layers; ++l) {
@@ -245,22 +267,22 @@ export class FrameDecoder {
         const confidence_at = fields & FIELD.confidence ? at : -1;
         if (fields & FIELD.confidence) at += count;
         if (fields & (FIELD.color | FIELD.confidence))
-          this.readColors(packed, chunk.first, l, count, stride, chunk.points, color_at, confidence_at, exact_colors);
+          this.readColors(packed, first_point, l, count, stride, chunk.points, color_at, confidence_at, exact_colors);
         if (fields & FIELD.viewCount) {
           this.readViews(l, count, stride, chunk.points, at);
           at += count;
         }
         if (fields & FIELD.normal) {
-          for (let k = 0; k < 2; ++k, at += count) this.readNearest(frame.normals, 2, chunk.first, k, l, count, stride, chunk.points, at, false);
+          for (let k = 0; k < 2; ++k, at += count) this.readNearest(frame.normals, 2, first_point, k, l, count, stride, chunk.points, at, false);
         }
         if (fields & FIELD.cameras)
           for (let k = 0; k < maskBytes; ++k, at += count)
-            this.readNearest(frame.masks, maskBytes, chunk.first, k, l, count, stride, chunk.points, at, true);
+            this.readNearest(frame.masks, maskBytes, first_point, k, l, count, stride, chunk.points, at, true);
       }
-      this.finish(frame, chunk, header.least, narrow);
+      this.finish(frame, chunk, first_point, header.least, narrow);
     }
-    if (fields & FIELD.color && !exact_colors) toRgb(packed, header.chromaStep);
-    return frame;
+    const [from, to] = [firstOf(header, begin) - before, firstOf(header, end) - before];
+    if (fields & FIELD.color && !exact_colors) toRgb(packed.subarray(from, to), header.chromaStep);
   }
 
   /** Unpacks a layer into this.layer. Returns where its raw bits begin and how many bytes it has. */
@@ -541,7 +563,7 @@ export class FrameDecoder {
   }
 
   /** Checks that the points of a chunk are in its box, and puts their positions where they belong. */
-  finish(frame, chunk, least, narrow) {
+  finish(frame, chunk, first, least, narrow) {
     const {grid, views} = this;
     const x_least = chunk.least[0] - least[0], x_greatest = chunk.greatest[0] - least[0];
     const y_least = chunk.least[1] - least[1], y_greatest = chunk.greatest[1] - least[1];
@@ -550,7 +572,7 @@ export class FrameDecoder {
     const end = 4 * chunk.points;
     let outside = false;
     if (narrow) {
-      const out = new Int32Array(frame.positions.buffer, 8 * chunk.first, 2 * chunk.points);
+      const out = new Int32Array(frame.positions.buffer, 8 * first, 2 * chunk.points);
       for (let at = 0; at < end; at += 4) {
         const x = grid[at], y = grid[at + 1], z = grid[at + 2];
         if (x < x_least || x > x_greatest || y < y_least || y > y_greatest || z < z_least || z > z_greatest) outside = true;
@@ -558,7 +580,7 @@ export class FrameDecoder {
         out[(at >> 1) + 1] = z | ((views[at >> 2] & with_views) << 16);
       }
     } else {
-      const out = frame.positions.subarray(4 * chunk.first);
+      const out = frame.positions.subarray(4 * first);
       for (let at = 0; at < end; at += 4) {
         const x = grid[at], y = grid[at + 1], z = grid[at + 2];
         if (x < x_least || x > x_greatest || y < y_least || y > y_greatest || z < z_least || z > z_greatest) outside = true;

@@ -2,7 +2,7 @@
 //
 // Of the address: ?token=… goes with the request for the stream; ?file=demo.ffs plays a file of the same server; ?up=-y says which way is up;
 // ?view=2,-3,1.5,0,0,0.5,40 says where the viewer stands and what the viewer looks at, metres, and how many degrees the picture is high;
-// ?renderer=webgpu draws by WebGPU where it is there.
+// ?renderer=webgpu draws by WebGPU where it is there; ?decoders=1 says how many workers decode.
 
 import {FIELD} from './decoder.js';
 import {Drawing, VIEWS_COLORS, viridis} from './drawing.js';
@@ -93,7 +93,9 @@ drawing.onLost = () => {  // the same view by WebGL 2, which is more often there
 // ---- the stream
 
 function startWorker() {
-  worker = new Worker(new URL('./decode_worker.js', import.meta.url), {type: 'module'});
+  const address = new URL('./decode_worker.js', import.meta.url);
+  if (parameters.has('decoders')) address.searchParams.set('decoders', parameters.get('decoders'));
+  worker = new Worker(address, {type: 'module'});
   worker.onmessage = ({data}) => from_worker[data.type](data);
   worker.onerror = (event) => setState('bad', `The decoder does not start: ${event.message ?? 'this browser has no module workers'}`);
   worker.postMessage({type: 'hide', hidden: document.hidden});

@@ -11,7 +11,7 @@ function(copy_module from to)
 endfunction()
 
 file(MAKE_DIRECTORY ${to})
-foreach(file index.html style.css page.js decode_worker.js decoder.js stream_file.js zstandard.js)
+foreach(file index.html style.css page.js decode_worker.js decode_team.js chunk_worker.js decoder.js stream_file.js zstandard.js)
   configure_file(${page}/${file} ${to}/${file} COPYONLY)
 endforeach()
 copy_module(${page}/drawing.js ${to}/drawing.js)

@@ -8,7 +8,7 @@ import {pathToFileURL} from 'node:url';
 import {encode, fromYuv, octahedral, sealHeader, streamFile, toYuv, xxh64, zstandardStored} from './reference_encoder.mjs';
 
 const page = pathToFileURL(`${process.env.FUSE_FLOW_PAGE}/`);
-const {FIELD, FrameDecoder, crc32, normalOf, positionOf} = await import(new URL('decoder.js', page));
+const {FIELD, FrameDecoder, crc32, firstOf, normalOf, positionOf, readHeader} = await import(new URL('decoder.js', page));
 const {Zstandard} = await import(new URL('zstandard.js', page));
 const {StreamFile, parseDescription} = await import(new URL('stream_file.js', page));
 const zstandard = await Zstandard.load();
@@ -107,6 +107,26 @@ test('Frames are read with each number of layers, and with those of them that ar
     for (let here = 1; here <= layers; ++here)
       check(points, {fields: 31, layers, chunkPoints: 100, layersOf: (chunk) => (chunk.number === 1 ? here : Math.max(1, here - 1))});
   check(points, {fields: 7, layers: 3, chunkPoints: 64, layersOf: (chunk) => (chunk.number % 2 ? 0 : 2)});
+});
+
+test('A frame is the same in shares', () => {
+  for (const points of [surface(1500), anywhere(1500)])
+    for (const options of [{fields: 31, maskBytes: 3}, {fields: 7, chromaStep: 4}, {fields: 0}]) {
+      const {message} = encode(points, {...options, chunkPoints: 200});
+      const whole = decoder.decode(message);
+      const header = readHeader(message);
+      for (const borders of [[0, 8], [0, 3, 8], [0, 0, 5, 6, 8, 8]]) {
+        const joined = decoder.prepare(header);
+        for (const [k, begin] of borders.slice(0, -1).entries()) {
+          const end = borders[k + 1];
+          const share = new FrameDecoder(zstandard).prepare(header, [], begin, end);
+          decoder.decodeChunks(message, header, begin, end, share, firstOf(header, begin));
+          for (const [name, items] of [['positions', 4], ['colors', 4], ['normals', 2], ['masks', header.maskBytes]])
+            joined[name]?.set(share[name], items * firstOf(header, begin));
+        }
+        assert.deepEqual(joined, whole);
+      }
+    }
 });
 
 test('Chunks of few points have layers without any', () => {

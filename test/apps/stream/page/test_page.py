@@ -294,6 +294,14 @@ def test_it_stops_and_steps_through_the_last_frames(page, arguments):
         check(page.place()["playing"] is True and server.sent > sent)
 
 
+def test_several_workers_decode_for_the_page(page, arguments):
+    with serving(OtherServer(arguments.page, pathlib.Path(arguments.files) / "room.ffs")) as server:
+        page.open(server.address + "?decoders=3")
+        page.until_frame(4)
+        check(page.pixels()["drawn"] > 10000)
+        check(page.complaints() == [], str(page.complaints()))
+
+
 def test_a_damaged_frame_is_told_of_and_left_out(page, arguments):
     def flip(at):
         def damage(message):
@@ -735,6 +743,50 @@ def test_the_decoder_gives_the_same_here_as_the_library(page, arguments):
             values = struct.unpack_from(f"<{3 * count}f", expected, 4)
             for axis in range(3):
                 check(abs(points["sum"][axis] - sum(values[axis::3])) < 1e-3 * (1 + count), f"{path.name}: {points}")
+
+
+def test_several_workers_decode_what_one_decodes(page, arguments):
+    with serving(other_server(arguments)) as server:
+        for name in ("room", "wide", "chroma", "all_fields"):
+            server.stream_file = pathlib.Path(arguments.files) / f"{name}.ffs"
+            page.open(server.address + "licences.txt")
+            seen = page.driver.execute_async_script("""
+              const done = arguments[arguments.length - 1];
+              (async () => {
+                const {DecodeTeam} = await import('/decode_team.js');
+                const {StreamFile} = await import('/stream_file.js');
+                const file = await StreamFile.open(await (await fetch('/frames.ffs')).blob());
+                const message = await file.read(0);
+                const team = await DecodeTeam.make(4, {fewPoints: 0});
+                while (!team.helpers.every((helper) => helper.ready)) await new Promise((ready) => setTimeout(ready, 10));
+                const words = (frame) => JSON.stringify([frame.points, ...['positions', 'colors', 'normals', 'masks'].map((name) => Array.from(frame[name] ?? []))]);
+                const alone = words(team.decoder.decode(message));
+                const asked = team.helpers.map(() => 0);
+                team.helpers.forEach((helper, k) => {
+                  const {decode} = helper;
+                  helper.decode = (...share) => {
+                    ++asked[k];
+                    return decode.apply(helper, share);
+                  };
+                });
+                const pool = [];
+                const same = [];
+                for (let k = 0; k < 3; ++k) {  // again with the memory of before
+                  const frame = await team.decode(message, pool);
+                  same.push(words(frame) === alone);
+                  for (const array of [frame.positions, frame.colors, frame.normals, frame.masks]) if (array) pool.push(array.buffer);
+                }
+                const damaged = message.slice();
+                damaged[damaged.length - 20] ^= 0x55;  // of the last chunk: not this worker's
+                const error = await team.decode(damaged, []).then(() => 'none', (failure) => failure.message);
+                same.push(words(await team.decode(message, pool)) === alone);
+                team.helpers[0].worker.onerror({preventDefault() {}});  // as if it had ended
+                same.push(words(await team.decode(message, pool)) === alone);
+                return {points: JSON.parse(alone)[0], asked, same, error};
+              })().then(done, (error) => done({error: error.stack}))""")
+            check(seen.get("same") == [True] * 5, f"{name}: {seen}")
+            check(seen["error"] not in ("none", ""), f"{name}: {seen}")
+            check(name != "room" or min(seen["asked"]) >= 4, f"{name}: {seen}")
 
 
 def test_fuse_flow_serve_and_the_page_understand_each_other(page, arguments):
