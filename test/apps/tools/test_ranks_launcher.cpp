@@ -29,12 +29,18 @@ class RanksLauncher : public ToolTest {
                                       {"OMPI_MCA_btl_tcp_if_include", "lo"},
                                       {"OMPI_MCA_oob_tcp_if_include", "lo"}})
       setenv(name, value, 1);
-    writeScript("shell",
-                "host=$1; shift\n"
-                "if [ -e " +
-                    out("down.") +
-                    "$host ]; then echo 'ssh: No route to host' >&2; exit 255; fi\n"
-                    "exec sh -c \"$*\"\n");
+    writeScript(
+        "shell",
+        "host=$1; shift\n"
+        "if [ -e " +
+            out("down.") +
+            "$host ]; then echo 'ssh: No route to host' >&2; exit 255; fi\n"
+            // Each has a folder of Open MPI's own, as on computers of their own: two would make one at the same time, and fail.
+            "mkdir -p " +
+            out("t.") + "$host; TMPDIR=" + out("t.") +
+            "$host\n"
+            "export TMPDIR\n"
+            "exec sh -c \"$*\"\n");
     // at CLOUD SIGNAL HOST COMMAND…: the first time a rank sends itself a signal once the cloud is there, and its host is down if it has one.
     writeScript("at",
                 "cloud=$1 signal=$2 host=$3; shift 3\n"
