@@ -11,7 +11,7 @@ packages=(build-essential cmake ninja-build clang-format pkg-config
           curl ca-certificates)
 # For the GPU classes, for fuse_flow_calibrate --board, for streams, for what recorders write, and for depth in OpenEXR; installed where the distribution has them.
 optional=(libthrust-dev libapriltag-dev libopencv-calib3d-dev libopencv-objdetect-dev libopencv-contrib-dev
-          libssl-dev libavformat-dev libswscale-dev libavdevice-dev libbz2-dev libfastcdr-dev libsqlite3-dev liblz4-dev libzstd-dev libopenexr-dev)
+          libssl-dev libavformat-dev libswscale-dev libavdevice-dev libbz2-dev libfastcdr-dev libsqlite3-dev liblz4-dev libzstd-dev libopenexr-dev libdraco-dev)
 # What writes files for the tests of readers.
 writers=(python3-rosbag python3-sensor-msgs python3-tf2-msgs ffmpeg python3-pil python3-tifffile)
 # What looks at the page of fuse_flow_serve. Debian's; Ubuntu has Chromium as a snap only, whose package of that name is no browser.
@@ -264,6 +264,7 @@ FUSE_FLOW_HAS_sqlite .db3 of ROS 2: no libsqlite3
 FUSE_FLOW_HAS_lz4 .mcap compressed by LZ4: no liblz4
 FUSE_FLOW_HAS_zstd .mcap compressed by Zstandard: no libzstd
 FUSE_FLOW_HAS_openexr depth in OpenEXR: no libopenexr
+FUSE_FLOW_HAS_draco clouds as Draco: no libdraco
 FUSE_FLOW_PAGE the page of fuse_flow_serve: no three.js and zstddec in build/third_party
 FUSE_FLOW_CHROMIUM tests of that page in a browser: no chromium
 FUSE_FLOW_HAS_python the Python module: no Python 3.10 with its headers, no pybind11, or no numpy

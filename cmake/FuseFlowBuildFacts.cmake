@@ -28,7 +28,7 @@ endif()
 set(fuse_flow_found "")
 set(fuse_flow_not_found "")
 foreach(fact libavformat=FUSE_FLOW_HAS_libav libavdevice=FUSE_FLOW_HAS_libavdevice bzip2=FUSE_FLOW_HAS_bzip2 "Fast CDR=FUSE_FLOW_HAS_fastcdr" SQLite=FUSE_FLOW_HAS_sqlite
-             LZ4=FUSE_FLOW_HAS_lz4 Zstandard=FUSE_FLOW_HAS_zstd OpenEXR=FUSE_FLOW_HAS_openexr AprilTag=FUSE_FLOW_APRILTAG_LIBRARY
+             LZ4=FUSE_FLOW_HAS_lz4 Zstandard=FUSE_FLOW_HAS_zstd OpenEXR=FUSE_FLOW_HAS_openexr Draco=FUSE_FLOW_HAS_draco AprilTag=FUSE_FLOW_APRILTAG_LIBRARY
              OpenCV=FUSE_FLOW_HAS_opencv librealsense2=fuse_flow_has_realsense2 libk4a=fuse_flow_has_k4a
              OrbbecSDK=fuse_flow_has_orbbec MPI=FUSE_FLOW_HAS_MPI
              streams=FUSE_FLOW_HAS_stream "the page for browsers=FUSE_FLOW_PAGE" CUDA=FUSE_FLOW_HAS_CUDA)

@@ -70,9 +70,9 @@ void CloudFiles::take(const std::shared_ptr<const FusedFrame>& frame) {
   if (times_) addTime(path, frame->input.rig.stamp);
 }
 
-void CloudFiles::addTime(const std::string& cloud, std::uint64_t stamp) const {
+void addTime(const std::string& cloud, std::uint64_t stamp) {
   constexpr std::uint64_t second = 1000000;  // microseconds
-  const std::string path = (fs::path(output_) / "timestamps.txt").string();
+  const std::string path = (fs::path(cloud).parent_path() / "timestamps.txt").string();
   char line[64];
   std::snprintf(line, sizeof line, "%s %llu.%06llu\n", fs::path(cloud).filename().c_str(),
                 static_cast<unsigned long long>(stamp / second), static_cast<unsigned long long>(stamp % second));

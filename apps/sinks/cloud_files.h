@@ -24,13 +24,14 @@ class CloudFiles : public FrameSink {
   std::vector<std::string> finish() override;
 
  private:
-  void addTime(const std::string& cloud, std::uint64_t stamp) const;
-
   std::string output_;
   std::string format_;
   bool names_file_{false};
   bool times_;
   std::set<std::string> written_, left_;
 };
+
+/** \brief Adds a line to the timestamps.txt beside a cloud's file: "000000.ply SECONDS". \param stamp microseconds \throws OutputError */
+void addTime(const std::string& cloud, std::uint64_t stamp);
 
 }  // namespace fuse_flow::io

@@ -8,6 +8,7 @@
 #include "recordings/files/interrupt.h"
 #include "sinks/cloud_files.h"
 #include "sinks/cloud_mcap_writer.h"
+#include "sinks/draco_file.h"
 
 #include <fuse_flow/stream/client.h>
 #include <fuse_flow/stream/stream_file.h>
@@ -34,6 +35,7 @@ constexpr const char* kTool = "fuse_flow_receive";
 struct Options {
   std::string link;
   std::string output;
+  std::optional<std::string> format;
   std::string token_file;
   std::optional<std::uint64_t> frames;
   std::optional<double> seconds;
@@ -111,11 +113,17 @@ class ToMcap : public Output {
   stream::StreamedCloud cloud_;
 };
 
+/** \brief Microseconds. */
+std::uint64_t stampOf(const stream::ReceivedFrame& frame) {
+  const std::int64_t time = frame.times.captured != 0 ? frame.times.captured : frame.times.encoded;
+  return static_cast<std::uint64_t>(std::max<std::int64_t>(time, 0) / 1000);
+}
+
 /** \brief A folder with a cloud for each frame, and when they were captured. */
 class ToClouds : public Output {
  public:
-  ToClouds(const std::string& path, std::size_t frames, std::uint32_t most_points)
-      : files_(path, "ply", frames, std::filesystem::path(path).extension().empty()), decoder_(0, most_points) {}
+  ToClouds(const std::string& path, const std::string& format, std::size_t frames, std::uint32_t most_points)
+      : files_(path, format, frames, std::filesystem::path(path).extension().empty()), decoder_(0, most_points) {}
 
   void take(const stream::ReceivedFrame& frame) override {
     unpack(decoder_, frame, streamed_);
@@ -126,8 +134,7 @@ class ToClouds : public Output {
       stream::toPointCloud(streamed_, fused->with_normals);
     else
       stream::toPointCloud(streamed_, fused->cloud);
-    const std::int64_t time = frame.times.captured != 0 ? frame.times.captured : frame.times.encoded;
-    fused->input.rig.stamp = static_cast<std::uint64_t>(std::max<std::int64_t>(time, 0) / 1000);
+    fused->input.rig.stamp = stampOf(frame);
     files_.take(fused);
   }
   std::vector<std::string> finish() override { return files_.finish(); }
@@ -139,14 +146,58 @@ class ToClouds : public Output {
   std::size_t number_{0};
 };
 
+/** \brief Draco's files: one, or one for each frame in a folder. */
+class ToDraco : public Output {
+ public:
+  ToDraco(const Options& options, bool one_file)
+      : path_(options.output), one_file_(one_file), decoder_(0, options.client.most_points) {
+    if (!io::hasDraco())
+      throw io::OptionError("-o: this program was built without Draco; install libdraco-dev, and build it again");
+    if (one_file_ && options.frames != std::uint64_t{1})
+      throw io::OptionError("-o " + path_ + ": names one file; must be with --frames 1, or a folder with --format drc");
+    if (one_file_)
+      io::makeFolderOf(path_);
+    else
+      io::makeFolder(path_);
+  }
+
+  void take(const stream::ReceivedFrame& frame) override {
+    unpack(decoder_, frame, cloud_);
+    if (cloud_.size() == 0) {
+      ++empty_;
+      return;
+    }
+    char name[32];
+    std::snprintf(name, sizeof(name), "%06zu.drc", number_++);
+    const std::string path = one_file_ ? path_ : (std::filesystem::path(path_) / name).string();
+    io::writeDraco(path, cloud_);
+    if (!one_file_) io::addTime(path, stampOf(frame));
+  }
+  std::vector<std::string> finish() override {
+    if (empty_ == 0) return {};
+    return {std::to_string(empty_) + " frames without points are not written: Draco has no such files"};
+  }
+
+ private:
+  std::string path_;
+  bool one_file_;
+  stream::FrameDecoder decoder_;
+  stream::StreamedCloud cloud_;
+  std::size_t number_{0}, empty_{0};
+};
+
 std::unique_ptr<Output> outputOf(const Options& options) {
+  const std::string extension = std::filesystem::path(options.output).extension();
+  if (options.format && (options.output.empty() || !extension.empty()))
+    warn({"--format has no effect: it is of the clouds in a folder, -o names none"});
   if (options.output.empty()) return nullptr;
-  if (std::filesystem::path(options.output).extension() == ".ffs")
-    return std::make_unique<ToStreamFile>(options.output);
-  if (std::filesystem::path(options.output).extension() == ".mcap")
-    return std::make_unique<ToMcap>(options.output, options.client.most_points);
+  if (extension == ".ffs") return std::make_unique<ToStreamFile>(options.output);
+  if (extension == ".mcap") return std::make_unique<ToMcap>(options.output, options.client.most_points);
+  const std::string format = options.format.value_or("ply");
+  const bool one_draco = extension == ".drc";
+  if (one_draco || (extension.empty() && format == "drc")) return std::make_unique<ToDraco>(options, one_draco);
   const std::size_t frames = options.frames.value_or(std::numeric_limits<std::size_t>::max());
-  return std::make_unique<ToClouds>(options.output, frames, options.client.most_points);
+  return std::make_unique<ToClouds>(options.output, format, frames, options.client.most_points);
 }
 
 /** \brief Times of which some are asked for in the end. */
@@ -287,11 +338,14 @@ int main(int argc, char** argv) {
       "right as far as the clocks of both machines agree.",
       kTool);
   app.add_option("link", options.link, "of the stream, as fuse_flow_serve prints it")->required();
-  app.add_option(
-         "-o,--output", options.output,
-         "a .ffs file, a .mcap file for ROS 2 and Foxglove, or a folder for 000000.ply, … and timestamps.txt; one .ply "
-         "or .pcd with --frames 1")
+  app.add_option("-o,--output", options.output,
+                 "a .ffs file, a .mcap file for ROS 2 and Foxglove, or a folder for 000000.ply, … and timestamps.txt; "
+                 "one .ply, "
+                 ".pcd or .drc with --frames 1")
       ->check(command_line::path());
+  app.add_option("--format", options.format,
+                 "of the clouds in a folder: ply, the default, pcd, or drc for Draco's decoders")
+      ->check(command_line::oneOf({"ply", "pcd", "drc"}));
   app.add_option("--token-file", options.token_file, "a file with one line, the token, if the link has none")
       ->check(command_line::path());
   app.add_option("--certificate-authority", options.client.certificate_authority,

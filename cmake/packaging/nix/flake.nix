@@ -26,7 +26,7 @@
         default = pkgs.mkShell {
           packages = with pkgs; [
             cmake ninja pkg-config pcl eigen flann vtk libpng libjpeg libtiff zlib yaml-cpp nlohmann_json cli11 embree gtest gbenchmark
-            boost openssl zstd lz4 sqlite ffmpeg openexr xorg.libX11 libGL (python3.withPackages (python: [ python.numpy python.pybind11 ]))
+            boost openssl zstd lz4 sqlite ffmpeg openexr draco xorg.libX11 libGL (python3.withPackages (python: [ python.numpy python.pybind11 ]))
           ];
         };
       });
