@@ -77,6 +77,11 @@ TEST_F(Serve, WhatIsFusedIsReceivedAsCloudsAndAsAFileThatIsServedAgain) {
   const ToolResult served = serve({recording()}, [&](const std::string& link) {
     ASSERT_TRUE(ended(receive({link, "--frames", "3", "-o", out("clouds")})));
     ASSERT_TRUE(ended(receive({link, "--frames", "2", "-o", out("kept.ffs")})));
+    const ToolResult draco = receive({link, "--frames", "2", "--format", "drc", "-o", out("draco")});
+    if (draco.exit_code == 0)
+      EXPECT_EQ(listing(out("draco")), (std::vector<std::string>{"000000.drc", "000001.drc", "timestamps.txt"}));
+    else  // built without it
+      EXPECT_NE(draco.err.find("install libdraco-dev"), std::string::npos) << draco.err;
   });
   EXPECT_TRUE(ended(served));
   EXPECT_EQ(listing(out("clouds")).size(), 4u);  // with timestamps.txt
