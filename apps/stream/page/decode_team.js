@@ -4,8 +4,9 @@ import {FrameDecoder, firstOf, readHeader} from './decoder.js';
 import {Zstandard} from './zstandard.js';
 
 const FEW_POINTS = 50000;  // of a frame: to share them takes longer
+const PATIENCE = 5000;     // milliseconds for a share: it takes a hundredth of that
 
-/** One more worker. Until it is ready, and once it has failed, it takes no share. */
+/** One more worker. Until it is ready, and once it has failed, or does not answer, it takes no share. */
 class Helper {
   constructor() {
     this.ready = false;
@@ -16,20 +17,35 @@ class Helper {
       if (data.ready) this.ready = true;
       else if (data.number === this.number) this.answer?.(data);
     };
+    this.worker.onmessageerror = () => this.lose();
     this.worker.onerror = (event) => {
       event.preventDefault();
-      this.ready = false;
-      this.answer?.({lost: true});
+      this.lose();
     };
   }
 
+  lose() {
+    this.ready = false;
+    this.buffers = [];
+    this.worker.terminate();
+    this.answer?.({lost: true});
+  }
+
   /** Its share: positions, colors, normals, masks; or an error; or lost, if this worker is. */
-  decode(message, begin, end) {
-    return new Promise((answer) => {
+  async decode(message, begin, end, patience) {
+    let timer = 0;
+    const share = await new Promise((answer) => {
       this.answer = answer;
-      this.worker.postMessage({number: ++this.number, message, begin, end, buffers: this.buffers}, this.buffers);
+      timer = setTimeout(() => this.lose(), patience);  // browsers end workers without a word where memory is short
+      try {
+        this.worker.postMessage({number: ++this.number, message, begin, end, buffers: this.buffers}, this.buffers);
+      } catch {
+        this.lose();
+      }
       this.buffers = [];
     });
+    clearTimeout(timer);
+    return share;
   }
 }
 
@@ -38,8 +54,9 @@ export class DecodeTeam {
   /** `size`: how many workers may decode, this one included. A frame of fewer points than `fewPoints` is decoded by this one alone. */
   static async make(size, options) { return new DecodeTeam(await Zstandard.load(), size, options); }
 
-  constructor(zstandard, size, {fewPoints = FEW_POINTS} = {}) {
+  constructor(zstandard, size, {fewPoints = FEW_POINTS, patience = PATIENCE} = {}) {
     this.fewPoints = fewPoints;
+    this.patience = patience;
     this.decoder = new FrameDecoder(zstandard);
     this.helpers = [];
     // Workers of workers: some older browsers do not have them.
@@ -55,7 +72,7 @@ export class DecodeTeam {
     const helpers = header.points < this.fewPoints ? [] : this.helpers.filter((helper) => helper.ready).slice(0, header.chunks.length - 1);
     const frame = this.decoder.prepare(header, recycled);
     const borders = shares(header, helpers.length + 1);
-    const answers = helpers.map((helper, k) => helper.decode(message, borders[k + 1], borders[k + 2]));
+    const answers = helpers.map((helper, k) => helper.decode(message, borders[k + 1], borders[k + 2], this.patience));
     let failed = null;
     try {
       this.decoder.decodeChunks(message, header, borders[0], borders[1], frame);

@@ -14,7 +14,8 @@ const MOST_POOLED = 12;      // pieces of memory that wait to be used again
 const memory_at_hand = navigator.deviceMemory ?? 4;  // GiB; browsers say 8 at most, and not all say
 const RING_BYTES = (memory_at_hand >= 4 ? 256 : 64) * 2 ** 20;
 // That decode: two cores are the page's and the browser's own. ?decoders=… of the page's address chooses another number.
-const DECODERS = Number(new URL(self.location.href).searchParams.get('decoders')) || Math.min(4, Math.max(1, (navigator.hardwareConcurrency ?? 2) - 2));
+const asked = Math.trunc(Number(new URL(self.location.href).searchParams.get('decoders')));
+const DECODERS = asked >= 1 ? Math.min(16, asked) : Math.min(4, Math.max(1, (navigator.hardwareConcurrency ?? 2) - 2));
 
 const now = () => performance.timeOrigin + performance.now();  // milliseconds since 1970, finer than Date's
 
@@ -54,6 +55,14 @@ function schedule() {
 /** Whether nothing waits, but for the page. */
 function caughtUp() { return !pending && !decoding && !decoded; }
 
+/** What was decoded is not what is asked for now. */
+function giveUpDecoded() {
+  if (!decoded) return;
+  pool.push(...decoded.transfer);
+  decoded = null;
+  ++counts.dropped;
+}
+
 async function decodePending() {
   if (!pending || decoding || decoded) return;
   const entry = pending;
@@ -81,6 +90,8 @@ function deliver() {
     if (entry.source === source) {
       waiting = true;
       post({...message, place: source.place(entry)}, transfer);
+    } else {
+      pool.push(...transfer);
     }
   }
   source?.afterShown();
@@ -233,7 +244,8 @@ class Live {
   place(entry) {
     const first = this.ring[0];
     const newest = this.ring[this.ring.length - 1];
-    return {live: true, index: entry.index - first.index, count: this.ring.length, playing: this.playing,
+    const index = Math.max(0, entry.index - first.index);  // it may not be kept any more
+    return {live: true, index, count: this.ring.length, playing: this.playing,
             seconds: (newest.received - entry.received) / 1000, kept: (newest.received - first.received) / 1000};
   }
 
@@ -265,6 +277,7 @@ class Live {
   }
   showEntry(entry) {
     this.shown = entry.index;
+    giveUpDecoded();
     show(entry);
   }
   tellPlace() {
@@ -355,10 +368,12 @@ class Playing {
   step(by) {
     this.play(false);
     const count = this.file.frames.length;
+    giveUpDecoded();
     this.load((((this.asked + by) % count) + count) % count);
   }
   seek(index) {
     this.play(false);
+    giveUpDecoded();
     this.load(Math.max(0, Math.min(this.file.frames.length - 1, Math.round(index))));
   }
   speed(factor) {
