@@ -9,7 +9,7 @@ packages=(build-essential cmake ninja-build clang-format pkg-config
           libcli11-dev nlohmann-json3-dev libyaml-cpp-dev libgtest-dev libbenchmark-dev
           xvfb xauth xdotool libgl1-mesa-dri libx11-dev libgl-dev libopengl-dev
           curl ca-certificates)
-# For the GPU classes, for fuse_flow_calibrate --board, for streams, for what recorders write, and for depth in OpenEXR; installed where the distribution has them.
+# For the GPU classes, for fuse_flow_calibrate --board, for streams, for what recorders write, for depth in OpenEXR, and for clouds as Draco; installed where the distribution has them.
 optional=(libthrust-dev libapriltag-dev libopencv-calib3d-dev libopencv-objdetect-dev libopencv-contrib-dev
           libssl-dev libavformat-dev libswscale-dev libavdevice-dev libbz2-dev libfastcdr-dev libsqlite3-dev liblz4-dev libzstd-dev libopenexr-dev libdraco-dev)
 # What writes files for the tests of readers.

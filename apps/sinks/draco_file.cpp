@@ -20,6 +20,7 @@ bool hasDraco() { return true; }
 
 void writeDraco(const std::string& path, const stream::StreamedCloud& cloud) {
   if (cloud.size() == 0) throw OutputError(path + ": Draco has no files without points");
+  if (!(cloud.step > 0)) throw OutputError(path + ": the cloud has no step");
   std::array<float, 3> least{cloud.positions[0], cloud.positions[1], cloud.positions[2]}, greatest = least;
   for (std::size_t k = 0; k < cloud.positions.size(); ++k) {
     least[k % 3] = std::min(least[k % 3], cloud.positions[k]);

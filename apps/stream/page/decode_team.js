@@ -67,6 +67,9 @@ export class DecodeTeam {
     }
   }
 
+  /** How many workers decode now. */
+  get size() { return 1 + this.helpers.filter((helper) => helper.ready).length; }
+
   async decode(message, recycled) {
     const header = readHeader(message);
     const helpers = header.points < this.fewPoints ? [] : this.helpers.filter((helper) => helper.ready).slice(0, header.chunks.length - 1);

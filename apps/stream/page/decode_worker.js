@@ -433,7 +433,7 @@ const handlers = {
 const early = [];  // what the page asks before the decoder is there
 self.onmessage = (event) => (decoder ? handlers[event.data.type]?.(event.data) : early.push(event.data));
 
-setInterval(() => post({type: 'counts', ...counts}), 500);
+setInterval(() => post({type: 'counts', ...counts, decoders: decoder?.size ?? 0}), 500);
 
 try {
   decoder = await DecodeTeam.make(DECODERS);

@@ -156,10 +156,12 @@ const from_worker = {
     network.push({time, bytes: counts.bytes, frames: counts.frames});
     while (network.length > 2 && time - network[0].time > 2500) network.shift();
     dropped = counts.dropped;
+    decoders = counts.decoders;
   },
 };
 const network = [];
 let dropped = 0;
+let decoders = 0;  // workers that decode
 
 /** Where cameras agree that another axis than z is up, that one. Images have their y downwards. */
 function guessUp(cameras) {
@@ -661,5 +663,6 @@ globalThis.fuse_flow = {
   get shown() { return shown; },
   get place() { return place; },
   get frames() { return frames; },
+  get decoders() { return decoders; },
   get idle() { return next === null; },
 };

@@ -65,7 +65,10 @@ class DracoFile : public IoTest {
       Point& point = points[i.value()];
       std::array<float, 3> at{};
       position->GetMappedValue(i, at.data());
-      for (std::size_t k = 0; k < 3; ++k) point[k] = static_cast<int>(std::lround((at[k] - origin) / step));
+      for (std::size_t k = 0; k < 3; ++k) {
+        point[k] = static_cast<int>(std::lround((at[k] - origin) / step));
+        EXPECT_NEAR(at[k], origin + step * point[k], 0.02 * step);  // on the lattice, but for a float's digits
+      }
       std::array<std::uint8_t, 3> rgb{};
       if (color) color->GetMappedValue(i, rgb.data());
       for (std::size_t k = 0; k < 3; ++k) point[3 + k] = rgb[k];
@@ -118,6 +121,7 @@ TEST_F(DracoFile, OfPositionsAloneHasNothingElse) {
 
 TEST_F(DracoFile, RefusesWhatDracoCannotHold) {
   EXPECT_THROW(io::writeDraco(path("none.drc"), {}), io::OutputError);
+  EXPECT_THROW(io::writeDraco(path("none.drc"), cloudOf({{1}}, 0, 0, false)), io::OutputError);
   EXPECT_THROW(io::writeDraco(path("far.drc"), cloudOf({{0}, {2000000000}}, 0.001, 0, false)), io::OutputError);
   EXPECT_FALSE(fs::exists(path("none.drc")));
   EXPECT_FALSE(fs::exists(path("far.drc")));

@@ -100,6 +100,16 @@ TEST_F(RanksLauncher, StartsARankOnEachComputer) {
   expectSameClouds("two");
 }
 
+TEST_F(RanksLauncher, WaitsForRanksThatEndLaterThanRank0) {
+  const ToolResult result = launch({"localhost sleep 1", "127.0.0.2 sleep 10"});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  // But not for a computer that is gone.
+  writeScript("gone", ": > " + out("down.") + "127.0.0.2; exec sleep 1000\n");
+  const ToolResult gone = launch({"localhost sleep 1", "127.0.0.2 " + out("gone")});
+  EXPECT_NE(gone.exit_code, 0);
+  EXPECT_TRUE(says(gone, "rank 1 on 127.0.0.2 does not answer")) << gone.err;
+}
+
 TEST_F(RanksLauncher, SaysWhichRankWasKilledAndEnds) {
   const ToolResult result = launch({"localhost " + fusion("all"), "127.0.0.2 " + fusionUntil("KILL", "-", "all")});
   EXPECT_NE(result.exit_code, 0);

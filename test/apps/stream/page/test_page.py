@@ -297,6 +297,7 @@ def test_it_stops_and_steps_through_the_last_frames(page, arguments):
 def test_several_workers_decode_for_the_page(page, arguments):
     with serving(OtherServer(arguments.page, pathlib.Path(arguments.files) / "room.ffs")) as server:
         page.open(server.address + "?decoders=3")
+        page.until("fuse_flow.decoders === 3")
         page.until_frame(4)
         check(page.pixels()["drawn"] > 10000)
         check(page.complaints() == [], str(page.complaints()))
